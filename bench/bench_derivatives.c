@@ -3,8 +3,8 @@
  *
  *   bench_derivatives [samples [largest N]]     CSV on standard output
  *
- * Chains of hinges with a spring at each, N = 10 to 10 000 bodies: nanoseconds a body of forward dynamics, of
- * linearising it, of a tangent and of an adjoint. */
+ * Chains of hinges with a spring at each, N = 10 to 10 000 bodies: nanoseconds a body of forward
+ * dynamics, of linearising it, of a tangent and of an adjoint. */
 #include "bench.h"
 #include "trees.h"
 

@@ -5,16 +5,16 @@
  *   bench_driver [cells|mechanisms|ordinary|all|grid [runs [name [k]]]]      CSV on standard output
  *
  * cells: the slider-crank of mechanisms.h at k = 1e6 .. 1e14 N/m, damping ratios 0.3, 1, 10 and
- * tolerances 1e-3 .. 1e-8, by the tree and dense. mechanisms: the others, some of these cells. grid: all
- * of them, in more cells, by the library alone.
- * ordinary: problems without stiff loops, and the stiff trees of runs/stiff.h; lines that begin with # compare
- * what the driver costs with what IDA's own Newton's method does at the same error.
+ * tolerances 1e-3 .. 1e-8, by the tree and dense. mechanisms: the others, some of these cells.
+ * grid: all of them, in more cells, by the library alone. ordinary: problems without stiff loops,
+ * and the stiff trees of runs/stiff.h; lines that begin with # compare what the driver costs with
+ * what IDA's own Newton's method does at the same error.
  *
- * Each line is a mean over `runs` (default 4) at tolerances that differ by 2 %, because rounding decides
- * between steps; the error, largest of q at the end, is the root of their mean square, the energy
- * gained (J, at ends of steps, over the start's) the largest. A run of 30 000 steps is given up.
- * References: stiff closures at 1e-10 or 1e-9, another formulation, for what is closed by springs; IDA's
- * own at 1e-10 for the others. */
+ * Each line is a mean over `runs` (default 4) at tolerances that differ by 2 %, because rounding
+ * decides between steps; the error, largest of q at the end, is the root of their mean square, the
+ * energy gained (J, at ends of steps, over the start's) the largest. A run of 30 000 steps is given
+ * up. References: stiff closures at 1e-10 or 1e-9, another formulation, for what is closed by
+ * springs; IDA's own at 1e-10 for the others. */
 #include "bench.h"
 #include "mechanisms.h"
 #include "ordinary.h"
@@ -90,8 +90,8 @@ static double energy(const problem *p, double t, const double *y)
     const mbsr_model *m = p->model;
     mbsr_data *d = p->energy_data;
     bench_check(mbsr_dae_unpack(m, d, MBSR_DAE_MOMENTUM, t, y, q, u), "energy", NULL);
-    bench_check(mbsr_positions(m, d, t, q), "energy", NULL);
-    bench_check(mbsr_velocities(m, d, u), "energy", NULL);
+    bench_check(mbsr_stage_positions(m, d, t, q), "energy", NULL);
+    bench_check(mbsr_stage_velocities(m, d, u), "energy", NULL);
     bench_check(mbsr_energy(m, d, &kinetic, &potential), "energy", NULL);
     return kinetic + potential;
 }
@@ -159,8 +159,9 @@ static double *room(const problem *p)
     return bench_allocate((size_t)(n > c ? n : c), sizeof(double));
 }
 
-/* At 1e-10; where rounding lets that not come to its end, as with 1e12 N/m, at 1e-9. Of stiff springs that
- * cannot be closures, IDA's own with dense matrices: by the tree it ends a knee on its stop 0.05 rad off. */
+/* At 1e-10; where rounding lets that not come to its end, as with 1e12 N/m, at 1e-9. Of stiff
+ * springs that cannot be closures, IDA's own with dense matrices: by the tree it ends a knee on its
+ * stop 0.05 rad off. */
 static void find_reference(problem *p)
 {
     enum { TOO_MANY = 10000 };

@@ -1,12 +1,12 @@
-/* The IDA driver beside an explicit method where nothing is stiff: damped chains of 30 boxes, joint axes
- * in turn y and z, integrated on the tree in the momentum form, and by the classical Runge-Kutta
- * method on forward dynamics. An implicit method has to solve for each step; this is what that costs.
- * SPDX-License-Identifier: BSD-3-Clause
+/* The IDA driver beside an explicit method where nothing is stiff: damped chains of 30 boxes, joint
+ * axes in turn y and z, integrated on the tree in the momentum form, and by the classical
+ * Runge-Kutta method on forward dynamics. An implicit method has to solve for each step; this is
+ * what that costs. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_explicit [samples]      CSV on standard output
  *
- * The error is the largest of the angles at the end, in rad, beside a Runge-Kutta run of 50 times the
- * most steps of the table. Times are the least of the samples, which take turns. */
+ * The error is the largest of the angles at the end, in rad, beside a Runge-Kutta run of 50 times
+ * the most steps of the table. Times are the least of the samples, which take turns. */
 #include "bench.h"
 #include "work.h"
 

@@ -1,12 +1,13 @@
-/* Reduction of solid bars and cubes from finite elements: time by stage, memory, and what the modes are worth.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Reduction of solid bars and cubes from finite elements: time by stage, memory, and what the modes
+ * are worth. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_fe [largest number of dofs]     CSV on standard output; default 110000
  *
- * 20 normal modes of the body held at one end, and static modes for all loads of the other. `frequency_error`: largest
- * relative difference of the first ten frequencies from a reduction to tolerance 1e-13 that seeks four modes more;
- * `tip_error`: of the flexibility at the tip, six by six, from the static solution alone (no normal modes). Memory is the most
- * that the process had up to then; sizes ascend, bars before cubes. */
+ * 20 normal modes of the body held at one end, and static modes for all loads of the other.
+ * `frequency_error`: largest relative difference of the first ten frequencies from a reduction to
+ * tolerance 1e-13 that seeks four modes more; `tip_error`: of the flexibility at the tip, six by
+ * six, from the static solution alone (no normal modes). Memory is the most that the process had up
+ * to then; sizes ascend, bars before cubes. */
 #include "bench.h"
 #include "hex8.h"
 
@@ -62,7 +63,7 @@ static mbsr_fe_report *reduce(const mbsr_fe_def *def, mbsr_flex **flex)
 static void flexibility(const mbsr_flex *flex, double F[36])
 {
     mbsr_flex_def data;
-    bench_check(mbsr_flex_data(flex, &data), "data", NULL);
+    bench_check(mbsr_flex_definition(flex, &data), "data", NULL);
     memset(F, 0, 36 * sizeof *F);
     for (int a = 0; a < data.modes; ++a) {
         const double *Phi = data.marker[1].Phi + 3 * a, *Psi = data.marker[1].Psi + 3 * a;

@@ -4,9 +4,10 @@
  *   bench_files [samples [bodies]]     CSV on standard output
  *   bench_files write urdf|mjcf [bodies]     the file itself
  *
- * A binary tree of bodies with names, inertias, one joint each with limits and damping, and a shape that is drawn
- * and one that touches, as robots have them; numbers of 5 to 8 digits, no meshes. A sample is one mbsr_file_read of a
- * text in memory: XML, the scene, and the model up to where it would be finished. */
+ * A binary tree of bodies with names, inertias, one joint each with limits and damping, and a shape
+ * that is drawn and one that touches, as robots have them; numbers of 5 to 8 digits, no meshes. A
+ * sample is one mbsr_file_read of a text in memory: XML, the scene, and the model up to where it
+ * would be finished. */
 #include "bench.h"
 
 #include <mbsrank/files.h>

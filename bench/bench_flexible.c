@@ -1,14 +1,13 @@
-/* Chains of flexible bodies with massless modes in each: time per body, steps of the driver, and how both
- * grow with bodies and modes.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Chains of flexible bodies with massless modes in each: time per body, steps of the driver, and
+ * how both grow with bodies and modes. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_flexible [samples [links]]     CSV on standard output; of chains of so many links alone
  *
- * Beams of 1 m on hinges whose axes take turns, with a spring and a damper at the middle of each. `chain`: two normal
- * modes and the four static ones of the middle, without mass, 1 to 1000 links. `modes`: ten links of 4 to
- * 128 normal modes; `waves`: of 249 modes, sines along all axes, with diagonal modal masses; `.._blocks`: the same with
- * joint blocks in one piece. `steps`: 0.2 s of the fall of such a `chain` from rest along x, 0.02 s of 1000 links; tolerance
- * 1e-6. */
+ * Beams of 1 m on hinges whose axes take turns, with a spring and a damper at the middle of each.
+ * `chain`: two normal modes and the four static ones of the middle, without mass, 1 to 1000 links.
+ * `modes`: ten links of 4 to 128 normal modes; `waves`: of 249 modes, sines along all axes, with
+ * diagonal modal masses; `.._blocks`: the same with joint blocks in one piece. `steps`: 0.2 s of
+ * the fall of such a `chain` from rest along x, 0.02 s of 1000 links; tolerance 1e-6. */
 #include "bench.h"
 
 #include <mbsrank/ida.h>

@@ -3,8 +3,9 @@
  *
  *   bench_fmu SHARED_OBJECT [steps]      CSV on standard output; default 20 000 steps
  *
- * A chain of rods runs from communication point to communication point, 100 us apart, in the shared object of FMUs
- * and by mbsr_ida_advance; both take turns, medians of 9. What they differ by is the overhead. */
+ * A chain of rods runs from communication point to communication point, 100 us apart, in the shared
+ * object of FMUs and by mbsr_ida_advance; both take turns, medians of 9. What they differ by is the
+ * overhead. */
 #define _XOPEN_SOURCE 700
 #include "bench.h"
 

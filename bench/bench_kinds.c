@@ -8,11 +8,11 @@
  * products with its matrix, and one such product. In space some joints have a table of their own,
  * whose functions call those of the stock joint: to the library such a joint is a user's. Those
  * `by_hand` have shorter functions. Then joints that lack rank or are made of dummy bodies: two
- * sliders without mass before each rod with a mass at its end (`sliders`; `one_pair`: one such rod on
- * a chain of hinges), ball joints with a mass at a point behind each (`points`; `one_point`), ball
- * joints of three hinges with two bodies without mass between (`dummies`), and the same joints in one
- * piece (`balls`). In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of the
- * chain, which goes on without it; there the joint's derivatives are given, or not.
+ * sliders without mass before each rod with a mass at its end (`sliders`; `one_pair`: one such rod
+ * on a chain of hinges), ball joints with a mass at a point behind each (`points`; `one_point`),
+ * ball joints of three hinges with two bodies without mass between (`dummies`), and the same joints
+ * in one piece (`balls`). In `general` trees every tenth body is of dimension 3 to 12 and hangs on
+ * one of the chain, which goes on without it; there the joint's derivatives are given, or not.
  */
 #include "bench.h"
 
@@ -384,7 +384,8 @@ static mbsr_body_def general_body(const struct bench_case *c, int i)
 
 /* ---- models ---------------------------------------------------------------------------------- */
 
-/* Bodies of the last three of a chain with one_pair and one_point, and of those that repeat them. */
+/* Bodies of the last three of a chain with one_pair and one_point, and of those that repeat them.
+ */
 static mbsr_body_def link_of(const struct bench_case *c, int i)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0};
@@ -521,7 +522,7 @@ static int run(chain *s, int task)
         const int status = mbsr_forward_dynamics(m, d, 0.0, s->q, s->u, NULL, s->udot);
         return status == MBSR_UNDETERMINED ? MBSR_OK : status;
     }
-    case 1: return mbsr_inverse_dynamics(m, d, 0.0, s->q, s->u, s->udot, s->x);
+    case 1: return mbsr_inverse_dynamics(m, d, 0.0, s->q, s->u, s->udot, NULL, s->x);
     case 2: return mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, s->y, s->yp, s->F);
     case 4: return mbsr_newton_linearise(s->products, d, 0.0, s->y, s->yp, 10.0);
     case 5: return mbsr_newton_multiply(s->products, s->y, s->x);

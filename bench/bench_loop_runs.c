@@ -1,14 +1,15 @@
-/* Whole runs of mechanisms with closed loops from rest by the driver: steps, CPU time, error, how far loops are open.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Whole runs of mechanisms with closed loops from rest by the driver: steps, CPU time, error, how
+ * far loops are open. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_loop_runs FOLDER           CSV on standard output
  *
- * The chains of four-bars and rings of bench_loops fall, for 0.3 to 1 s. The reference is a run of the driver at a
- * tolerance of 1e-10; errors are the largest of angles at the end. `libmbsrank_rk4`: forward dynamics in the
- * Runge-Kutta method of order 4, in as many steps (5, 10, 20 and so on) as it takes to be no farther off than the driver. For
- * each mechanism and tolerance a file NAME_EXPONENT.run in the folder has the time, the error and the angles that runs of
- * other libraries are compared with (peers/loops.cpp, which reads the mechanism from bench_loops --write). CPU time is the
- * median of runs, without what creates the solver. */
+ * The chains of four-bars and rings of bench_loops fall, for 0.3 to 1 s. The reference is a run of
+ * the driver at a tolerance of 1e-10; errors are the largest of angles at the end.
+ * `libmbsrank_rk4`: forward dynamics in the Runge-Kutta method of order 4, in as many steps (5, 10,
+ * 20 and so on) as it takes to be no farther off than the driver. For each mechanism and tolerance
+ * a file NAME_EXPONENT.run in the folder has the time, the error and the angles that runs of other
+ * libraries are compared with (peers/loops.cpp, which reads the mechanism from bench_loops
+ * --write). CPU time is the median of runs, without what creates the solver. */
 #include "bench.h"
 #include "trees.h"
 
@@ -105,9 +106,10 @@ static outcome integrate_explicitly(const bench_model *tree, double T, long step
         }
     }
     o.seconds = bench_now() - before;
-    failed = failed || mbsr_positions(m, d, T, q) || mbsr_closures_gap(m, d, gap);
+    failed = failed || mbsr_stage_positions(m, d, T, q) || mbsr_closures_gap(m, d, gap);
     if (failed) o.steps = 0;
-    for (int k = 0; k < mbsr_model_held(m) && !failed; ++k) o.gap = fmax(o.gap, fabs(gap[k]));
+    for (int k = 0; k < mbsr_model_position_rows(m) && !failed; ++k)
+        o.gap = fmax(o.gap, fabs(gap[k]));
     mbsr_data_destroy(d);
     free(u);
     return o;

@@ -1,18 +1,19 @@
 /* Models with closed loops: time per body of the residual of the momentum form, of factoring and
- * solving its Newton system, of forward dynamics, of inverse dynamics with motors on as many joints as move freely, and
- * of a start.
- * SPDX-License-Identifier: BSD-3-Clause
+ * solving its Newton system, of forward dynamics, of inverse dynamics with motors on as many joints
+ * as move freely, and of a start. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_loops [samples]            CSV on standard output
- *   bench_loops --write FOLDER       mechanisms for other libraries (peers/loops.h) to files of this folder
+ *   bench_loops --write FOLDER
+ *       mechanisms for other libraries (peers/loops.h) to files of this folder
  *
- * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
- * couplers that have mass or none (`massless`), with stiff pins (`stiff`, 1e10 N/m); `ring`: one loop of rods; `linkages`: four-bars in space, whose
- * couplers hang on hinges or on universal joints; `gears`, `hands`, `differentials`: joints that are coupled (trees.h). `by_blocks`: the same
- * bodies without the pins, with Newton systems without vector code, as those of closed models are. `klu`:
- * the equations of motion of the closed ones in redundant coordinates (kkt.h) by SuiteSparse's KLU, which
- * has accelerations and forces for them and no derivatives of anything. A sample is the mean over as many
- * calls as last about 5 ms; a start is timed once. */
+ * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece),
+ * with couplers that have mass or none (`massless`), with stiff pins (`stiff`, 1e10 N/m); `ring`:
+ * one loop of rods; `linkages`: four-bars in space, whose couplers hang on hinges or on universal
+ * joints; `gears`, `hands`, `differentials`: joints that are coupled (trees.h). `by_blocks`: the
+ * same bodies without the pins, with Newton systems without vector code, as those of closed models
+ * are. `klu`: the equations of motion of the closed ones in redundant coordinates (kkt.h) by
+ * SuiteSparse's KLU, which has accelerations and forces for them and no derivatives of anything. A
+ * sample is the mean over as many calls as last about 5 ms; a start is timed once. */
 #include "bench.h"
 #include "kkt.h"
 #include "trees.h"
@@ -102,8 +103,8 @@ typedef struct candidate {
     double start; /* s */
 } candidate;
 
-/* Joints with motors: all of open models and of those that are coupled, of a ring all but two, of each piece all but
- * those that its pin holds, and of one with stiff pins, which hold none, all. */
+/* Joints with motors: all of open models and of those that are coupled, of a ring all but two, of
+ * each piece all but those that its pin holds, and of one with stiff pins, which hold none, all. */
 static void choose_motors(candidate *c, const struct bench_case *of)
 {
     const int nu = c->tree.nu, rates = of->ring ? nu : nu / of->count;
@@ -195,7 +196,8 @@ static bench_kkt *open_kkt(candidate *c, const struct bench_case *of)
     const int rods = c->tree.bodies, pins = of->ring ? 1 : of->count;
     bench_rod *rod = bench_allocate((size_t)rods, sizeof *rod);
     bench_pin *pin = bench_allocate((size_t)pins, sizeof *pin);
-    bench_check(mbsr_positions(c->tree.model, c->data, 0.0, c->y), "mbsr_positions", NULL);
+    bench_check(mbsr_stage_positions(c->tree.model, c->data, 0.0, c->y), "mbsr_stage_positions",
+                NULL);
     for (int i = 0; i < rods; ++i) {
         double p[3];
         bench_check(mbsr_body_pose(c->tree.model, c->data, i, p), "mbsr_body_pose", NULL);
@@ -275,8 +277,8 @@ static int call(candidate *c, int which)
     case 2: return mbsr_newton_solve(c->newton, c->yp, c->F);
     case FORWARD: return mbsr_forward_dynamics(m, c->data, 0.0, c->y, u, NULL, c->F);
     default:
-        return mbsr_closures_inverse_dynamics(m, c->data, 0.0, c->y, u, udot, c->motors, c->motor,
-                                              c->F, c->F + c->tree.nu);
+        return mbsr_inverse_dynamics(m, c->data, 0.0, c->y, u, udot,
+                                     &(mbsr_motors){c->motors, c->motor}, c->F);
     }
 }
 

@@ -1,13 +1,13 @@
 /* Whole runs of stiff trees with parts without mass (runs/stiff.h) in the IDA driver: the linear
- * systems of Newton's method solved on the tree, by GMRES, by a dense matrix of SUNDIALS and of LAPACK, by KLU.
- * SPDX-License-Identifier: BSD-3-Clause
+ * systems of Newton's method solved on the tree, by GMRES, by a dense matrix of SUNDIALS and of
+ * LAPACK, by KLU. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_newton folder [largest number of bodies]      CSV on standard output
  *
  * The error is the largest distance, in m, of a body's origin at the end from where it is in a run
  * with a far smaller tolerance. These places go to a file of the folder for each model, with the
- * error to be reached by programs of other libraries: about that of the tree solver at the first tolerance, as a
- * number that no processor changes. */
+ * error to be reached by programs of other libraries: about that of the tree solver at the first
+ * tolerance, as a number that no processor changes. */
 #include "bench.h"
 #include "runs/build.h"
 #include "runs/lapack.h"
@@ -147,7 +147,8 @@ static double distance(const setup *s)
     return most;
 }
 
-/* Integrates; the places at the end are in s->places. Without KLU sparse.entries is 0, and nothing is done. */
+/* Integrates; the places at the end are in s->places. Without KLU sparse.entries is 0, and nothing
+ * is done. */
 static run integrate(setup *s, int solver, double tolerance)
 {
     run r = {.status = MBSR_OK};

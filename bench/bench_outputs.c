@@ -3,9 +3,9 @@
  *
  *   bench_outputs [samples [outputs]]      CSV on standard output; default 5 and 20 000
  *
- * CPU time of whole runs of simulation.h with default options: with one output at the end, with so many,
- * and with so many that are interpolated (`raw_outputs`). An output costs what runs with and without
- * differ by, over the outputs. Medians of the samples, whose runs take turns. */
+ * CPU time of whole runs of simulation.h with default options: with one output at the end, with so
+ * many, and with so many that are interpolated (`raw_outputs`). An output costs what runs with and
+ * without differ by, over the outputs. Medians of the samples, whose runs take turns. */
 #include "bench.h"
 
 #include <mbsrank/simulation.h>
@@ -27,7 +27,8 @@ typedef struct model {
 static const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0},
                     origin[3] = {0.0};
 
-/* A wheel carrier and a quarter of a car, between them a mount without mass, on a road that is a table. */
+/* A wheel carrier and a quarter of a car, between them a mount without mass, on a road that is a
+ * table. */
 static void quarter_car(mbsr_simulation *s, const model *m)
 {
     static double t[POINTS], height[POINTS];
@@ -118,7 +119,7 @@ static double run(const model *m, way how, int outputs, mbsr_ida_stats *stats, i
     for (int k = 1; k <= count; ++k) mbsr_simulation_to(&s, 5.0 * k / count);
     const double time = bench_now() - begin;
     bench_check(s.status, m->name, s.error.text);
-    *stats = mbsr_simulation_stats(&s);
+    mbsr_simulation_get_stats(&s, stats);
     *bodies = mbsr_model_bodies(s.model);
     mbsr_simulation_end(&s);
     return time;

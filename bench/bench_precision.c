@@ -265,7 +265,7 @@ static void record_motion(const struct problem *problem, const char *path)
         if (k) {
             bench_check(mbsr_ida_advance(ida, t, NULL, y, yp), "motion", mbsr_ida_error(ida)->text);
         }
-        bench_check(mbsr_positions(s.model, s.data, t, y), "motion", NULL);
+        bench_check(mbsr_stage_positions(s.model, s.data, t, y), "motion", NULL);
         bench_check(mbsr_body_pose(s.model, s.data, 0, bead), "motion", NULL);
         bench_check(mbsr_body_pose(s.model, s.data, 1, mass), "motion", NULL);
         fprintf(file, "%.4f,%.6f,%.6f,%.6f,%.6f\n", t, bead[0], bead[1], mass[0], mass[1]);

@@ -3,9 +3,9 @@
  *
  *   bench_report [samples]     CSV on standard output
  *
- * Carts on a line, all but the last without mass. `apart`: each on the one before it, a damper in each
- * joint, so that no direction acts on another. `in_a_row`: each on the ground, and dampers between
- * neighbours, so that all directions hang together; with `springs` in parallel. */
+ * Carts on a line, all but the last without mass. `apart`: each on the one before it, a damper in
+ * each joint, so that no direction acts on another. `in_a_row`: each on the ground, and dampers
+ * between neighbours, so that all directions hang together; with `springs` in parallel. */
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>

@@ -16,6 +16,7 @@
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 
@@ -165,11 +166,11 @@ static int run_stage(bench_tree *tree, int stage)
     mbsr_data *d = tree->data;
     const int N = tree->N;
     switch (stage) {
-    case 0: return mbsr_positions(m, d, 0.0, tree->y);
-    case 1: return mbsr_velocities(m, d, tree->y + N);
-    case 2: return mbsr_forces(m, d, NULL);
-    case 3: return mbsr_backward(m, d);
-    case 4: return mbsr_forward(m, d, tree->yp + N, tree->F);
+    case 0: return mbsr_stage_positions(m, d, 0.0, tree->y);
+    case 1: return mbsr_stage_velocities(m, d, tree->y + N);
+    case 2: return mbsr_stage_forces(m, d, NULL);
+    case 3: return mbsr_stage_backward(m, d);
+    case 4: return mbsr_stage_forward(m, d, tree->yp + N, tree->F);
     case 5: return mbsr_dae_residual(m, d, MBSR_DAE_RECURSIVE, 0.0, tree->y, tree->yp, tree->F);
     default:
         return mbsr_dae_residual(m, d, MBSR_DAE_INVERSE_DYNAMICS, 0.0, tree->y, tree->yp, tree->F);

@@ -1,14 +1,15 @@
-/* Time of one evaluation by several threads beside that by one: subtrees of large trees, states of a batch.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Time of one evaluation by several threads beside that by one: subtrees of large trees, states of
+ * a batch. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_threads [samples [threads]]     CSV on standard output; threads: 2
  *
- * Trees of hinges: full binary ones, and two chains on the root. Elapsed time, not CPU time; both ways in turn, and
- * the ratio of one to the other in each pair. Beside them what the memory gives one thread and several: an array far
- * beyond the caches, read, and read and written. */
+ * Trees of hinges: full binary ones, and two chains on the root. Elapsed time, not CPU time; both
+ * ways in turn, and the ratio of one to the other in each pair. Beside them what the memory gives
+ * one thread and several: an array far beyond the caches, read, and read and written. */
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -116,7 +117,7 @@ static int call(tree *t, int which, mbsr_batch *batch)
                                            NULL);
     switch (which) {
     case 0: return mbsr_forward_dynamics(m, t->data, 0.0, t->q, t->u, t->tau, t->out);
-    case 1: return mbsr_inverse_dynamics(m, t->data, 0.0, t->q, t->u, t->tau, t->out);
+    case 1: return mbsr_inverse_dynamics(m, t->data, 0.0, t->q, t->u, t->tau, NULL, t->out);
     default: return mbsr_dae_residual(m, t->data, MBSR_DAE_MOMENTUM, 0.0, t->y, t->yp, t->F);
     }
 }

@@ -13,6 +13,8 @@
 #include "bench.h"
 #include "trees.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -68,7 +70,7 @@ static int call(candidate *c, int which)
     const bench_model *t = &c->tree;
     switch (which) {
     case 0: return mbsr_forward_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
-    case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
+    case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, NULL, c->out);
     case 2: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
     case 3: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, newton_rate);
     case 4: return mbsr_newton_solve(c->newton, c->yp, c->F);
@@ -130,9 +132,9 @@ static double difference(int n, const double *x, const double *should)
 
 static void invert(candidate *c, const double *udot)
 {
-    bench_check(
-        mbsr_inverse_dynamics(c->tree.model, c->data, 0.0, c->tree.q, c->tree.u, udot, c->out),
-        "inverse", mbsr_data_error(c->data)->text);
+    bench_check(mbsr_inverse_dynamics(c->tree.model, c->data, 0.0, c->tree.q, c->tree.u, udot, NULL,
+                                      c->out),
+                "inverse", mbsr_data_error(c->data)->text);
 }
 
 /* How far the results are from the reference. Accelerations: relative to the largest of them.

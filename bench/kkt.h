@@ -1,6 +1,6 @@
-/* The equations of motion of rods in the plane in redundant coordinates, [M G^T; G 0] with three rates a
- * body and two rows a hinge or pin, as a sparse matrix for KLU.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The equations of motion of rods in the plane in redundant coordinates, [M G^T; G 0] with three
+ * rates a body and two rows a hinge or pin, as a sparse matrix for KLU. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #ifndef BENCH_KKT_H
 #define BENCH_KKT_H
 
@@ -23,8 +23,8 @@ bench_kkt *bench_kkt_open(int rods, const bench_rod *rod, int pins, const bench_
                           const double *gravity);
 void bench_kkt_close(bench_kkt *k);
 
-/* Numerical factorisation, with pivots; accelerations of bodies (x, y, angle each), then forces. 0: a
- * failure. */
+/* Numerical factorisation, with pivots; accelerations of bodies (x, y, angle each), then forces. 0:
+ * a failure. */
 int bench_kkt_factor(bench_kkt *k);
 const double *bench_kkt_solve(bench_kkt *k);
 

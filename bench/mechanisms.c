@@ -136,7 +136,8 @@ static int turn(void *user, double t, double *s, double *rate, double *accelerat
     return MBSR_OK;
 }
 
-/* Two shafts at an angle of 0.5 rad, of examples/13_universal_joint.c; the bearing of the second is held. */
+/* Two shafts at an angle of 0.5 rad, of examples/13_universal_joint.c; the bearing of the second is
+ * held. */
 static void shaft(mbsr_model *m, const mechanism_ties *ties, double *q, double *u)
 {
     const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1}, tilt = 0.5;
@@ -151,7 +152,8 @@ static void shaft(mbsr_model *m, const mechanism_ties *ties, double *q, double *
                             ties->closures ? 0 : d,
                             ties->closures ? 0 : d};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0, 0, 1}, .driven = 1};
-    const mbsr_frame on_shaft = mbsr_frame_at(0, 0, 0.4), tilted = mbsr_frame_turned(NULL, x, tilt),
+    const mbsr_frame on_shaft = mbsr_frame_at(0, 0, 0.4),
+                     tilted = mbsr_frame_rotated(NULL, x, tilt),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     const int a =
         part_body(m, "shaft 1", MBSR_GROUND, mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL),

@@ -1,6 +1,5 @@
-/* More mechanisms closed by stiff springs: bushings in the plane and in space, springs in series and as
- * rods, stops, and the end of a chain.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* More mechanisms closed by stiff springs: bushings in the plane and in space, springs in series
+ * and as rods, stops, and the end of a chain. SPDX-License-Identifier: BSD-3-Clause */
 #include "parts.h"
 
 #include <math.h>
@@ -9,7 +8,8 @@ static const mbsr_planar_frame here = {0.0, 0.0, 0.0};
 
 /* ---- in the plane ---- */
 
-/* Crank 1 m, coupler 2.5 m, rocker 2 m, ground 2 m: angles of rocker and coupler at one of the crank. */
+/* Crank 1 m, coupler 2.5 m, rocker 2 m, ground 2 m: angles of rocker and coupler at one of the
+ * crank. */
 static double rocker_angle(double crank)
 {
     const double dx = cos(crank) - 2.0, dy = sin(crank), d = hypot(dx, dy);
@@ -124,7 +124,8 @@ static void arch(mbsr_model *m, const mechanism_ties *ties, double *q, double *u
 
 /* ---- in space ---- */
 
-/* Two bars that hang off the vertical, on bushings: balls, or hinges where turns are stiff as well. */
+/* Two bars that hang off the vertical, on bushings: balls, or hinges where turns are stiff as well.
+ */
 static void hang(mbsr_model *m, const mechanism_ties *ties, double turn, double *q, double *u)
 {
     const double s = ties->stiffness, d = ties->damping, tilt = -0.8,

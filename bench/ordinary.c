@@ -208,7 +208,7 @@ static void governor(mbsr_model *m, double *q, double *u)
     int ball[2];
     for (int k = 0; k < 2; ++k) {
         const double place[3] = {k ? -0.1 : 0.1, 0.0, 0.0};
-        const mbsr_frame hinge = mbsr_frame_turned(place, z, k ? acos(-1.0) : 0.0);
+        const mbsr_frame hinge = mbsr_frame_rotated(place, z, k ? acos(-1.0) : 0.0);
         const int cross =
             add(m, shaft, mbsr_joint_revolute(&hinge, NULL, opening), mbsr_inertia_zero());
         ball[k] =

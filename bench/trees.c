@@ -162,7 +162,7 @@ void bench_make_segments(bench_model *tree, int segments)
     if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", "segments");
     for (int k = 0; k < segments; ++k) {
         const double tip[3] = {0.0, 0.0, k > 0 ? length : 0.0};
-        const mbsr_frame at = mbsr_frame_turned(tip, x, k % 2 ? 0.4 : -0.3);
+        const mbsr_frame at = mbsr_frame_rotated(tip, x, k % 2 ? 0.4 : -0.3);
         const int below = k > 0 ? 3 * ((k - 1) / 2) + 2 : MBSR_GROUND,
                   cross = add(tree->model, below, mbsr_joint_revolute(&at, NULL, x),
                               mbsr_inertia_zero()),
@@ -184,7 +184,7 @@ void bench_make_beam(bench_model *tree, int bodies)
     if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", "beam");
     for (int i = 0; i < bodies; ++i) {
         const double tip[3] = {0.0, 0.0, i > 0 ? length : 0.0};
-        const mbsr_frame at = mbsr_frame_turned(tip, y, 0.0);
+        const mbsr_frame at = mbsr_frame_rotated(tip, y, 0.0);
         add(tree->model, i > 0 ? i - 1 : MBSR_GROUND, mbsr_joint_revolute(&at, NULL, y),
             rod_along_z(length));
     }

@@ -22,7 +22,8 @@ double work_ratio_of_sums(const work *a, const work *b, int cost)
     return sum_b > 0.0 ? sum_a / sum_b : 0.0;
 }
 
-/* What an error costs: points (log error, log cost) of runs of which none is both cheaper and better. */
+/* What an error costs: points (log error, log cost) of runs of which none is both cheaper and
+ * better. */
 typedef struct front {
     int points;
     double error[WORK_RUNS], cost[WORK_RUNS]; /* costs rise, errors fall */

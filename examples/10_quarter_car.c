@@ -62,8 +62,8 @@ static void by_hand(void *user, double t, const double *x, double *xdot)
     xdot[3] = -(mount + d[2] * (x[3] - xdot[1])) / M;
 }
 
-/* Runs with carrier and seat of mass `small`, kg; returns the steps, *error of the body's place, and *rough of its
- * acceleration. */
+/* Runs with carrier and seat of mass `small`, kg; returns the steps, *error of the body's place,
+ * and *rough of its acceleration. */
 static long drive(double small, double *error, double *rough)
 {
     const double zero[3] = {0.0};

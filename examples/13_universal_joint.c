@@ -35,7 +35,7 @@ static mbsr_model *shafts(int with_cross, double stiffness)
     const mbsr_inertia none = mbsr_inertia_zero(),
                        flywheel = mbsr_inertia_rigid(4.0, origin, moments);
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, distance);
-    const mbsr_frame tilted = mbsr_frame_turned(NULL, x, b),
+    const mbsr_frame tilted = mbsr_frame_rotated(NULL, x, b),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     mbsr_model *m = new_model();
     int shaft = add_body(m, "shaft 1", MBSR_GROUND,

@@ -117,8 +117,8 @@ static void look(mbsr_model *m, mbsr_data *d, double t, const double *q, const d
                  FILE *file, double kept[2], double tip[3])
 {
     double p[MBSR_POSE_SIZE], kinetic, potential, momentum[6];
-    check(mbsr_positions(m, d, t, q), mbsr_data_error(d));
-    check(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    check(mbsr_stage_positions(m, d, t, q), mbsr_data_error(d));
+    check(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     check(mbsr_energy(m, d, &kinetic, &potential), mbsr_data_error(d));
     check(mbsr_tree_momentum(m, d, NULL, NULL, NULL, momentum), mbsr_data_error(d));
     kept[0] = kinetic + potential;

@@ -97,8 +97,8 @@ static void put_away(hung *r)
 
 static void evaluate(const sdirk *s, double t, const double *y)
 {
-    check(mbsr_positions(s->m, s->d, t, y), mbsr_data_error(s->d));
-    check(mbsr_velocities(s->m, s->d, y + s->nq + s->nu), mbsr_data_error(s->d));
+    check(mbsr_stage_positions(s->m, s->d, t, y), mbsr_data_error(s->d));
+    check(mbsr_stage_velocities(s->m, s->d, y + s->nq + s->nu), mbsr_data_error(s->d));
 }
 
 static double energy(const sdirk *s)

@@ -1,16 +1,16 @@
 /* A slider-crank engine whose connecting rod has no mass.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The loop ground - crank - rod - piston - ground is cut at the piston's pin, a closure. The rod without
- * mass is a direction of the tree that moves no mass; the loop holds it, so that nothing has to be
- * invented for it. With the crank at angle a the piston stands at
+ * The loop ground - crank - rod - piston - ground is cut at the piston's pin, a closure. The rod
+ * without mass is a direction of the tree that moves no mass; the loop holds it, so that nothing
+ * has to be invented for it. With the crank at angle a the piston stands at
  *
  *   x = r cos(a) + sqrt(l^2 - r^2 sin^2(a)),
  *
- * and the rod's force, along the rod because it has no mass, follows from the piston's acceleration and the
- * gas: both are held against the run. Gas pushes on the piston in every second half turn, a load brakes the
- * flywheel. engine.csv has the motion for engine.gp; then the pin is given the elasticity of steel, 1e9
- * N/m, at no cost in steps. */
+ * and the rod's force, along the rod because it has no mass, follows from the piston's acceleration
+ * and the gas: both are held against the run. Gas pushes on the piston in every second half turn, a
+ * load brakes the flywheel. engine.csv has the motion for engine.gp; then the pin is given the
+ * elasticity of steel, 1e9 N/m, at no cost in steps. */
 #include <mbsrank/simulation.h>
 
 #include "run.h"

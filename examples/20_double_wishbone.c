@@ -1,15 +1,17 @@
 /* A double-wishbone suspension in space: massless links, rigid joints and bushings side by side.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * x forward, y to the left, z up. Upper and lower wishbone turn on the chassis, the knuckle with the wheel
- * hangs on the lower one by a ball joint. Two closures make the loops: a ball joint between upper wishbone
- * and knuckle, and the tie rod, a distance between knuckle and rack. Wishbones and tie rod have no mass; only
- * knuckle and wheel do. One freedom is left, the jounce of the wheel, which spring and damper carry. The
- * tyre, a vertical spring and damper, runs over a bump.
+ * x forward, y to the left, z up. Upper and lower wishbone turn on the chassis, the knuckle with
+ * the wheel hangs on the lower one by a ball joint. Two closures make the loops: a ball joint
+ * between upper wishbone and knuckle, and the tie rod, a distance between knuckle and rack.
+ * Wishbones and tie rod have no mass; only knuckle and wheel do. One freedom is left, the jounce of
+ * the wheel, which spring and damper carry. The tyre, a vertical spring and damper, runs over a
+ * bump.
  *
- * The report says so before the run: 4 rows, all independent, mobility 1, no direction without mass that
- * no loop holds. Then the upper joint becomes a bushing, a stiff closure of 2e6 N/m (def.stiffness): two
- * freedoms more, which no integrator is troubled with. wishbone.csv has both for wishbone.gp. */
+ * The report says so before the run: 4 rows, all independent, mobility 1, no direction without mass
+ * that no loop holds. Then the upper joint becomes a bushing, a stiff closure of 2e6 N/m
+ * (def.stiffness): two freedoms more, which no integrator is troubled with. wishbone.csv has both
+ * for wishbone.gp. */
 #include <mbsrank/simulation.h>
 
 #include "run.h"

@@ -1,8 +1,8 @@
 /* An arm of two links under a controller that samples at 1 kHz and holds its torques in between.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The torques jump a thousand times a second. mbsr_simulation_sample takes one period: the torques set
- * before, no step across its end. The table shows what it costs not to say so, with
+ * The torques jump a thousand times a second. mbsr_simulation_sample takes one period: the torques
+ * set before, no step across its end. The table shows what it costs not to say so, with
  * mbsr_simulation_to: the driver finds each jump by failed error tests, or does not. Reference: the
  * same with a tolerance of 1e-11. */
 #include <mbsrank/simulation.h>
@@ -44,7 +44,9 @@ static long run(double tolerance, int sampled, double q[2])
         exit(1);
     }
     q[0] = s.q[0], q[1] = s.q[1];
-    const long steps = mbsr_simulation_stats(&s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    const long steps = stats.steps;
     mbsr_simulation_end(&s);
     return steps;
 }

@@ -1,10 +1,10 @@
 /* A quarter of a car on a measured road, given as a table.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The model of 10_quarter_car.c: carrier and spring seat have no mass. The road is known at 2001 points;
- * between them it is straight, monotone or a spline. At the points of a straight
- * table the velocity of the road jumps: the driver knows them and ends its steps there; the same
- * table read by a function of one's own makes it stumble. Smoother ones need no such care. Reference: the
+ * The model of 10_quarter_car.c: carrier and spring seat have no mass. The road is known at 2001
+ * points; between them it is straight, monotone or a spline. At the points of a straight table the
+ * velocity of the road jumps: the driver knows them and ends its steps there; the same table read
+ * by a function of one's own makes it stumble. Smoother ones need no such care. Reference: the
  * table with a tolerance of 1e-10. With any argument the road is shorter. */
 #include <mbsrank/simulation.h>
 
@@ -63,7 +63,9 @@ static long drive(mbsr_table_kind kind, int known, double tolerance, double *def
         fprintf(stderr, "%s\n", s.error.text);
         exit(1);
     }
-    const long steps = mbsr_simulation_stats(&s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    const long steps = stats.steps;
     mbsr_simulation_end(&s);
     return steps;
 }

@@ -1,10 +1,10 @@
-/* Events: a ball falls on a floor and jumps, with what a blow leaves of its speed given by a number.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Events: a ball falls on a floor and jumps, with what a blow leaves of its speed given by a
+ * number. SPDX-License-Identifier: BSD-3-Clause
  *
- * Two event functions: the height, which is zero at a blow, and the speed, which is zero at the top.
- * The driver stops where one of them changes sign and says which way. At a blow u jumps, so the run
- * is started anew from there; the top is looked at only, and the same call goes on. By hand: with
- * restitution e the ball returns to e^2 of the height, and the blows are at
+ * Two event functions: the height, which is zero at a blow, and the speed, which is zero at the
+ * top. The driver stops where one of them changes sign and says which way. At a blow u jumps, so
+ * the run is started anew from there; the top is looked at only, and the same call goes on. By
+ * hand: with restitution e the ball returns to e^2 of the height, and the blows are at
  *
  *   sqrt(2 h / g) (1 + 2 e + 2 e^2 + ... + 2 e^(k - 1)).
  *

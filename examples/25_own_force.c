@@ -6,12 +6,12 @@
  * joint's matrices and derivatives for the Newton solver, dissipation of the drag.
  *
  * mbsr_joint_verify and mbsr_force_verify hold such functions against differences: a right one
- * leaves about 1e-9. Here each is also shown one with a mistake, a sign in kII and a derivative that
- * was forgotten, and says where it is. Then the bead is let go; reference: the equation by hand,
+ * leaves about 1e-9. Here each is also shown one with a mistake, a sign in kII and a derivative
+ * that was forgotten, and says where it is. Then the bead is let go; reference: the equation by
+ * hand,
  *
  *   (1 + (a x)^2) (x'' + k / m |v| x') = -a x (g + a x'^2),   |v| = |x'| sqrt(1 + (a x)^2). */
-#include <mbsrank/force_check.h>
-#include <mbsrank/joint_check.h>
+#include <mbsrank/verify.h>
 #include <mbsrank/simulation.h>
 
 #include "rk4.h"

@@ -1,6 +1,5 @@
-/* PETSc's time stepper TS, with Newton systems solved on the tree (mbsr_newton): a chain of 30 beads,
- * every other one without mass.
- * SPDX-License-Identifier: BSD-3-Clause
+/* PETSc's time stepper TS, with Newton systems solved on the tree (mbsr_newton): a chain of 30
+ * beads, every other one without mass. SPDX-License-Identifier: BSD-3-Clause
  *
  * TS asks for F and for a matrix dF/dU + shift dF/dU', which is dF/dy + c dF/dy': the residual and
  * mbsr_newton_factor as they are. The matrix is a shell; KSPPREONLY applies the shell
@@ -10,14 +9,16 @@
  *
  * And TS has to be told which tolerances: by itself it tests all of y alike. u is algebraic and
  * belongs into no error test; a momentum is tested by the error of a velocity times a mass,
- * mbsr_momentum_scales. Without that the chain seems to hang: SNES stops when |F| is 1e-8 of what it
- * was, after one iteration where steps are short, since the guess lacks large forces. That leaves
- * O(h^2) in u, where the error test of a method of order 4 finds it and keeps the steps short.
+ * mbsr_momentum_scales. Without that the chain seems to hang: SNES stops when |F| is 1e-8 of what
+ * it was, after one iteration where steps are short, since the guess lacks large forces. That
+ * leaves O(h^2) in u, where the error test of a method of order 4 finds it and keeps the steps
+ * short.
  *
  * The table has such a run, ended after 1000 steps, and one as it should be. Reference: the IDA
  * driver with a tolerance of 1e-10. */
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include "build.h"
 

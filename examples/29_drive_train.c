@@ -67,8 +67,9 @@ int main(void)
                    s.u[flange] + s.u[drum], -torque_of(&s, gear), kinetic + potential);
     }
     if (s.status) fprintf(stderr, "%s\n", s.error.text);
-    printf("%ld steps; energy, heat and work add up to %.1e J\n", mbsr_simulation_stats(&s).steps,
-           worst);
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    printf("%ld steps; energy, heat and work add up to %.1e J\n", stats.steps, worst);
     const int failed = s.status || worst > 1e-2;
     mbsr_simulation_end(&s);
     return failed;

@@ -1,5 +1,5 @@
-/* A robot arm follows points in time: PD control, and the torques that the motion takes fed forward.
- * SPDX-License-Identifier: BSD-3-Clause
+/* A robot arm follows points in time: PD control, and the torques that the motion takes fed
+ * forward. SPDX-License-Identifier: BSD-3-Clause
  *
  * The reference of each joint is a spline through points. A servo reads it, and its rate; inverse
  * dynamics along it, with its second derivative, gives the torques that an arm without error would
@@ -28,7 +28,7 @@ static int feed_forward(void *user, double t, int n, double *value)
     (void)n;
     for (int k = 0; k < N && !status; ++k)
         status = mbsr_table_value(f->reference[k], t, q + k, u + k, a + k);
-    if (!status) status = mbsr_inverse_dynamics(f->model, f->bare, t, q, u, a, tau);
+    if (!status) status = mbsr_inverse_dynamics(f->model, f->bare, t, q, u, a, NULL, tau);
     if (!status) value[0] = tau[f->joint];
     return status;
 }
@@ -77,8 +77,10 @@ static double follow(int fed)
         }
     }
     if (s.status) fprintf(stderr, "%s\n", s.error.text);
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
     printf("%-22s %4ld steps, largest error %.1e rad\n", fed ? "torques fed forward" : "PD alone",
-           mbsr_simulation_stats(&s).steps, worst);
+           stats.steps, worst);
     const int status = s.status;
     mbsr_simulation_end(&s);
     return status ? -1.0 : worst;

@@ -4,11 +4,11 @@
  *   engine - 20 flanges, hubs, gears and shafts - load
  *
  * All turn about one axis, each on the one before, with a spring and a damper in between. Nobody
- * has measured the moments of inertia of the small parts: from 5e-7 to 2e-2 kg m^2, beside 0.4 kg m^2 of
- * the engine and 3 kg m^2 of the load. The torque of the engine rises within 0.1 s and ripples. The
- * report says which of them may be zero if the twist of no joint is to be wrong by more than 1e-4 rad;
- * these are neglected, the others kept, and both models are run. They take about as many steps, as all that is fast
- * is damped. */
+ * has measured the moments of inertia of the small parts: from 5e-7 to 2e-2 kg m^2, beside 0.4 kg
+ * m^2 of the engine and 3 kg m^2 of the load. The torque of the engine rises within 0.1 s and
+ * ripples. The report says which of them may be zero if the twist of no joint is to be wrong by
+ * more than 1e-4 rad; these are neglected, the others kept, and both models are run. They take
+ * about as many steps, as all that is fast is damped. */
 #include <mbsrank/ida.h>
 
 #include "run.h"
@@ -96,7 +96,7 @@ static mbsr_small_masses *report_on(const mbsr_model *m, const mbsr_small_part *
     check(mbsr_small_masses_create(m, &opt, &small, &error), &error);
     check(mbsr_small_masses_start(small, 0.0, zero, zero), mbsr_small_masses_error(small));
     check(mbsr_small_masses_run(small, NULL, T, NULL, &error), &error);
-    check(mbsr_small_masses_report_of(small, report), mbsr_small_masses_error(small));
+    check(mbsr_small_masses_get_report(small, report), mbsr_small_masses_error(small));
     return small;
 }
 
@@ -126,7 +126,8 @@ static long without(const mbsr_model *m, const mbsr_small_part *zero, int count,
     return drive(copy[1], 1e-6, q);
 }
 
-/* The masses with the smallest errors, as many as together stay within what is allowed; how many. */
+/* The masses with the smallest errors, as many as together stay within what is allowed; how many.
+ */
 static int decide(const mbsr_small_masses_report *report, mbsr_small_part zero[PARTS])
 {
     int count = 0, taken[PARTS] = {0};
@@ -145,8 +146,8 @@ static int decide(const mbsr_small_masses_report *report, mbsr_small_part zero[P
     }
 }
 
-/* Each fourth alone is run against its prediction, and all of them with the argument "all", for the picture
- * of doubtful_masses.gp. */
+/* Each fourth alone is run against its prediction, and all of them with the argument "all", for the
+ * picture of doubtful_masses.gp. */
 int main(int argc, char **argv)
 {
     const int step = argc > 1 && strcmp(argv[1], "all") == 0 ? 1 : 4;

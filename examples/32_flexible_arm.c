@@ -1,11 +1,11 @@
 /* A robot arm with two flexible links, and four ways to treat their static modes.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Drives hold the shoulder and the elbow while a tool at the tip pushes sideways, 1 N within 0.2 s. Either
- * link has two normal modes; what else the tip gives way under the tool is in static modes. They may be
- * left out, kept with their mass and its high frequencies, or kept without mass, with damping (index 1)
- * or without (index 2). The tip is compared with a forearm of six normal modes and the static ones.
- * flexible_arm.csv has its path for flexible_arm.gp. */
+ * Drives hold the shoulder and the elbow while a tool at the tip pushes sideways, 1 N within 0.2 s.
+ * Either link has two normal modes; what else the tip gives way under the tool is in static modes.
+ * They may be left out, kept with their mass and its high frequencies, or kept without mass, with
+ * damping (index 1) or without (index 2). The tip is compared with a forearm of six normal modes
+ * and the static ones. flexible_arm.csv has its path for flexible_arm.gp. */
 #include "run.h"
 
 #include <mbsrank/simulation.h>
@@ -43,7 +43,7 @@ static mbsr_flex *undamped(mbsr_flex *flex)
     mbsr_flex *bare;
     mbsr_error error;
     double D[MOST * MOST];
-    mbsr_flex_data(flex, &data);
+    mbsr_flex_definition(flex, &data);
     const int next = data.modes + 1;
     memcpy(D, data.D, (size_t)data.modes * (size_t)data.modes * sizeof *D);
     for (int k = 0; k < data.modes; ++k) {

@@ -2,11 +2,11 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The mechanism and its data are those of the Test Set for IVP Solvers (problem "Andrews' squeezing
- * mechanism"). Tree: K1 - K2, K3, K5 - K4 and K7 - K6 on the ground; three pins at the end of K2 close the
- * loops. A motor of 0.033 N m drives K1 from rest, a spring pulls at K3; within 30 ms K1 turns two and a
- * half times, ever faster. First the pins are rigid, then elastic, 1e10 N/m, which costs hardly a step more: the
- * spring of a stiff closure is an unknown of the equations, and nothing in them grows with it. squeezer.csv has
- * the links at some times for squeezer.gp. */
+ * mechanism"). Tree: K1 - K2, K3, K5 - K4 and K7 - K6 on the ground; three pins at the end of K2
+ * close the loops. A motor of 0.033 N m drives K1 from rest, a spring pulls at K3; within 30 ms K1
+ * turns two and a half times, ever faster. First the pins are rigid, then elastic, 1e10 N/m, which
+ * costs hardly a step more: the spring of a stiff closure is an unknown of the equations, and
+ * nothing in them grows with it. squeezer.csv has the links at some times for squeezer.gp. */
 #include <mbsrank/simulation.h>
 
 #include "run.h"
@@ -85,7 +85,8 @@ static void draw(FILE *file, mbsr_simulation *s)
     fprintf(file, "\n");
 }
 
-/* beta, Theta, gamma, delta, Phi, epsilon, Omega at 0.03 s, by the Test Set, in the order of the bodies */
+/* beta, Theta, gamma, delta, Phi, epsilon, Omega at 0.03 s, by the Test Set, in the order of the
+ * bodies */
 static const double published[BODIES] = {
     15.81077119629904,   -15.75637105984298, 0.04082224013073101, 0.5244099658805304,
     -0.5347301163226948, 1.048080741042263,  0.5347301163226948};

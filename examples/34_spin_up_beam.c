@@ -1,11 +1,12 @@
 /* A beam spun up on a hub: why a flexible body that turns fast needs geometric stiffening.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Data of Simo and Vu-Quoc: 10 m long, EI = 14 kN m^2, 1.2 kg/m; the hub reaches 6 rad/s after 15 s. Turning at
- * 6 rad/s the beam stands straight, since the centrifugal force pulls it taut. Modes that are linear move
- * points across the beam only; so the force pushes along with the deflection, and the beam breaks away. With dependent shapes
- * the beam gets shorter as it bends, in second order, and the pull stiffens it. Compared is the elastica, whose
- * tangent angle is a series of its own. spin_up_beam.csv has deflections for spin_up_beam.gp. */
+ * Data of Simo and Vu-Quoc: 10 m long, EI = 14 kN m^2, 1.2 kg/m; the hub reaches 6 rad/s after 15
+ * s. Turning at 6 rad/s the beam stands straight, since the centrifugal force pulls it taut. Modes
+ * that are linear move points across the beam only; so the force pushes along with the deflection,
+ * and the beam breaks away. With dependent shapes the beam gets shorter as it bends, in second
+ * order, and the pull stiffens it. Compared is the elastica, whose tangent angle is a series of its
+ * own. spin_up_beam.csv has deflections for spin_up_beam.gp. */
 #include <mbsrank/simulation.h>
 
 #include "run.h"

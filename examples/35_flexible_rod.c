@@ -1,12 +1,13 @@
 /* A slider-crank with a flexible connecting rod, and four ways to treat its static modes.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Data of the slider crank in the Test Set for IVP Solvers: crank 0.15 m, steel rod 0.3 m of 8 mm x 8 mm, here
- * brought up to 150 rad/s within 20 ms. The rod is held at the crank pin, and the loop is closed at the marker on
- * its other end: two rows to the piston's pin. Normal modes of a rod clamped at the crank know nothing of
- * the force there; static modes do. They may be left out, kept with their mass and high frequencies, or kept
- * without mass, with damping or without. Looked at is how far the rod's middle leaves the line between the
- * pins, for three normal modes against six and the static ones. flexible_rod.csv has it for flexible_rod.gp. */
+ * Data of the slider crank in the Test Set for IVP Solvers: crank 0.15 m, steel rod 0.3 m of 8 mm x
+ * 8 mm, here brought up to 150 rad/s within 20 ms. The rod is held at the crank pin, and the loop
+ * is closed at the marker on its other end: two rows to the piston's pin. Normal modes of a rod
+ * clamped at the crank know nothing of the force there; static modes do. They may be left out, kept
+ * with their mass and high frequencies, or kept without mass, with damping or without. Looked at is
+ * how far the rod's middle leaves the line between the pins, for three normal modes against six and
+ * the static ones. flexible_rod.csv has it for flexible_rod.gp. */
 #include <mbsrank/simulation.h>
 
 #include "run.h"
@@ -44,7 +45,7 @@ static mbsr_flex *make_rod(int modes, treatment how)
     if (how == WITH_MASS) def.cutoff = INFINITY;
     check(mbsr_flex_beam(&def, &flex, &error), &error);
     if (how != UNDAMPED) return flex;
-    mbsr_flex_data(flex, &data);
+    mbsr_flex_definition(flex, &data);
     memcpy(D, data.D, (size_t)(data.modes * data.modes) * sizeof *D);
     for (int k = modes; k < data.modes; ++k) D[k * (data.modes + 1)] = 0.0;
     data.D = D;

@@ -1,14 +1,15 @@
-/* A plate of solid elements becomes a flexible body: frequencies against closed form, and massless static modes at a
- * corner.
- * SPDX-License-Identifier: BSD-3-Clause
+/* A plate of solid elements becomes a flexible body: frequencies against closed form, and massless
+ * static modes at a corner. SPDX-License-Identifier: BSD-3-Clause
  *
- * Without Poisson's ratio a free plate bends like a beam along either edge, omega = (beta / L)^2 (E h^2 / 12 rho)^1/2,
- * cos beta cosh beta = 1, whatever its width. Meshes of bricks come close with the square of their edges; what remains is
- * shear and rotary inertia, which the theory of thin plates leaves out.
+ * Without Poisson's ratio a free plate bends like a beam along either edge, omega = (beta / L)^2 (E
+ * h^2 / 12 rho)^1/2, cos beta cosh beta = 1, whatever its width. Meshes of bricks come close with
+ * the square of their edges; what remains is shear and rotary inertia, which the theory of thin
+ * plates leaves out.
  *
- * Held by a hinge at one edge, a corner is pushed by a tool, 1 N within 0.02 s. With a few normal modes it gives way
- * too little; the rest is in three static modes of the corner, which cost nothing when they have no mass.
- * fe_plate.csv and fe_plate_corner.csv have the numbers for fe_plate.gp. */
+ * Held by a hinge at one edge, a corner is pushed by a tool, 1 N within 0.02 s. With a few normal
+ * modes it gives way too little; the rest is in three static modes of the corner, which cost
+ * nothing when they have no mass. fe_plate.csv and fe_plate_corner.csv have the numbers for
+ * fe_plate.gp. */
 #include "hex8.h"
 #include "run.h"
 
@@ -28,7 +29,8 @@ static hex8_block plate(int refined)
                         .incompatible = 1};
 }
 
-/* A model whose root is the edge x = 0 and whose other marker is the corner farthest along x and y. */
+/* A model whose root is the edge x = 0 and whose other marker is the corner farthest along x and y.
+ */
 typedef struct model {
     hex8_block block;
     hex8_mesh mesh;

@@ -155,7 +155,7 @@ static double run(double h, int order, FILE *file)
         if (n == steps) break;
         control(m, d, t, angle, drive);
         check(mbsr_stepper_step(stepper), mbsr_stepper_error(stepper));
-        mbsr_stepper_get(stepper, &t, q, u);
+        mbsr_stepper_motion(stepper, &t, q, u);
         mbsr_stepper_get_info(stepper, &info);
         residuals += info.last.residuals;
         substeps += info.last.substeps;

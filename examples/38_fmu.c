@@ -1,8 +1,8 @@
 /* A slider with a spring as an FMU: what any importer of FMI 3.0 loads.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A mass hangs from a spring with a damper, and a force that the importer gives pulls at it. The program writes
- * slider.fmu; docs/fmu.md says what to do with it. */
+ * A mass hangs from a spring with a damper, and a force that the importer gives pulls at it. The
+ * program writes slider.fmu; docs/fmu.md says what to do with it. */
 #include "build.h"
 
 #include <mbsrank/fmu.h>

@@ -101,8 +101,8 @@ static mbsr_model *build(segment *tree, int count, double ratio, const double *r
         segment *s = tree + k;
         const segment *below = s->parent < 0 ? NULL : tree + s->parent;
         const double tip[3] = {0.0, 0.0, below ? below->length : 0.0};
-        const mbsr_frame turned = mbsr_frame_turned(tip, up, s->turn),
-                         tilted = mbsr_frame_turned(NULL, x, s->tilt),
+        const mbsr_frame turned = mbsr_frame_rotated(tip, up, s->turn),
+                         tilted = mbsr_frame_rotated(NULL, x, s->tilt),
                          at = mbsr_frame_product(&turned, &tilted);
         const mbsr_inertia small = ratio > 0.0 ? rod_inertia(s, ratio) : mbsr_inertia_zero();
         s->cross = add_body(m, "cross", below ? below->rod : MBSR_GROUND,
@@ -186,7 +186,7 @@ static int receive(void *user, int index, double t, const double *y, const doubl
     const output *o = user;
     mbsr_simulation *r = o->r;
     const double *q = y;
-    check(mbsr_positions(r->model, r->data, t, q), mbsr_data_error(r->data));
+    check(mbsr_stage_positions(r->model, r->data, t, q), mbsr_data_error(r->data));
     double p[MBSR_POSE_SIZE];
     check(mbsr_body_pose(r->model, r->data, o->tree[o->count - 1].rod, p),
           mbsr_data_error(r->data));

@@ -1,8 +1,8 @@
 /* Meshes of a block of elastic solid: bricks of eight nodes, all alike.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Shape functions (1 + s_x x)(1 + s_y y)(1 + s_z z) / 8, and with `incompatible` also 1 - x^2, 1 - y^2, 1 - z^2, which are
- * eliminated from the element; Gauss's 3 x 3 x 3 points. */
+ * Shape functions (1 + s_x x)(1 + s_y y)(1 + s_z z) / 8, and with `incompatible` also 1 - x^2, 1 -
+ * y^2, 1 - z^2, which are eliminated from the element; Gauss's 3 x 3 x 3 points. */
 #ifndef HEX8_H
 #define HEX8_H
 

@@ -1,6 +1,5 @@
-/* What the examples from 10 to 20 share: running a model with the IDA driver in the momentum form, by
- * simulation.h; a failure ends the program.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* What the examples from 10 to 20 share: running a model with the IDA driver in the momentum form,
+ * by simulation.h; a failure ends the program. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef EXAMPLES_RUN_H
 #define EXAMPLES_RUN_H
 
@@ -50,7 +49,9 @@ static inline double run_dissipation(mbsr_simulation *s)
 
 static inline long run_steps(const mbsr_simulation *s)
 {
-    return mbsr_simulation_stats(s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(s, &stats);
+    return stats.steps;
 }
 
 #endif

@@ -38,6 +38,8 @@
 
 #include "build.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -75,10 +77,10 @@ static inline void sdirk_coefficients(sdirk *s)
 /* The mass on each joint, at the present state. */
 static inline void sdirk_masses(sdirk *s)
 {
-    check(mbsr_positions(s->m, s->d, s->t, s->y), mbsr_data_error(s->d));
-    check(mbsr_velocities(s->m, s->d, s->y + s->nq + s->nu), mbsr_data_error(s->d));
-    check(mbsr_forces(s->m, s->d, NULL), mbsr_data_error(s->d));
-    check(mbsr_backward(s->m, s->d), mbsr_data_error(s->d));
+    check(mbsr_stage_positions(s->m, s->d, s->t, s->y), mbsr_data_error(s->d));
+    check(mbsr_stage_velocities(s->m, s->d, s->y + s->nq + s->nu), mbsr_data_error(s->d));
+    check(mbsr_stage_forces(s->m, s->d, NULL), mbsr_data_error(s->d));
+    check(mbsr_stage_backward(s->m, s->d), mbsr_data_error(s->d));
     check(mbsr_momentum_scales(s->m, s->d, s->mass), mbsr_data_error(s->d));
 }
 

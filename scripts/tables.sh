@@ -422,6 +422,12 @@ table_files() {
     rows files "$numbers"' { printf "| %s | %s | %.1f | %.0f | %.0f | %s |\n", toupper($1), grouped($2), $3, $4, $8, grouped($9) }'
 }
 
+table_python() {
+    echo '| a call, 7 bodies, µs | Python | bare C call by cffi | more |'
+    echo '|---|---:|---:|---:|'
+    rows python '{ printf "| %s | %s | %s | %s |\n", $1, $2, $3, $4 }'
+}
+
 # fill FILE: the file with its tables made anew.
 fill() {
     local line name

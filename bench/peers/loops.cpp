@@ -4,9 +4,10 @@
  *   loops_NAME folder [samples]     lines of CSV on standard output, columns as of bench_loops
  *   loops_NAME --runs folder        likewise of bench_loop_runs
  *
- * Before a mechanism is timed, its accelerations are compared with those of the library. Runs go by the Runge-Kutta
- * method of order 4, in as many steps (5, 10, 20 and so on) as it takes to be no farther from the
- * reference than the library's run is; those that would take more than 20 s are left out, and say so. */
+ * Before a mechanism is timed, its accelerations are compared with those of the library. Runs go by
+ * the Runge-Kutta method of order 4, in as many steps (5, 10, 20 and so on) as it takes to be no
+ * farther from the reference than the library's run is; those that would take more than 20 s are
+ * left out, and say so. */
 #include "loops.h"
 
 extern "C" {
@@ -168,7 +169,8 @@ double distance(const std::vector<double> &a, const std::vector<double> &b)
     return most;
 }
 
-/* One run in so many steps; its CPU time, s, or what it would be where that is more than `limit`. */
+/* One run in so many steps; its CPU time, s, or what it would be where that is more than `limit`.
+ */
 double integrate(loops_model &model, state &x, double h, long steps, double limit)
 {
     const double before = bench_now();

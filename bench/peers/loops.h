@@ -1,8 +1,8 @@
-/* What the programs that time other libraries on closed loops share: mechanisms from files, checks, timing.
- * SPDX-License-Identifier: BSD-3-Clause
+/* What the programs that time other libraries on closed loops share: mechanisms from files, checks,
+ * timing. SPDX-License-Identifier: BSD-3-Clause
  *
- * Mechanisms are rods in the plane, as `bench_loops --write` writes them. A program defines the functions of
- * `namespace library`; loops.cpp has the rest. */
+ * Mechanisms are rods in the plane, as `bench_loops --write` writes them. A program defines the
+ * functions of `namespace library`; loops.cpp has the rest. */
 #ifndef PEERS_LOOPS_H
 #define PEERS_LOOPS_H
 
@@ -47,7 +47,8 @@ namespace library
 extern const char *const name, *const timed;
 extern const double largest_defect; /* of what may be timed, relative */
 std::string version();
-/* For a run in steps of `step` s. Throws a std::exception where the library refuses the mechanism. */
+/* For a run in steps of `step` s. Throws a std::exception where the library refuses the mechanism.
+ */
 std::unique_ptr<loops_model> open(const loops_mechanism &mechanism, double step);
 } // namespace library
 

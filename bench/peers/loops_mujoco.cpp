@@ -9,8 +9,8 @@
 namespace
 {
 
-/* Drawn closed: anchors of constraints are taken from there. Constraints are pulled back within two steps, the
- * shortest time that MuJoCo allows. */
+/* Drawn closed: anchors of constraints are taken from there. Constraints are pulled back within two
+ * steps, the shortest time that MuJoCo allows. */
 class writer
 {
   public:

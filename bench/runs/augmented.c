@@ -197,7 +197,8 @@ static void before(const linear_body *b, const augmented_null *p, int k, double 
     }
 }
 
-/* Change of V^T (V x* M V - F) of a body with xi and nu, and of N^T times the linearised inverse dynamics with theta. */
+/* Change of V^T (V x* M V - F) of a body with xi and nu, and of N^T times the linearised inverse
+ * dynamics with theta. */
 static void put_null_part(augmented *s, int row, const augmented_null *p)
 {
     const int i = p->body;

@@ -1,13 +1,16 @@
-/* A stiff tree's Newton systems of the momentum form in sparse augmented form, with analytic entries.
- * SPDX-License-Identifier: BSD-3-Clause
+/* A stiff tree's Newton systems of the momentum form in sparse augmented form, with analytic
+ * entries. SPDX-License-Identifier: BSD-3-Clause
  *
- * The unknowns of body i are xi, nu, chi, phi and delta u_i of docs/newton.md, and its rows the equations given there, so
- * that a row has entries for a body and its predecessor only, and for what elements across the tree tie to it:
+ * The unknowns of body i are xi, nu, chi, phi and delta u_i of docs/newton.md, and its rows the
+ * equations given there, so that a row has entries for a body and its predecessor only, and for
+ * what elements across the tree tie to it:
  *
- *   xi  - xi_pi - sum of S theta = 0             nu - nu_pi - sum of (S delta u + (V x S) theta) = 0
+ *   xi  - xi_pi - sum of S theta = 0
+ *       nu - nu_pi - sum of (S delta u + (V x S) theta) = 0
  *   chi - M nu - sum over successors of (chi + (S theta) x* h) = 0,  phi likewise
  *   S^T (c chi - phi) - S'^T chi - ... = r_p + c w            in the range of D
- *   N^T (linearised inverse dynamics) = r_u                   for each null vector N of the mass matrix
+ *   N^T (linearised inverse dynamics) = r_u
+ *       for each null vector N of the mass matrix
  *
  * theta: displacements along the joint's axes, by delta u and r_q; w = L (range part of r_u). */
 #ifndef RUNS_AUGMENTED_H
@@ -18,7 +21,8 @@
 /* The unknowns of a body, in this order. */
 enum { AUGMENTED_XI, AUGMENTED_NU, AUGMENTED_CHI, AUGMENTED_PHI, AUGMENTED_RATES };
 
-/* An entry; or a share of theta (column: of which rate) in a row, which went to the columns of delta u and goes to the right side. */
+/* An entry; or a share of theta (column: of which rate) in a row, which went to the columns of
+ * delta u and goes to the right side. */
 typedef struct augmented_entry {
     int row, column;
     double value;

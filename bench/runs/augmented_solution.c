@@ -1,5 +1,5 @@
-/* The right side of a Newton system in sparse augmented form, and what its solution says of y: see augmented.h.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The right side of a Newton system in sparse augmented form, and what its solution says of y: see
+ * augmented.h. SPDX-License-Identifier: BSD-3-Clause */
 #include "augmented.h"
 
 #include <string.h>
@@ -18,7 +18,8 @@ static void quaternions(const double a[4], const double b[4], int divide, double
     for (int k = 0; k < 4 && divide; ++k) c[k] /= square;
 }
 
-/* What r_q adds to theta: r_q / c of an axis; of a quaternion, with r_q q^-1 = (a, b), that of 2 b + u a / c. */
+/* What r_q adds to theta: r_q / c of an axis; of a quaternion, with r_q q^-1 = (a, b), that of 2 b
+ * + u a / c. */
 static void take_coordinates(const augmented *s, const linear_body *b, const double *r, double *to)
 {
     const double *q = s->y + b->q, *u = s->u + b->u;

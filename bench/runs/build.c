@@ -96,7 +96,8 @@ static void cross(const double a[3], const double b[3], double c[3])
     }
 }
 
-/* One of its springs: the force f on a, and how it changes with b's place and velocity relative to a. */
+/* One of its springs: the force f on a, and how it changes with b's place and velocity relative to
+ * a. */
 typedef struct rubber {
     point end[2];
     double f[3], by_p[3][3], by_v[3][3];
@@ -129,7 +130,8 @@ static rubber stretch(const stiff_ball *s, const mbsr_force_body *body, int alon
     return x;
 }
 
-/* The change of what one spring exerts with number k of the pose (0 to 5) or of V (6 to 11) of an end. */
+/* The change of what one spring exerts with number k of the pose (0 to 5) or of V (6 to 11) of an
+ * end. */
 static void add_change(const rubber *x, const mbsr_force_body *body, int end, int k,
                        const mbsr_force_derivatives *out)
 {
@@ -309,7 +311,7 @@ void build_tolerances(const stiff_model *s, const mbsr_model *m, double toleranc
 
 void build_places(const mbsr_model *m, mbsr_data *d, double t, const double *q, double *x)
 {
-    bench_check(mbsr_positions(m, d, t, q), "positions", mbsr_data_error(d)->text);
+    bench_check(mbsr_stage_positions(m, d, t, q), "positions", mbsr_data_error(d)->text);
     for (int k = 0; k < mbsr_model_bodies(m); ++k) {
         double p[MBSR_POSE_SIZE];
         bench_check(mbsr_body_pose(m, d, k, p), "pose", mbsr_data_error(d)->text);

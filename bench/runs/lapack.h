@@ -7,7 +7,8 @@
 
 typedef struct lapack lapack;
 
-/* Attaches it to the driver, which is to be destroyed first; the matrix is IDA's, by differences. */
+/* Attaches it to the driver, which is to be destroyed first; the matrix is IDA's, by differences.
+ */
 lapack *lapack_attach(mbsr_ida *ida, int size);
 void lapack_destroy(lapack *l); /* NULL is allowed */
 

@@ -181,7 +181,8 @@ static void velocity(const double V[6], const double p[3], double v[3])
     add(1.0, V + 3, 3, v);
 }
 
-/* Changes of a point's place and velocity, of the body's displacement xi and the change nu of its V, seen in the body. */
+/* Changes of a point's place and velocity, of the body's displacement xi and the change nu of its
+ * V, seen in the body. */
 static void point_changes(const linear_body *b, const double p[3], const double xi[6],
                           const double nu[6], double dp[3], double dv[3])
 {
@@ -449,8 +450,8 @@ static void ranks(linear_model *m)
 
 /* ---- coordinates ---- */
 
-/* Displacements by delta u: of axes 1 / c; of a quaternion, q' = 1/2 (0, u) q, with theta its small rotation
- * c theta - 1/2 u x theta + u (u^T theta) / (4 c) = delta u + ... */
+/* Displacements by delta u: of axes 1 / c; of a quaternion, q' = 1/2 (0, u) q, with theta its small
+ * rotation c theta - 1/2 u x theta + u (u^T theta) / (4 c) = delta u + ... */
 static void displacements(linear_body *b, const double *u, double c)
 {
     const int n = b->axes;

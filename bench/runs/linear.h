@@ -1,9 +1,10 @@
-/* A stiff tree (stiff.h) linearised at a state, body by body: what a matrix of its equations in sparse form
- * consists of. Written for itself, without the library's recursions.
+/* A stiff tree (stiff.h) linearised at a state, body by body: what a matrix of its equations in
+ * sparse form consists of. Written for itself, without the library's recursions.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Twists (omega, v) and wrenches (moment, force) are about the world's origin, along its axes. Notation and equations:
- * docs/newton.md, "Rigid bodies in space, regular masses" and "Massless directions". */
+ * Twists (omega, v) and wrenches (moment, force) are about the world's origin, along its axes.
+ * Notation and equations: docs/newton.md, "Rigid bodies in space, regular masses" and "Massless
+ * directions". */
 #ifndef RUNS_LINEAR_H
 #define RUNS_LINEAR_H
 
@@ -29,20 +30,20 @@ typedef struct linear_body {
     double h[6], F[6],
         B[6]; /* sums from here to the leaves: momentum, external wrench, M A + V x* M V - F */
     int loaded;
-    double by_xi[36],
-        by_nu
-            [36]; /* rows: change of the body's own wrench, if it is loaded, with its displacement and with that of V */
+    double by_xi[36], by_nu[36]; /* rows: change of the body's own wrench, if it is loaded, with its
+                                    displacement and with that of V */
     linear_axis axis[LINEAR_RATES];
     double
         theta[36]; /* rows: displacements along the axes = theta delta u + what the residual adds */
     int rank;
-    double range[36],
-        null[36]; /* columns: rank of them to test the range of D with, axes - rank that span its null space */
-    double kept[36]; /* rows: D D^+ */
-    double gain[36]; /* columns U D^+ */
+    double range[36], null[36]; /* columns: rank of them to test the range of D with, axes - rank
+                                   that span its null space */
+    double kept[36];            /* rows: D D^+ */
+    double gain[36];            /* columns U D^+ */
 } linear_body;
 
-/* A force between two bodies: changes of both wrenches (rows 0..5 of a, 6..11 of b) with xi_a, nu_a, xi_b, nu_b. */
+/* A force between two bodies: changes of both wrenches (rows 0..5 of a, 6..11 of b) with xi_a,
+ * nu_a, xi_b, nu_b. */
 typedef struct linear_tie {
     int a, b;
     double by[12 * 24];

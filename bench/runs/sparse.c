@@ -41,8 +41,9 @@ static int by_place(const void *a, const void *b)
     return x->column != y->column ? x->column - y->column : x->row - y->row;
 }
 
-/* Bodies from the leaves to the root, and of each what the others are made of first; with elements across the tree in the
- * order that KLU chooses (approximate minimum degree), which costs chains half as much fill again. */
+/* Bodies from the leaves to the root, and of each what the others are made of first; with elements
+ * across the tree in the order that KLU chooses (approximate minimum degree), which costs chains
+ * half as much fill again. */
 static void analyse(sparse *s)
 {
     static const int kinds[5] = {AUGMENTED_CHI, AUGMENTED_PHI, AUGMENTED_XI, AUGMENTED_NU,

@@ -71,6 +71,7 @@ docs/newton
 docs/derivatives
 docs/performance
 docs/architecture
+docs/renamed
 bench/README
 CHANGELOG
 ```

@@ -6,9 +6,9 @@
 # The groups of the reference, as in the README.
 function topic(name) {
     if (name ~ /^(mbsrank|base|spatial|data)$/) return "basics"
-    if (name ~ /^(model|joint|joint_check|inertia|force|force_check|table|flex|fe|sid|files)$/) return "models"
+    if (name ~ /^(model|joint|verify|inertia|force|table|flex|fe|sid|files)$/) return "models"
     if (name ~ /^(dynamics|batch|threads|index|small_masses)$/) return "evaluation"
-    if (name ~ /^(closure|loops)$/) return "loops"
+    if (name ~ /^(closure)$/) return "loops"
     if (name ~ /^(dae|ode|newton|completion)$/) return "equations"
     return "runs"
 }

@@ -50,8 +50,8 @@ typedef struct mbsr_closure_jacobian {
 
 /* Derivatives, for Newton systems, with respect to displacements of the bodies, one column for each
  * column of C: its body turned about its origin by a small angle and moved, along V; its joint's
- * coordinates moved, along u. force (columns x columns, column-major): of the loop forces C^T lambda on
- * the bodies; rate (rows x columns): of C (V, u) + g_t. t, lambda, V and u are held. */
+ * coordinates moved, along u. force (columns x columns, column-major): of the loop forces C^T
+ * lambda on the bodies; rate (rows x columns): of C (V, u) + g_t. t, lambda, V and u are held. */
 typedef struct mbsr_closure_tangent {
     double *force, *rate;
     int rows, columns;
@@ -73,19 +73,20 @@ typedef struct mbsr_closure_tangent {
 #define MBSR_CLOSURE_RELATIVE 8u
 
 /* Promises that spare work in Newton systems. BALANCED: what a row exerts on the bodies adds up to
- * nothing, forces and moments, where the loop is closed (with MBSR_CLOSURE_ROOT: unless it follows a
- * motion or has stiff rows). OWN: the columns of C of a body, and what they make of its velocities,
- * depend on the place of that body alone (unless it has stiff rows). */
+ * nothing, forces and moments, where the loop is closed (with MBSR_CLOSURE_ROOT: unless it follows
+ * a motion or has stiff rows). OWN: the columns of C of a body, and what they make of its
+ * velocities, depend on the place of that body alone (unless it has stiff rows). */
 #define MBSR_CLOSURE_BALANCED 16u
 #define MBSR_CLOSURE_OWN 32u
 
-/* With MBSR_CLOSURE_JOINTS: of its bodies it reads q and u alone (poses and velocities need not be there), and the
- * columns of V are zero. Newton systems take such closures in vector code; their forces balance, and OWN
- * speaks of coordinates, of stiff rows too. */
+/* With MBSR_CLOSURE_JOINTS: of its bodies it reads q and u alone (poses and velocities need not be
+ * there), and the columns of V are zero. Newton systems take such closures in vector code; their
+ * forces balance, and OWN speaks of coordinates, of stiff rows too. */
 #define MBSR_CLOSURE_COORDINATES 64u
 
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
- * recoverable, < 0 fatal). They may be called by several threads at once. Outputs arrive as zero. */
+ * recoverable, < 0 fatal). They may be called by several threads at once. Outputs arrive as zero.
+ */
 typedef struct mbsr_closure_table {
     unsigned version; /* MBSR_CLOSURE_TABLE_VERSION */
     unsigned flags;   /* MBSR_CLOSURE_JOINTS and the others above, or 0 */
@@ -112,9 +113,9 @@ typedef struct mbsr_closure_table {
     int (*tangent)(const mbsr_closure_args *args, const double *lambda,
                    const mbsr_closure_tangent *out);
 
-    /* Optional: how many rows there are, of which the first *held are position rows. Called when the
-     * model is finished; of the bodies id, space, d, np, n and nq are set. Without it those of the
-     * definition count. */
+    /* Optional: how many rows there are, of which the first *held are position rows. Called when
+     * the model is finished; of the bodies id, space, d, np, n and nq are set. Without it those of
+     * the definition count. */
     int (*count)(const mbsr_closure_args *args, int *rows, int *held);
 
     /* Optional: called when the model is finished, as count. On refusal returns a status and may
@@ -127,8 +128,8 @@ typedef struct mbsr_closure_table {
     /* Optional: name of row k for messages, such as "x" or "turn about z". */
     const char *(*row)(const mbsr_closure_args *args, int k);
 
-    /* Optional: the point of the world (m) at which the rows act: of a ball joint or weld that of body a,
-     * where a rolling body touches. For reports and pictures; bodies have no velocities. */
+    /* Optional: the point of the world (m) at which the rows act: of a ball joint or weld that of
+     * body a, where a rolling body touches. For reports and pictures; bodies have no velocities. */
     int (*point)(const mbsr_closure_args *args, double x[3]);
 
     /* Optional: steps of differences where jacobian, drift or bias are missing. */
@@ -150,13 +151,13 @@ struct mbsr_closure_def {
      * stiffness (N/m, N m/rad) and damping (N s/m, N m s/rad) along it, which costs an integrator
      * what the rigid row costs, however stiff it is. Default 0: rigid. */
     double stiffness[MBSR_CLOSURE_ROWS], damping[MBSR_CLOSURE_ROWS];
-    /* The same by matrices (compliant x compliant, column-major, copied), instead of the numbers above;
-     * compliant is the number of position rows, 0: none. At rest the gaps give way to the loop forces
-     * by g = -compliance lambda (m/N, rad/(N m) and between them), symmetric positive semi-definite;
-     * combinations of rows without compliance are rigid. compliance_damping: D of a damping force -D g'
-     * (N s/m, N m s/rad), likewise, or NULL; what it does along rigid combinations has no effect. The
-     * position rows of the closure are then T times those of its table, in which springs and dampers
-     * act apart (mbsr_closure_mixture). */
+    /* The same by matrices (compliant x compliant, column-major, copied), instead of the numbers
+     * above; compliant is the number of position rows, 0: none. At rest the gaps give way to the
+     * loop forces by g = -compliance lambda (m/N, rad/(N m) and between them), symmetric positive
+     * semi-definite; combinations of rows without compliance are rigid. compliance_damping: D of a
+     * damping force -D g' (N s/m, N m s/rad), likewise, or NULL; what it does along rigid
+     * combinations has no effect. The position rows of the closure are then T times those of its
+     * table, in which springs and dampers act apart (mbsr_closure_mixture). */
     int compliant;
     const double *compliance, *compliance_damping;
     /* 1 (default): a start closes stiff rows like rigid ones and loads their springs with the force
@@ -171,15 +172,16 @@ MBSR_API mbsr_closure_def mbsr_default_closure_def(void);
 /* ---- stock closures ----
  *
  * Frames and points stand in body axes, those on the ground in the axes of the root; NULL is the
- * body's own frame or origin. Rows are taken along the axes of the root, so that bodies in the plane
- * and points have those in the plane; two bodies of which one is in space have those of space. Those of a
- * weld or ball that has stiffness, between two bodies and without motion, are taken along the axes of
- * body b, which turn with it. Loop forces act on body a, the opposite ones on body b. Both on one body, or both on the ground, is
- * refused, and so are bodies in GENERAL space. */
+ * body's own frame or origin. Rows are taken along the axes of the root, so that bodies in the
+ * plane and points have those in the plane; two bodies of which one is in space have those of
+ * space. Those of a weld or ball that has stiffness, between two bodies and without motion, are
+ * taken along the axes of body b, which turn with it. Loop forces act on body a, the opposite ones
+ * on body b. Both on one body, or both on the ground, is refused, and so are bodies in GENERAL
+ * space. */
 
-/* In a definition a weld and a ball have in param their frames or points, frame a from 0 and frame b from 12
- * on (origin, then axes); a coupling coefficient k in param[k], coordinate k in option[k], and its offset in
- * param[MBSR_CLOSURE_BODIES]. */
+/* In a definition a weld and a ball have in param their frames or points, frame a from 0 and frame
+ * b from 12 on (origin, then axes); a coupling coefficient k in param[k], coordinate k in
+ * option[k], and its offset in param[MBSR_CLOSURE_BODIES]. */
 
 /* The two frames stay together: 3 rows for the turn (a's against b's, rad) and 3 for the origins
  * (m) in space; x, y, turn in the plane; x, y where a POINT takes part, which has no turn. */
@@ -198,8 +200,8 @@ MBSR_API mbsr_closure_def mbsr_closure_rows(int a, const double point_a[3], int 
                                             const double point_b[3], int count,
                                             const double *direction);
 
-/* The same with directions that are fixed in body b and turn with it: a point in a slot or on a face of a
- * body. The row's force acts on both bodies along its direction at point a. */
+/* The same with directions that are fixed in body b and turn with it: a point in a slot or on a
+ * face of a body. The row's force acts on both bodies along its direction at point a. */
 MBSR_API mbsr_closure_def mbsr_closure_body_rows(int a, const double point_a[3], int b,
                                                  const double point_b[3], int count,
                                                  const double *direction);
@@ -223,8 +225,8 @@ MBSR_API mbsr_closure_def mbsr_closure_coupling(int count, const int *body, cons
 MBSR_API mbsr_closure_def mbsr_closure_rolling_ball(int a, const double centre[3], double radius,
                                                     int b, const mbsr_frame *frame_b);
 
-/* A sharp-edged disc of that radius in the plane z = 0 of frame_a, about its origin, rolls likewise:
- * bodies in space only. The disc must not lie flat (MBSR_DEGENERATE_FORCE). */
+/* A sharp-edged disc of that radius in the plane z = 0 of frame_a, about its origin, rolls
+ * likewise: bodies in space only. The disc must not lie flat (MBSR_DEGENERATE_FORCE). */
 MBSR_API mbsr_closure_def mbsr_closure_rolling_disc(int a, const mbsr_frame *frame_a, double radius,
                                                     int b, const mbsr_frame *frame_b);
 
@@ -234,10 +236,10 @@ MBSR_API mbsr_closure_def mbsr_closure_custom(const mbsr_closure_table *table, i
 
 /* ---- building ---- */
 
-/* Adds a closure and writes its id (0, 1, 2, ...) to *id, which may be NULL. Its bodies may be added
- * later. Everything but the table and user pointers is copied. A refused closure leaves the model as
- * it was. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_ID,
- * MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY, or what the table returned; the text is in
+/* Adds a closure and writes its id (0, 1, 2, ...) to *id, which may be NULL. Its bodies may be
+ * added later. Everything but the table and user pointers is copied. A refused closure leaves the
+ * model as it was. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE,
+ * MBSR_ERR_ID, MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY, or what the table returned; the text is in
  * mbsr_model_error. */
 MBSR_API int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *id);
 
@@ -254,68 +256,145 @@ MBSR_API int mbsr_model_add_loop_joint(mbsr_model *model, const char *name, int 
  * exist, gives -1, a name NULL. */
 
 MBSR_API int mbsr_model_closures(const mbsr_model *model);
-MBSR_API int mbsr_model_rows(const mbsr_model *model); /* velocity rows of all closures */
-MBSR_API int mbsr_model_held(const mbsr_model *model); /* position rows of all closures */
+MBSR_API int mbsr_model_rows(const mbsr_model *model);          /* velocity rows of all closures */
+MBSR_API int mbsr_model_position_rows(const mbsr_model *model); /* position rows of all closures */
 
 /* Where the rows of a closure stand among all: velocity rows [row .. row+rows), position rows
- * [held_row .. held_row+held). Outputs may be NULL. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
- * MBSR_ERR_ID. */
-MBSR_API int mbsr_closure_place(const mbsr_model *model, int closure, int *row, int *rows,
-                                int *held_row, int *held);
-/* The stiffness of one of its rows, 0 for a rigid one; -1 where there is none. */
-MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row);
+ * [position_row .. position_row+position_rows). Outputs may be NULL. MBSR_ERR_NULL,
+ * MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows,
+                                  int *position_row, int *position_rows);
 /* How the position rows (held) of a closure follow from those of its table: T (held x held,
- * column-major), the identity but for those with a compliance matrix, which have rows of length 1. Loop
- * forces along the table's rows are T^T lambda. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+ * column-major), the identity but for those with a compliance matrix, which have rows of length 1.
+ * Loop forces along the table's rows are T^T lambda. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
+ * MBSR_ERR_ID. */
 MBSR_API int mbsr_closure_mixture(const mbsr_model *model, int closure, double *T);
 /* The closure that a force element has become (as_closure), or MBSR_NONE. */
 MBSR_API int mbsr_force_closure(const mbsr_model *model, int force);
 MBSR_API const char *mbsr_closure_name(const mbsr_model *model, int closure);
 MBSR_API int mbsr_model_find_closure(const mbsr_model *model, const char *name);
-/* What a closure was defined as, a value that can be added to another model; its name is the model's.
- * Compliance matrices are not kept, and such a closure is refused elsewhere. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+/* What a closure was defined as, a value that can be added to another model; its name is the
+ * model's. Compliance matrices are not kept, and such a closure is refused elsewhere.
+ * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
 MBSR_API int mbsr_closure_definition(const mbsr_model *model, int closure, mbsr_closure_def *def);
 
-/* The weights w (nu) with which multipliers of position rows act on coordinates in the momentum form,
- * q' = G (u + w C^T Eta'): inverses of the inertias that the joint rates move at q = 0, of those that
- * move little a thousandth of the largest of their kind. Numbers of the model, in no preferred units.
- * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED. */
-MBSR_API int mbsr_closures_weight(const mbsr_model *model, double *w);
+/* ---- closures at a state ----
+ *
+ * m = mbsr_model_rows, h = mbsr_model_position_rows, nq and nu as in the model. mbsr_assemble and
+ * mbsr_closures_report take memory from the model's allocator for the call, in O(nu + m). Dense
+ * matrices, O((nu + m)^2), are made by reports of models with at most 120 rates and rows, with
+ * stiff rows or with directions without mass, and by mbsr_assemble where stiff rows cannot all be
+ * closed. All others look up what is known. */
 
-/* ---- the rows at a state ----
- * m = mbsr_model_rows, h = mbsr_model_held, nu as in the model. */
-
-/* What the loops are open by: g (h) at the positions of mbsr_positions. MBSR_ERR_NULL,
+/* What the loops are open by: g (h) at the positions of mbsr_stage_positions. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE, what a table returned. */
 MBSR_API int mbsr_closures_gap(const mbsr_model *model, mbsr_data *data, double *g);
 
-/* C u + g_t (m) at the state of mbsr_velocities. Statuses as above. */
-MBSR_API int mbsr_closures_rate(const mbsr_model *model, mbsr_data *data, double *rate);
+/* ---- closing loops ---- */
 
-/* Its time derivative (m) where u' is zero: C' u + (g_t)'. At the state of mbsr_velocities. */
-MBSR_API int mbsr_closures_bias(const mbsr_model *model, mbsr_data *data, double *bias);
+/* How mbsr_assemble closes loops. */
+typedef struct mbsr_assembly_opt {
+    int cookie;         /* set by mbsr_default_assembly_opt */
+    int max_iterations; /* default 100 */
+    double
+        tolerance; /* of each gap: turns in rad, places over the longest lever of the mechanism
+                    * or   over their distance from the origin, whichever is more; default 1e-12 */
+    /* nu each, NULL (default): none. How many times more than the others a coordinate resists,
+     * positive: 1e6 keeps it where it is, as far as the loops let it; 1 for coordinates that stay
+     * where they are. */
+    const double *weight;
+    const int *keep_position;
+} mbsr_assembly_opt;
 
-/* Products with the rows of all closures: y (m) = C x (nu), and y (nu) = C^T x (m), at the positions of mbsr_positions. x and y must not
- * overlap. O(bodies + rows). */
-MBSR_API int mbsr_closures_apply(const mbsr_model *model, mbsr_data *data, const double *x,
-                                 double *y);
-MBSR_API int mbsr_closures_transpose(const mbsr_model *model, mbsr_data *data, const double *x,
-                                     double *y);
+MBSR_API mbsr_assembly_opt mbsr_default_assembly_opt(void);
 
-/* What was found by mbsr_closure_verify: the largest errors of C, g_t and the bias against
- * differences, relative to the largest entry of each. */
-typedef struct mbsr_closure_errors {
-    double jacobian, drift, bias;
-    char text[MBSR_TEXT_SIZE]; /* where the largest was found */
-} mbsr_closure_errors;
+/* What mbsr_assemble has found. */
+typedef struct mbsr_assembly_info {
+    int iterations;
+    int closure;            /* the one that is open widest, MBSR_NONE where all are closed */
+    double gap_before, gap; /* largest |g| of the guess, and of q_closed */
+    double change;          /* largest |change| of an entry of q */
+} mbsr_assembly_info;
 
-/* Tests the functions of a closure's table against differences of g (of the velocity rows for the
- * bias) in the state of mbsr_velocities: for whoever writes one, in tests of his own. About 1e-8
- * where they are right. Rows that are not position rows are tested for their bias alone; the turns
- * of a weld only where its frames agree. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID,
- * MBSR_NOT_FINITE, what a table returned. */
-MBSR_API int mbsr_closure_verify(const mbsr_model *model, mbsr_data *data, int closure,
-                                 mbsr_closure_errors *errors);
+/* Positions that close all loops, near the guess q (nq), by the Levenberg-Marquardt method: the
+ * change is small, of turns in rad, of ways over the longest lever of the mechanism, so that units
+ * do not matter. Coordinates that a closure knows through its bodies alone, as a pin its angle,
+ * have no part in that. q_closed (nq) may be q. Stiff rows are closed like rigid ones; where they
+ * are more than the freedoms and cannot all be closed, those that depend on others at q are left as
+ * they come, and their gaps are not counted. info may be NULL.
+ *
+ * MBSR_LOOP_OPEN where no position is found in which all gaps vanish: because there is none, or
+ * because the guess leads to a position from which all ways make the gaps larger. q_closed and info
+ * then hold the nearest position found, and the text names the loops that are open, and by how
+ * much. Also MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY,
+ * MBSR_NOT_FINITE and what mbsr_stage_positions returns; q_closed is then as it was. */
+MBSR_API int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                           const mbsr_assembly_opt *opt, double *q_closed,
+                           mbsr_assembly_info *info);
+
+/* ---- ranks of the rows ---- */
+
+/* What the rows hold at a position. Ranks are those of C with the
+ * rows of a closure scaled so that the longest of them has length 1; rows count in
+ * the order of their closures, position rows first, so that of several that are redundant together
+ * the last counts as redundant. */
+typedef struct mbsr_closure_report {
+    int rows;         /* m */
+    int independent;  /* rank of C here */
+    int nearby;       /* and in closed positions nearby: larger where the position is singular */
+    int mobility;     /* freedoms that are left: nu - independent - undetermined */
+    int massless;     /* directions of the tree that move no mass */
+    int undetermined; /* of these, the ones that no loop holds, neither by rigid nor by stiff rows
+                       */
+    double smallest_kept;   /* squared distance of an independent row from the span of those before;
+                               of all others in models of more than 120 rates and rows */
+    double largest_dropped; /* of a dependent one */
+    int weakest; /* of the rows that the data does not leave out, the one nearest to the span of
+                             those before it; MBSR_NONE where there are none */
+    double weakest_pivot; /* its squared distance */
+    double gap;           /* largest |g| */
+    double stretch; /* smallest over largest singular value of the rows on the directions without
+                       mass that they hold; 1 where there are none. Where it vanishes these bodies
+                       are stretched: a motion that goes on would be an impact */
+    int stretched;  /* the row that has most part in it, or MBSR_NONE */
+} mbsr_closure_report;
+
+/* Reports on the position q, which should be closed. redundant (m): 1 for each row that depends on
+ * those before it in every closed position nearby. unique (m): 1 where the loop force of the row is
+ * determined by motion and applied forces, 0 where it is a matter of elasticity that the model has
+ * not. Both may be NULL. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY and statuses of mbsr_stage_positions. */
+MBSR_API int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t,
+                                  const double *q, mbsr_closure_report *report, int *redundant,
+                                  int *unique);
+
+/* The closure of row `row` among all, its own number of the row, and the row's name ("" where the
+ * table gives none). Outputs may be NULL. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own,
+                                 const char **name);
+
+/* ---- loop forces ---- */
+
+/* Loop forces lambda (m) of the last evaluation: of mbsr_stage_forces, mbsr_forward_dynamics, the
+ * residual, or mbsr_inverse_dynamics. Those of stiff rows are the forces of their springs, those of
+ * rigid rows zero after mbsr_stage_forces and inverse dynamics without motors. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE. */
+MBSR_API int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda);
+
+/* What one closure exerts on one of its bodies by these loop forces, such as the force of contact
+ * on a rolling wheel: f (d numbers, conjugate to V; for a SPATIAL body the wrench about its origin,
+ * moment first, world axes) and tau (n, conjugate to u), as mbsr_force_load. place: 0 .. bodies - 1
+ * in its definition; a root at rest has no numbers. One output may be NULL. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE, MBSR_ERR_ID, MBSR_ERR_VALUE (place), MBSR_NOT_FINITE, what the table returned.
+ */
+MBSR_API int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure, int place,
+                                   double *f, double *tau);
+
+/* Where it acts, m, world axes (`point` of mbsr_closure_table): of balls, welds, rows and distances
+ * the point of the first body, of rolling bodies that of contact. At the positions of
+ * mbsr_stage_positions. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID, MBSR_ERR_VALUE where it has
+ * none, such as a coupling; MBSR_NOT_FINITE, what the table returned. */
+MBSR_API int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int closure,
+                                double point[3]);
 
 #ifdef __cplusplus
 }

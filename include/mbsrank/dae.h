@@ -28,17 +28,18 @@ extern "C" {
  * index 1, dF_u/du is regular (Hessenberg form of size 1). It is the form to integrate; see
  * docs/dae_forms.md for step counts. It needs the rates of K, H and J: joints without a `rates`
  * function and inertias by function get them by central differences of the kinematics, at three
- * times the cost of mbsr_positions.
+ * times the cost of mbsr_stage_positions.
  *
  * With closures (closure.h), which MOMENTUM alone takes, y = (q, p, u, Lambda, Eta): one number for
- * each velocity row, then one for each position row, both algebraic. Loop forces are rates, lambda =
- * Lambda', and come with y'; Eta' is zero on solutions:
+ * each velocity row, then one for each position row, both algebraic. Loop forces are rates, lambda
+ * = Lambda', and come with y'; Eta' is zero on solutions:
  *
- *   q' - G (u + C^T Eta');  p' - (.) - C^T Lambda';  u from p, or forces without mass;  C u + g_t;  g
+ *   q' - G (u + C^T Eta');  p' - (.) - C^T Lambda';  u from p, or forces without mass;  C u + g_t;
+ *       g
  *
- * In the place of a stiff row's Lambda stands the force s of its spring, and lambda = -(s + (damping /
- * stiffness) s'). Origins of Lambda and Eta are free: mbsr_dae_pack gives zero, and the s of the
- * positions. An integrator should leave all of them out of its error test.
+ * In the place of a stiff row's Lambda stands the force s of its spring, and lambda = -(s +
+ * (damping / stiffness) s'). Origins of Lambda and Eta are free: mbsr_dae_pack gives zero, and the
+ * s of the positions. An integrator should leave all of them out of its error test.
  *
  * The (q, u) forms are linearly implicit, E(q) u' = ..., with an E that is singular exactly when
  * the joint-space mass matrix is. INDEX1 is (2) of the paper, semi-explicit like MOMENTUM. */
@@ -49,15 +50,16 @@ typedef enum mbsr_dae_form {
     MBSR_DAE_INDEX1 = 3
 } mbsr_dae_form;
 
-/* Length of y, y' and F; -1 if the model is NULL, not finished, or the form unknown or one that does
- * not take the model's closures. All functions below return MBSR_ERR_CLOSURES for such a form. */
+/* Length of y, y' and F; -1 if the model is NULL, not finished, or the form unknown or one that
+ * does not take the model's closures. All functions below return MBSR_ERR_CLOSURES for such a form.
+ */
 MBSR_API int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form);
 
-/* Which variables are differential: id (mbsr_dae_size numbers) is 1 for these, 0 for algebraic ones. In the momentum
- * form q and p are differential and u algebraic. In the index-1 form it depends on the ranks of the
- * reference in data, see below. In the (q, u) forms which combinations of u are algebraic depends
- * on the state, so all are marked 1. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE (unknown
- * form), MBSR_ERR_SEQUENCE (no reference). */
+/* Which variables are differential: id (mbsr_dae_size numbers) is 1 for these, 0 for algebraic
+ * ones. In the momentum form q and p are differential and u algebraic. In the index-1 form it
+ * depends on the ranks of the reference in data, see below. In the (q, u) forms which combinations
+ * of u are algebraic depends on the state, so all are marked 1. MBSR_ERR_NULL, MBSR_ERR_MISMATCH,
+ * MBSR_ERR_VALUE (unknown form), MBSR_ERR_SEQUENCE (no reference). */
 MBSR_API int mbsr_dae_id(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double *id);
 
 /* State to y and back. y must not overlap q and u.  MBSR_ERR_NULL, MBSR_ERR_MISMATCH,
@@ -80,46 +82,16 @@ MBSR_API int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_da
  * reference that the data keeps. So y means something only together with the data it was made with.
  * mbsr_dae_pack and mbsr_dae_consistent take the present state as reference where there is none. */
 
-/* Cosine of the largest angle between the bases at y and the reference, 1 when they agree. Costs
- * half a residual. Where it is below 0.05, this function and the residual return the recoverable
- * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference; MBSR_NOT_FINITE. */
-MBSR_API int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t,
-                                   const double *y, double *cosine);
-
-/* Makes the state y the reference. y stays as it is; the differential entries of yp are made
- * consistent again. *restart (may be NULL) is set to 1 if derivatives of y jump, so that an
- * integrator must start anew: that happens only where a range and a null space of one joint are
- * both there and one has two dimensions or more. MBSR_ERR_SEQUENCE without a reference; all
- * statuses of the residual. */
-MBSR_API int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const double *y,
-                               double *yp, int *restart);
-
-/* Forgets the reference, so that the next pack or start takes its own. */
-MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
-
-/* Masses by which tolerances of velocities become tolerances of momenta, mass (nu), so that with tolerances
- * atol and rtol of u an integrator of one's own tests, as the driver does,
- *
- *   |error of p_k| < mass_k (rtol |u_k| + atol).
- *
- * For each number of u the mbsr_rank_info.scale of its joint, but at least 3 % of the diagonal entry of
- * the mass matrix, so that a light body which carries a heavy one is tested as that one; where the joint has no
- * mass the largest scale in the tree (1 without any mass). With closures 0.35 over
- * mbsr_closures_mobility takes the place of the scale, between a thousandth of the largest diagonal entry of its kind
- * (turns, or moves) and that: the same in all units. Needs mbsr_backward, and leaves its results; with closures it
- * takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward and of
- * mbsr_closures_mobility. */
-MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
-
 typedef struct mbsr_consistent_opt {
     int cookie;         /* set by mbsr_default_consistent_opt */
     int max_iterations; /* Newton steps for positions, and for velocities; default 30 */
     double tolerance;   /* relative size of the last Newton correction; default 1e-12 */
     int side; /* times at which functions of time are asked for differences: 0 (default) before and
-               * after t, 1 not before t, -1 not after it: for a start where they jump at t; trees */
+               * after t, 1 not before t, -1 not after it: for a start where they jump at t; trees
+               */
     /* nu each, NULL (default): none. How many times more than the others a coordinate resists where
-     * loops are closed, positive, as in mbsr_assembly_opt; 1 for coordinates, and for joint rates, that
-     * stay as y has them. */
+     * loops are closed, positive, as in mbsr_assembly_opt; 1 for coordinates, and for joint rates,
+     * that stay as y has them. */
     const double *weight;
     const int *keep_position, *keep_rate;
 } mbsr_consistent_opt;
@@ -144,28 +116,33 @@ typedef struct mbsr_consistent_info {
  *
  * Along the directions that move no mass the forces must balance, gamma(q, u, t) = 0. Where they
  * depend on velocity (damped, index 1), u changes until gamma = 0; where springs alone act
- * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0. Masses stay where they are, and so do
- * their momenta. Then yp: u' from the equations of motion and the derivatives of gamma.
+ * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0. Masses stay where they are,
+ * and so do their momenta. Then yp: u' from the equations of motion and the derivatives of gamma.
  *
  * Forces are also evaluated at states far from y (see mbsr_index_report_create). Allocates from the
- * model's allocator. Trees take two Newton solvers (newton.h), some ten residuals and factorisations, elastic ones
- * forty; in O(N), unless forces hardly resist some direction, or no state is found, and the index report is asked. Made
- * for the start, not for every step of a solver.
+ * model's allocator. Trees take two Newton solvers (newton.h), some ten residuals and
+ * factorisations, elastic ones forty; in O(N), unless forces hardly resist some direction, or no
+ * state is found, and the index report is asked. Made for the start, not for every step of a
+ * solver.
  *
- * With closures q is brought to a closed position near it (in the measure of mbsr_assemble), the rows to be left out as
- * redundant are chosen (mbsr_closures_dropped), u changes by impulses of the loops alone, and directions
- * without mass count where no loop holds them. These are balanced as in trees. In models of more than 120 joint rates and rows all
- * is O(bodies + loops), where loops are local (docs/closed_loops.md lists what else they need; null_directions counts those
- * of the open tree there); in others, and in small models, loops are closed and rows chosen in dense linear algebra, whose cost
- * grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops do not close or contradict each other.
+ * With closures q is brought to a closed position near it (in the measure of mbsr_assemble), the
+ * rows to be left out as redundant are chosen (mbsr_closures_redundant), u changes by impulses of
+ * the loops alone, and directions without mass count where no loop holds them. These are balanced
+ * as in trees. In models of more than 120 joint rates and rows all is O(bodies + loops), where
+ * loops are local (docs/closed_loops.md lists what else they need; null_directions counts those of
+ * the open tree there); in others, and in small models, loops are closed and rows chosen in dense
+ * linear algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where
+ * loops do not close or contradict each other.
  *
- * Coordinates and joint rates that opt keeps stay to the last digit (rates in the index-1 form but for rounding), and
- * the others follow: loops close around these coordinates, and motors at these rates exert impulses, which bodies without mass
- * pass on through their dampers and springs. Of all velocities that closures, balances and kept rates allow, u is the one
- * nearest to the given one in the metric of the masses (where dampers are symmetric). It takes two or three starts for
- * one, and for each rate that is kept a few solutions on the tree. Of the three turns of a quaternion all are kept, or
- * none: MBSR_ERR_VALUE. MBSR_LOOP_OPEN where loops do not allow a rate that is kept, with body, rate and row of a closure in the text;
- * MBSR_NO_CONVERGENCE where balances of forces on bodies without mass determine it, or the coordinate.
+ * Coordinates and joint rates that opt keeps stay to the last digit (rates in the index-1 form but
+ * for rounding), and the others follow: loops close around these coordinates, and motors at these
+ * rates exert impulses, which bodies without mass pass on through their dampers and springs. Of all
+ * velocities that closures, balances and kept rates allow, u is the one nearest to the given one in
+ * the metric of the masses (where dampers are symmetric). It takes two or three starts for one, and
+ * for each rate that is kept a few solutions on the tree. Of the three turns of a quaternion all
+ * are kept, or none: MBSR_ERR_VALUE. MBSR_LOOP_OPEN where loops do not allow a rate that is kept,
+ * with body, rate and row of a closure in the text; MBSR_NO_CONVERGENCE where balances of forces on
+ * bodies without mass determine it, or the coordinate.
  *
  * MBSR_UNDETERMINED names a joint with a direction that no force determines; MBSR_NO_CONVERGENCE:
  * no state found in which the forces balance; MBSR_RANK_CHANGED, MBSR_ERR_VALUE,
@@ -173,20 +150,6 @@ typedef struct mbsr_consistent_info {
 MBSR_API int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
                                  double t, double *y, double *yp, const mbsr_consistent_opt *opt,
                                  mbsr_consistent_info *info);
-
-/* How far the forces along directions without mass are from their balance at a state y of the form
- * (of which q and u count): *share, the largest |gamma| over the sum of the sizes of what was added
- * up to it, and *body, the first one of the group of joints where that is, MBSR_NONE where all of
- * gamma is zero. About 1e-12 after mbsr_dae_consistent; 1 where nothing balances. Undetermined directions without any
- * force count as balanced, and so do forces that are next to none: 0, where one step of Newton's method on the
- * momentum form changes no rate by a millionth of the largest one or of what is typical of the model. dq (nq) and du
- * (nu), which may be NULL: what this step changes q and u by
- * towards the balance, within 0.01 s; zero where it is singular. O(N).
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE, MBSR_ERR_CLOSURES (the model has closures),
- * MBSR_ERR_NO_MEMORY and the statuses of the stages. */
-MBSR_API int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
-                                double t, const double *y, double *share, int *body, double *dq,
-                                double *du);
 
 #ifdef __cplusplus
 }

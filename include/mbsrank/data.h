@@ -30,19 +30,6 @@ MBSR_API int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, 
  * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error);
 
-/* Lean data: about 500 bytes for a rigid body with a joint of one axis instead of some 3500, and 600
- * where there are force elements on bodies or bodies of other kinds (bodies, joints and inertias of
- * your own, added masses, joints that lack rank); these, the bodies before them
- * and those on which elements act take what they take in full data. It serves mbsr_forward_dynamics,
- * mbsr_inverse_dynamics, mbsr_bias_forces, the residual of the momentum form and lean Newton solvers
- * (newton.h). Everything else is refused with MBSR_ERR_LEAN, and so are states in which the rank of a
- * joint block is not clear at once (docs/performance.md). For models with closures the size is 0
- * and the other two functions return MBSR_ERR_SPACE. */
-MBSR_API size_t mbsr_data_size_lean(const mbsr_model *model);
-MBSR_API int mbsr_data_init_lean(const mbsr_model *model, void *memory, size_t size,
-                                 mbsr_data **data, mbsr_error *error);
-MBSR_API int mbsr_data_create_lean(const mbsr_model *model, mbsr_data **data, mbsr_error *error);
-
 /* Frees what mbsr_data_create made; does nothing for NULL or for a data in the caller's memory. */
 MBSR_API void mbsr_data_destroy(mbsr_data *data);
 

@@ -1,26 +1,30 @@
-/* Derivatives of inverse and forward dynamics: products with their Jacobians and the transposes, O(N).
- * SPDX-License-Identifier: BSD-3-Clause
+/* Derivatives of inverse and forward dynamics: products with their Jacobians and the transposes,
+ * O(N). SPDX-License-Identifier: BSD-3-Clause
  *
  *   inverse dynamics   tau(q, u, u')     mbsr_derivatives_inverse
  *   forward dynamics   u'(q, u, tau)     mbsr_derivatives_forward
  *
- * are linearised at a state, from formulas of joints, inertias, elements and closures where these have them, else from
- * differences of one of their functions at a time. Then, as often as wanted,
+ * are linearised at a state, from formulas of joints, inertias, elements and closures where these
+ * have them, else from differences of one of their functions at a time. Then, as often as wanted,
  *
- *   mbsr_derivatives_tangent    change of the result along changes of q, u and of u' or tau (Jacobian times vector)
- *   mbsr_derivatives_adjoint    gradient of a weighted sum of the result (transpose of the Jacobian times vector)
+ *   mbsr_derivatives_tangent
+ *       change of the result along changes of q, u and of u' or tau (Jacobian times vector)
+ *   mbsr_derivatives_adjoint
+ *       gradient of a weighted sum of the result (transpose of the Jacobian times vector)
  *
- * Trees, loops, flexible bodies and users' own are served alike. A direction in q is given as joint rates, nu numbers x
- * for the change G(q) x of q: where q' = u that is the change of q itself, along a quaternion three rates. u is held
- * along it number by number.
+ * Trees, loops, flexible bodies and users' own are served alike. A direction in q is given as joint
+ * rates, nu numbers x for the change G(q) x of q: where q' = u that is the change of q itself,
+ * along a quaternion three rates. u is held along it number by number.
  *
  * Of forward dynamics, with M the mass matrix, C the rigid rows and h their curvature,
  *
- *   M u' - C^T lambda = tau - (inverse dynamics at u' = 0, with the springs of stiff rows),   C u' = -h
+ *   M u' - C^T lambda = tau - (inverse dynamics at u' = 0, with the springs of stiff rows),
+ *       C u' = -h
  *
- * is linearised as it stands: d(u', lambda) = K^-1 (dtau - d(inverse dynamics), -d(C u' + h)) with u' and lambda held on
- * the right. K is symmetric but for a sign, so that its factors serve the adjoint too, which ends with the transpose of
- * linearised inverse dynamics. docs/derivatives.md has the equations and what they cost.
+ * is linearised as it stands: d(u', lambda) = K^-1 (dtau - d(inverse dynamics), -d(C u' + h)) with
+ * u' and lambda held on the right. K is symmetric but for a sign, so that its factors serve the
+ * adjoint too, which ends with the transpose of linearised inverse dynamics. docs/derivatives.md
+ * has the equations and what they cost.
  *
  *   mbsr_derivatives *d;
  *   mbsr_derivatives_create(model, &d, &error);
@@ -38,47 +42,51 @@ extern "C" {
 
 typedef struct mbsr_derivatives mbsr_derivatives;
 
-/* Creates an object for a finished model, which must outlive it; one object belongs to one thread. Memory is taken from
- * the model's allocator here, some 20 kB a body; later mbsr_derivatives_forward takes what forward dynamics takes with
- * closures. On failure *derivatives is NULL and the reason in *error (which may be NULL). MBSR_ERR_NULL,
- * MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY, MBSR_ERR_SPACE: a joint or an inertia by function leaves its rates to
- * differences behind a body whose velocities are not rates of its pose, or a closure reads coordinates of a joint whose
- * rates are not u. */
+/* Creates an object for a finished model, which must outlive it; one object belongs to one thread.
+ * Memory is taken from the model's allocator here, some 20 kB a body; later
+ * mbsr_derivatives_forward takes what forward dynamics takes with closures. On failure *derivatives
+ * is NULL and the reason in *error (which may be NULL). MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
+ * MBSR_ERR_NO_MEMORY, MBSR_ERR_SPACE: a joint or an inertia by function leaves its rates to
+ * differences behind a body whose velocities are not rates of its pose, or a closure reads
+ * coordinates of a joint whose rates are not u. */
 MBSR_API int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivatives,
                                      mbsr_error *error);
 MBSR_API void mbsr_derivatives_destroy(mbsr_derivatives *derivatives); /* NULL is allowed */
 
-/* The data in which states are evaluated: to switch elements off there, or to ask for results at the state. Evaluating
- * another state in it makes products wrong until the next linearisation. NULL for NULL. */
+/* The data in which states are evaluated: to switch elements off there, or to ask for results at
+ * the state. Evaluating another state in it makes products wrong until the next linearisation. NULL
+ * for NULL. */
 MBSR_API mbsr_data *mbsr_derivatives_data(mbsr_derivatives *derivatives);
 
-/* Linearises inverse dynamics at q (nq), u and udot (nu). tau (nu): its result, as mbsr_inverse_dynamics gives it, may be
- * NULL. With closures it is what motors and rigid rows exert together. Any rank of the mass matrix will do. Statuses of
- * mbsr_inverse_dynamics and of the functions that are differenced; MBSR_ERR_NULL. After a failure there are no
- * derivatives. */
+/* Linearises inverse dynamics at q (nq), u and udot (nu). tau (nu): its result, as
+ * mbsr_inverse_dynamics gives it, may be NULL. With closures it is what motors and rigid rows exert
+ * together. Any rank of the mass matrix will do. Statuses of mbsr_inverse_dynamics and of the
+ * functions that are differenced; MBSR_ERR_NULL. After a failure there are no derivatives. */
 MBSR_API int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const double *q,
                                       const double *u, const double *udot, double *tau);
 
-/* Linearises forward dynamics at q (nq), u and tau (nu; NULL: zero). udot (nu): its result, and lambda (as many as
- * closures have rows): the loop forces, those of stiff rows by their law; both may be NULL. With closures at a state that
- * they allow: derivatives are right along the directions that they allow, and elsewhere those of the equations above.
- * Statuses of mbsr_forward_dynamics; MBSR_UNDETERMINED names a joint whose acceleration masses do not determine (its u
- * follows from a balance of forces instead: mbsr_newton_linearise has its derivatives). */
+/* Linearises forward dynamics at q (nq), u and tau (nu; NULL: zero). udot (nu): its result, and
+ * lambda (as many as closures have rows): the loop forces, those of stiff rows by their law; both
+ * may be NULL. With closures at a state that they allow: derivatives are right along the directions
+ * that they allow, and elsewhere those of the equations above. Statuses of mbsr_forward_dynamics;
+ * MBSR_UNDETERMINED names a joint whose acceleration masses do not determine (its u follows from a
+ * balance of forces instead: mbsr_newton_linearise has its derivatives). */
 MBSR_API int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const double *q,
                                       const double *u, const double *tau, double *udot,
                                       double *lambda);
 
-/* The change of the result along dq, du and dload (nu each; NULL: zero), load being udot of inverse and tau of forward
- * dynamics: into out (nu), and of the loop forces into dlambda (rows; may be NULL, of forward dynamics alone).
- * Linear in its inputs; outputs may be inputs. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE without a linearisation, MBSR_ERR_VALUE for
- * a dlambda of inverse dynamics, MBSR_LOOP_SINGULAR for one where rows depend on others, so that forces do not
- * determine lambda; MBSR_NOT_FINITE. Nothing is written then. */
+/* The change of the result along dq, du and dload (nu each; NULL: zero), load being udot of inverse
+ * and tau of forward dynamics: into out (nu), and of the loop forces into dlambda (rows; may be
+ * NULL, of forward dynamics alone). Linear in its inputs; outputs may be inputs. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE without a linearisation, MBSR_ERR_VALUE for a dlambda of inverse dynamics,
+ * MBSR_LOOP_SINGULAR for one where rows depend on others, so that forces do not determine lambda;
+ * MBSR_NOT_FINITE. Nothing is written then. */
 MBSR_API int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq,
                                       const double *du, const double *dload, double *out,
                                       double *dlambda);
 
-/* The transpose: by_q, by_u, by_load (nu each; may be NULL) of sum w_k out_k + sum w_lambda_k dlambda_k, w (nu) and
- * w_lambda (rows) NULL for zero. Of q along x as above. Statuses likewise. */
+/* The transpose: by_q, by_u, by_load (nu each; may be NULL) of sum w_k out_k + sum w_lambda_k
+ * dlambda_k, w (nu) and w_lambda (rows) NULL for zero. Of q along x as above. Statuses likewise. */
 MBSR_API int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w,
                                       const double *w_lambda, double *by_q, double *by_u,
                                       double *by_load);

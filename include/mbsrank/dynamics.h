@@ -13,11 +13,12 @@
  *
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
- * Outputs must not overlap inputs. No function here allocates, but forward dynamics of models with closures that
- * vector code does not serve, which take memory from the model's allocator for the call. Statuses common to all:
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), MBSR_NOT_FINITE (an argument or a
- * result is NaN or infinite, such as one that overflows: with MBSR_OK all numbers are finite), and
- * whatever a callback returned, unchanged; the text is in mbsr_data_error. */
+ * Outputs must not overlap inputs. No function here allocates, but forward and inverse dynamics of
+ * models with closures that vector code does not serve, which take memory from the model's
+ * allocator for the call. Statuses common to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another
+ * model), MBSR_NOT_FINITE (an argument or a result is NaN or infinite, such as one that overflows:
+ * with MBSR_OK all numbers are finite), and whatever a callback returned, unchanged; the text is in
+ * mbsr_data_error. */
 #ifndef MBSRANK_DYNAMICS_H
 #define MBSRANK_DYNAMICS_H
 
@@ -31,16 +32,17 @@ extern "C" {
 
 /* Forward kinematics: poses (7), root to leaves; K, H, J, kI and M in that pose.  q: nq.
  * MBSR_NOT_FINITE, MBSR_SINGULAR_K, MBSR_RANK_DEFICIENT_J. */
-MBSR_API int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, const double *q);
+MBSR_API int mbsr_stage_positions(const mbsr_model *model, mbsr_data *data, double t,
+                                  const double *q);
 
 /* Velocities (twists), root to leaves: V = -(H V_pred + J u + kI) (8). What depends on velocities:
  * the bias acceleration -kII of (9) and the gyroscopic force h of M A + h.  u: nu.
  * MBSR_NOT_FINITE. */
-MBSR_API int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u);
+MBSR_API int mbsr_stage_velocities(const mbsr_model *model, mbsr_data *data, const double *u);
 
-/* Forces: f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
- * of the force elements, plus tau (nu, may be NULL for none). */
-MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
+/* Forces: f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint
+ * forces: those of the force elements, plus tau (nu, may be NULL for none). */
+MBSR_API int mbsr_stage_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
 
 /* Backward recursion (17), the inward pass of the ABA: Mbar, fbar, D, ranks. With sums over the
  * successors j, and the pseudo-inverse D^+ where the ABA has D^-1,
@@ -52,7 +54,7 @@ MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double 
  * Mbar is the articulated-body inertia and -fbar the articulated-body bias force: the joint must
  * exert Mbar A - fbar on the body for it to have the acceleration A.  MBSR_EIGEN_FAILED,
  * MBSR_INDEFINITE_MASS, MBSR_RANK_CHANGED (see mbsr_rank_watch). */
-MBSR_API int mbsr_backward(const mbsr_model *model, mbsr_data *data);
+MBSR_API int mbsr_stage_backward(const mbsr_model *model, mbsr_data *data);
 
 /* Forward recursion (18)-(24), the outward pass of the ABA, for given u' (nu): accelerations root
  * to leaves, where rank-deficient bodies, adjacent ones too, are skipped; and the residual (25),
@@ -60,13 +62,13 @@ MBSR_API int mbsr_backward(const mbsr_model *model, mbsr_data *data);
  *   residual = D u' - [tau - J^T fbar - J^T Mbar (H A_pred + kII)],      nu numbers,
  *
  * which is zero on the equations of motion. */
-MBSR_API int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot,
-                          double *residual);
+MBSR_API int mbsr_stage_forward(const mbsr_model *model, mbsr_data *data, const double *udot,
+                                double *residual);
 
 /* ---- whole evaluations ---- */
 
-/* Rates of the joint coordinates, q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
- * mbsr_velocities. */
+/* Rates of the joint coordinates, q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions
+ * and a caller's own joints.  Needs mbsr_stage_velocities. */
 MBSR_API int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot);
 
 /* Brings q (nq, changed in place) to its normal form: quaternions to length 1. No pose depends on
@@ -79,36 +81,54 @@ MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, d
                                      const double *q, const double *u, const double *udot,
                                      const double *tau, double *residual);
 
+/* The joint rates that have a motor. */
+typedef struct mbsr_motors {
+    int count;       /* 0 .. nu */
+    const int *rate; /* indices of u, each at most once; may be NULL for none */
+} mbsr_motors;
+
 /* Inverse dynamics by the recursive Newton-Euler algorithm (RNEA), O(N): the joint forces tau (nu)
  * that, in addition to the force elements, give the accelerations udot (nu):
  *
- *   A   = -(H A_pred + J u' + kII)      root to leaves (9)
- *   mu  = f - M A - sum H_j^T mu_j      leaves to root (11), over the successors j
- *   tau = J^T mu - (joint forces of the force elements)
+ *   A    = -(H A_pred + J u' + kII)      root to leaves (9)
+ *   mu   = f - M A - sum H_j^T mu_j      leaves to root (11), over the successors j
+ *   need = J^T mu - (joint forces of the force elements)
  *
  * No rank decision, no pseudo-inverse. Gravity is a force element like any other, not an
- * acceleration of the root. tau less the tau that is applied is the inverse-dynamics residual of
- * dae.h. With closures it is what motors and the loop forces of rigid rows exert together, tau + C^T lambda; stiff rows
- * are springs, which count among the force elements. See mbsr_closures_inverse_dynamics. All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
+ * acceleration of the root. Stiff rows of closures are springs, and count among the force elements.
+ * tau less the tau that is applied is the inverse-dynamics residual of dae.h.
+ *
+ * motors NULL: every joint rate has a motor, tau = need, and rigid rows of closures exert nothing.
+ * Else tau is zero at rates without a motor, and with the rigid rows C
+ *
+ *   tau + C^T lambda = need                  lambda: mbsr_closures_lambda (closure.h)
+ *
+ * in O(bodies + loops). Where there are more motors than freedoms |tau| is the least; rows that are
+ * redundant where a loop closes share by least norm there, of moments and of forces times the
+ * model's length. MBSR_UNDETERMINED names a joint that the motors cannot move as asked for; tau is
+ * then as it was. Where vector code does not serve the model, memory is taken for the call:
+ * MBSR_ERR_NO_MEMORY. MBSR_ERR_VALUE names an entry of motors. All statuses of
+ * mbsr_stage_positions, mbsr_stage_velocities and mbsr_stage_forces. */
 MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *udot,
-                                   double *tau);
+                                   const mbsr_motors *motors, double *tau);
 
 /* Forward dynamics by the articulated-body algorithm (ABA), O(N): the accelerations udot (nu) under
  * the force elements and tau (nu, may be NULL). MBSR_UNDETERMINED names the first joint whose block
- * D is rank-deficient: no equation of second order determines its accelerations. udot then holds those in the range of the
- * blocks D, and accelerations of all bodies with mass are right; what forces and closures make of the others
- * mbsr_complete_dynamics finds (completion.h). All statuses of the stages.
+ * D is rank-deficient: no equation of second order determines its accelerations. udot then holds
+ * those in the range of the blocks D, and accelerations of all bodies with mass are right; what
+ * forces and closures make of the others mbsr_completion_dynamics finds (completion.h). All
+ * statuses of the stages.
  *
  * With closures (closure.h) at a state that they allow: udot, and the loop forces for
- * mbsr_closures_force, in O(bodies + loops),
+ * mbsr_closures_lambda, in O(bodies + loops),
  *
  *   M udot - C^T lambda = tau - (inverse dynamics at udot = 0),    C udot = -bias
  *
- * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share by
- * least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no rigid row holds (mbsr_complete_dynamics).
- * Also
- * MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict each other. */
+ * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share
+ * by least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no rigid row
+ * holds (mbsr_completion_dynamics). Also MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows
+ * contradict each other. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);
@@ -122,10 +142,10 @@ MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * error (nu, may be NULL): the error left in each number of udot, in its units, never negative: the
  * size of the last correction and what rounding in the forces makes of the rest. *relative (may be
  * NULL), without units, 0 .. 1: the largest over all joints of (error) / (acceleration), where a
- * joint's x has the size sqrt(x^T D x). 1e-10 and less is usual; 1 means that a joint's acceleration
- * is nothing but error, or that it is zero up to rounding, as of a joint at rest. An estimate, no
- * bound; q, u, tau and the model count as exact. What makes errors large are masses and lengths
- * that differ by many powers of ten along a tree; see docs/rank_and_index.md.
+ * joint's x has the size sqrt(x^T D x). 1e-10 and less is usual; 1 means that a joint's
+ * acceleration is nothing but error, or that it is zero up to rounding, as of a joint at rest. An
+ * estimate, no bound; q, u, tau and the model count as exact. What makes errors large are masses
+ * and lengths that differ by many powers of ten along a tree; see docs/rank_and_index.md.
  *
  * Statuses of mbsr_forward_dynamics; MBSR_UNDETERMINED leaves error and *relative as they were. */
 MBSR_API int mbsr_forward_dynamics_refined(const mbsr_model *model, mbsr_data *data, double t,
@@ -148,25 +168,26 @@ MBSR_API int mbsr_bias_forces(const mbsr_model *model, mbsr_data *data, double t
  *   C_i = M_i + sum H_j^T C_j H_j,     block (i, i) = J_i^T C_i J_i,
  *   block (k, i) = J_k^T (-H^T) ... (-H^T) C_i J_i for the predecessors k of i.
  *
- * O(nu^2).  Needs mbsr_positions; for inertias by function, mbsr_velocities. Composite inertias
- * take the place of Mbar, so mbsr_backward must run again before what needs it. */
+ * O(nu^2).  Needs mbsr_stage_positions; for inertias by function, mbsr_stage_velocities. Composite
+ * inertias take the place of Mbar, so mbsr_stage_backward must run again before what needs it. */
 MBSR_API int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix);
 
 /* Generalised momenta p = (joint-space mass matrix) u + what prescribed motion adds, nu numbers,
- * without the matrix, O(N): p = J^T m with M V + m + sum H_j^T m_j = 0. Needs mbsr_velocities. */
+ * without the matrix, O(N): p = J^T m with M V + m + sum H_j^T m_j = 0. Needs
+ * mbsr_stage_velocities. */
 MBSR_API int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p);
 
 /* Kinetic energy 1/2 sum V^T M V and potential energy of the force elements that have one, in J.
- * Needs mbsr_velocities. Outputs may be NULL. */
+ * Needs mbsr_stage_velocities. Outputs may be NULL. */
 MBSR_API int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic,
                          double *potential);
 
 /* Power in W that the force elements turn into heat; those without a function for it count as
- * zero. Needs mbsr_velocities. */
+ * zero. Needs mbsr_stage_velocities. */
 MBSR_API int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power);
 
 /* Potential energy and dissipated power of one force element; zero where it has none. Outputs may
- * be NULL. Needs mbsr_velocities. MBSR_ERR_ID. */
+ * be NULL. Needs mbsr_stage_velocities. MBSR_ERR_ID. */
 MBSR_API int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double *energy,
                               double *power);
 
@@ -174,7 +195,7 @@ MBSR_API int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int forc
  * body the wrench about its origin, moment first, world axes) and tau (n, conjugate to u; as
  * mbsr_force_body). place: 0 .. bodies - 1 in the element's list; the id of the body for an element
  * that acts on every body. Outputs may be NULL; for the ground f has the root's d numbers and tau
- * none. An element that is switched off exerts nothing. Needs mbsr_velocities. MBSR_ERR_ID,
+ * none. An element that is switched off exerts nothing. Needs mbsr_stage_velocities. MBSR_ERR_ID,
  * MBSR_ERR_VALUE (place), MBSR_NOT_FINITE, what the element returned. */
 MBSR_API int mbsr_force_load(const mbsr_model *model, mbsr_data *data, int force, int place,
                              double *f, double *tau);
@@ -189,7 +210,7 @@ typedef struct mbsr_contact_state {
     double point[3];     /* m, of the world: the point of the sphere that is deepest */
 } mbsr_contact_state;
 
-/* Depth, forces and sliding of a contact. Needs mbsr_velocities. MBSR_ERR_NULL, MBSR_ERR_ID,
+/* Depth, forces and sliding of a contact. Needs mbsr_stage_velocities. MBSR_ERR_NULL, MBSR_ERR_ID,
  * MBSR_ERR_VALUE (the element is no contact). */
 MBSR_API int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force,
                              mbsr_contact_state *state);
@@ -197,28 +218,29 @@ MBSR_API int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force
 /* Switches a force element off in these data (on = 0) and on again: it then exerts nothing, has no
  * energy and no derivatives there, as if the model had been made without it. For inverse dynamics
  * without the element that a controller stands for, say. Gravity cannot be switched off. Batches
- * and other data do not notice. Stages from mbsr_forces on have to run again. MBSR_ERR_NULL,
+ * and other data do not notice. Stages from mbsr_stage_forces on have to run again. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH, MBSR_ERR_ID, MBSR_ERR_VALUE (gravity; on is neither 0 nor 1). */
 MBSR_API int mbsr_force_switch(const mbsr_model *model, mbsr_data *data, int force, int on);
 
 /* Mass and centre of mass (m, world axes; zero if there is no mass) of all POINT, PLANAR and
  * SPATIAL bodies, and their spatial momentum: the angular momentum about the point `about` (NULL:
  * the world's origin; kg m^2/s), then the linear (kg m/s), world axes. With about = centre it is
- * the centroidal momentum. Outputs may be NULL. Needs mbsr_velocities.
+ * the centroidal momentum. Outputs may be NULL. Needs mbsr_stage_velocities.
  * MBSR_ERR_SPACE names the first body with inertia that is in GENERAL space. */
 MBSR_API int mbsr_tree_momentum(const mbsr_model *model, mbsr_data *data, const double about[3],
                                 double *mass, double centre[3], double momentum[6]);
 
 /* The accelerations (9) and joint reactions (11) that belong to udot (nu), as found by
  * mbsr_forward_dynamics or by an integrator, under the forces of the state: for
- * mbsr_body_acceleration and mbsr_joint_reaction. Needs mbsr_forces. */
-MBSR_API int mbsr_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot);
+ * mbsr_body_acceleration and mbsr_joint_reaction. Needs mbsr_stage_forces. */
+MBSR_API int mbsr_stage_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot);
 
 /* ---- results per body ---- */
 
-/* Pose p (np numbers; needs mbsr_positions) and velocity V (d numbers; needs mbsr_velocities) of a
- * body. V of a SPATIAL body is its twist (spatial velocity) (omega, v): world axes, v of the body's
- * origin. MBSR_GROUND gives those of the root. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
+/* Pose p (np numbers; needs mbsr_stage_positions) and velocity V (d numbers; needs
+ * mbsr_stage_velocities) of a body. V of a SPATIAL body is its twist (spatial velocity) (omega, v):
+ * world axes, v of the body's origin. MBSR_GROUND gives those of the root. MBSR_ERR_ID,
+ * MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_pose(const mbsr_model *model, mbsr_data *data, int body, double *pose);
 MBSR_API int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *twist);
 
@@ -230,29 +252,31 @@ MBSR_API int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body,
  * joint exerts on the body, drives and joint force elements included. The predecessor feels -H^T
  * mu. For MBSR_GROUND: the force that holds the root.
  *
- * Both are valid from mbsr_accelerations or mbsr_inverse_dynamics until the next stage runs, else
- * MBSR_ERR_SEQUENCE; after inverse dynamics the reactions include the joint forces that it found.
- * MBSR_ERR_ID. */
+ * Both are valid from mbsr_stage_accelerations or mbsr_inverse_dynamics until the next stage runs,
+ * else MBSR_ERR_SEQUENCE; after inverse dynamics the reactions include the joint forces that it
+ * found. MBSR_ERR_ID. */
 MBSR_API int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body,
                                     double *acceleration);
 MBSR_API int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, double *force);
 
-/* Where a point fixed on a body is in the world (m), its velocity (m/s) and its acceleration (m/s^2), each may be NULL and needs
- * mbsr_positions, mbsr_velocities, mbsr_accelerations (or mbsr_inverse_dynamics): of the point p on a SPATIAL body
+/* Where a point fixed on a body is in the world (m), its velocity (m/s) and its acceleration
+ * (m/s^2), each may be NULL and needs mbsr_stage_positions, mbsr_stage_velocities,
+ * mbsr_stage_accelerations (or mbsr_inverse_dynamics): of the point p on a SPATIAL body
  *
  *   r + R p,   v + omega x R p,   r'' + omega' x R p + omega x (omega x R p).
  *
- * point: along the body's axes (NULL: its origin); of PLANAR bodies the third component is of no matter, of POINT bodies
- * all are. Of a FLEXIBLE body it is fixed in the frame and does not follow the deformation; markers do (flex.h). The ground is
- * the root. MBSR_ERR_ID, MBSR_ERR_SPACE (a GENERAL body), MBSR_ERR_SEQUENCE. */
+ * point: along the body's axes (NULL: its origin); of PLANAR bodies the third component is of no
+ * matter, of POINT bodies all are. Of a FLEXIBLE body it is fixed in the frame and does not follow
+ * the deformation; markers do (flex.h). The ground is the root. MBSR_ERR_ID, MBSR_ERR_SPACE (a
+ * GENERAL body), MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_point(const mbsr_model *model, mbsr_data *data, int body,
                              const double point[3], double position[3], double velocity[3],
                              double acceleration[3]);
 
 /* Geometric Jacobian dV/du of a body's origin: d x nu, column-major; V = jacobian u + what
  * prescribed motion adds. Rows as in V: for a SPATIAL body three angular ones, then three linear
- * ones, world axes. (Not J, which is of one joint and has the other sign.) Needs mbsr_positions.
- * MBSR_ERR_ID. */
+ * ones, world axes. (Not J, which is of one joint and has the other sign.) Needs
+ * mbsr_stage_positions. MBSR_ERR_ID. */
 MBSR_API int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int body,
                                 double *jacobian);
 
@@ -264,7 +288,8 @@ MBSR_API int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int bo
  *   S D S,     S = diag(J^T W J)^(-1/2)     (a scaling, not the motion subspace).
  *
  * They have no units and lie between 0 and 1, or a little above 1 for n > 1; one counts as zero
- * when it is at most `tolerance`, or 3e-4 of that where all of it is known to 32 digits (docs/rank_and_index.md). */
+ * when it is at most `tolerance`, or 3e-4 of that where all of it is known to 32 digits
+ * (docs/rank_and_index.md). */
 typedef struct mbsr_rank_info {
     int n;                /* size of D */
     int rank;             /* eigenvalues kept */
@@ -275,25 +300,16 @@ typedef struct mbsr_rank_info {
         largest_dropped; /* of the scaled eigenvalues, in absolute value; 0 when none was dropped */
 } mbsr_rank_info;
 
-/* How the rank of a joint was decided. Needs mbsr_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
+/* How the rank of a joint was decided. Needs mbsr_stage_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE.
+ */
 MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
                             mbsr_rank_info *info);
 
-/* Remembers the ranks of the last mbsr_backward (on != 0; needs it) or forgets them (on == 0).
- * While they are remembered, mbsr_backward returns the recoverable MBSR_RANK_CHANGED, naming the
- * body, where a joint has another rank. The momentum, index-1 and recursive forms hold between
- * changes of rank only. */
+/* Remembers the ranks of the last mbsr_stage_backward (on != 0; needs it) or forgets them (on ==
+ * 0). While they are remembered, mbsr_stage_backward returns the recoverable MBSR_RANK_CHANGED,
+ * naming the body, where a joint has another rank. The momentum, index-1 and recursive forms hold
+ * between changes of rank only. */
 MBSR_API int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on);
-
-/* Exchanges the watch of the data (on or off, and the ranks watched) with *on and rank, as many
- * numbers as there are bodies, by id. For a caller who watches for a while and leaves the data as
- * they were: exchange, evaluate, exchange back. Nothing is evaluated. MBSR_ERR_VALUE for a rank that
- * the joint of the body cannot have. */
-MBSR_API int mbsr_rank_watch_exchange(const mbsr_model *model, mbsr_data *data, int *on, int *rank);
-
-/* Sum of the ranks of all joints, which is the rank of the joint-space mass matrix; -1 before
- * mbsr_backward. */
-MBSR_API int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data);
 
 #ifdef __cplusplus
 }

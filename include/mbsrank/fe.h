@@ -1,20 +1,21 @@
-/* Flexible bodies from finite elements: reduction of K and M to modal data, and SID_FEM files (component fe).
- * SPDX-License-Identifier: BSD-3-Clause
+/* Flexible bodies from finite elements: reduction of K and M to modal data, and SID_FEM files
+ * (component fe). SPDX-License-Identifier: BSD-3-Clause
  *
- * Given are stiffness and mass matrix of a body that nothing holds, its nodes, and markers: nodes or sets
- * of nodes to which joints and loads go. The first marker, the root, is the frame of the body: all
- * motions u are seen from it, u - T C^T u, with T the six rigid motions and C^T u the motion of the root.
+ * Given are stiffness and mass matrix of a body that nothing holds, its nodes, and markers: nodes
+ * or sets of nodes to which joints and loads go. The first marker, the root, is the frame of the
+ * body: all motions u are seen from it, u - T C^T u, with T the six rigid motions and C^T u the
+ * motion of the root.
  *
  *   1. normal modes phi, K phi = omega^2 M phi, of the body held at the root, or free
  *   2. attachment modes K^-1 F, F the loads of a marker, less what the normal modes have of them
  *   3. all together diagonal in K and M; those above a cutoff frequency without mass
  *   4. integrals of the modes over the mass, markers, damping: mbsr_flex (flex.h)
  *
- * Deflections of loaded markers under loads there are those of the whole model whatever the number of normal
- * modes. docs/flexible.md has the formulas.
+ * Deflections of loaded markers under loads there are those of the whole model whatever the number
+ * of normal modes. docs/flexible.md has the formulas.
  *
- * Functions on different objects may run in several threads. With CHOLMOD part of the memory comes from malloc
- * whatever the allocator is. */
+ * Functions on different objects may run in several threads. With CHOLMOD part of the memory comes
+ * from malloc whatever the allocator is. */
 #ifndef MBSRANK_FE_H
 #define MBSRANK_FE_H
 
@@ -36,9 +37,9 @@ typedef struct mbsr_fe_matrix {
     int whole; /* 0: one triangle, upper or lower; 1: both, which have to agree to 1e-9 */
 } mbsr_fe_matrix;
 
-/* One node, or the average of a set: with d_k = x_k - x_mean, u = mean u_k and rotation S^-1 sum d_k x u_k,
- * S = sum (|d_k|^2 1 - d_k d_k^T); loads are spread likewise. One node without rotations does not turn and
- * takes forces only. Axes are those of the coordinates. */
+/* One node, or the average of a set: with d_k = x_k - x_mean, u = mean u_k and rotation S^-1 sum
+ * d_k x u_k, S = sum (|d_k|^2 1 - d_k d_k^T); loads are spread likewise. One node without rotations
+ * does not turn and takes forces only. Axes are those of the coordinates. */
 typedef struct mbsr_fe_marker {
     const char *name; /* for texts; NULL: none */
     int nodes;        /* 1: the node itself; 3 or more: their average */
@@ -53,8 +54,8 @@ typedef enum mbsr_fe_solver {
     MBSR_FE_SPARSE = 2 /* CHOLMOD; MBSR_ERR_UNAVAILABLE without it */
 } mbsr_fe_solver;
 
-/* Called now and then: what is being done, and which part of that, 0 .. 1. What it returns other than 0 stops the
- * reduction and is its status. */
+/* Called now and then: what is being done, and which part of that, 0 .. 1. What it returns other
+ * than 0 stops the reduction and is its status. */
 typedef int (*mbsr_fe_progress_fn)(void *user, const char *stage, double done);
 
 typedef struct mbsr_fe_def {
@@ -86,13 +87,12 @@ MBSR_API mbsr_fe_def mbsr_default_fe_def(void);
 
 /* A mode of the modal data. */
 typedef struct mbsr_fe_mode {
-    double
-        omega; /* rad/s; of a massless one sqrt(K / M) with the mass left out, 0 where there was none */
+    double omega; /* rad/s; of a massless one sqrt(K / M) with the mass left out, 0 where there was
+                     none */
     double damping; /* D / (2 omega M), of a massless one 0 */
     int massless;
-    double effective
-        [6]; /* mass that takes part in moving the root: its share of moment of inertia about the axes
-                            of the root (kg m^2), then of the mass along them (kg) */
+    double effective[6]; /* mass that takes part in moving the root: its share of moment of inertia
+                            about the axes of the root (kg m^2), then of the mass along them (kg) */
 } mbsr_fe_mode;
 
 /* What a reduction has found. */
@@ -116,24 +116,28 @@ typedef struct mbsr_fe_report {
     const char *text;  /* all this as a table */
 } mbsr_fe_report;
 
-/* Reduces a model to modal data, whose markers are those of def, along the axes of the coordinates; origin is the root.
- * Modes are by frequency; those with mass have mass 1, those without K = 1. Damping of modes with mass is 2 zeta
- * omega, of the others 2 zeta / omega_c K, omega_c the cutoff or the highest frequency with mass, what is larger; D adds
- * Phi^T D Phi.
+/* Reduces a model to modal data, whose markers are those of def, along the axes of the coordinates;
+ * origin is the root. Modes are by frequency; those with mass have mass 1, those without K = 1.
+ * Damping of modes with mass is 2 zeta omega, of the others 2 zeta / omega_c K, omega_c the cutoff
+ * or the highest frequency with mass, what is larger; D adds Phi^T D Phi.
  *
- * Integrals are exact where nodes have displacements only and mass is the same along all three axes (solids): M = Ms x 1.
- * Where nodes have rotations, the matrices do not say where mass is: it is lumped at the nodes, with the blocks on the
- * diagonal of M as particle and tensor of inertia, and modal fields are so scaled that the modal masses remain those of M;
- * report->difference says how far off M(0) then is.
+ * Integrals are exact where nodes have displacements only and mass is the same along all three axes
+ * (solids): M = Ms x 1. Where nodes have rotations, the matrices do not say where mass is: it is
+ * lumped at the nodes, with the blocks on the diagonal of M as particle and tensor of inertia, and
+ * modal fields are so scaled that the modal masses remain those of M; report->difference says how
+ * far off M(0) then is.
  *
- * *flex is released by mbsr_flex_destroy, *report (NULL: not wanted) by mbsr_fe_report_destroy. On failure both are NULL
- * and the reason, with dof, node, marker and value, is in *error (may be NULL): MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT,
- * MBSR_ERR_NO_MEMORY, MBSR_ERR_UNAVAILABLE (too many dofs without CHOLMOD), MBSR_EIGEN_FAILED, MBSR_NO_CONVERGENCE,
- * what `progress` returned, and MBSR_ERR_VALUE: numbers that are not finite, K, M or D that are not symmetric, K that
- * is grounded (a rigid motion costs energy), indefinite or has mechanisms, M that is indefinite or has different
- * mass along different axes, wrong dofs, nodes and markers, more than MBSR_MAX_MODES modes.
+ * *flex is released by mbsr_flex_destroy, *report (NULL: not wanted) by mbsr_fe_report_destroy. On
+ * failure both are NULL and the reason, with dof, node, marker and value, is in *error (may be
+ * NULL): MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_ERR_UNAVAILABLE (too many
+ * dofs without CHOLMOD), MBSR_EIGEN_FAILED, MBSR_NO_CONVERGENCE, what `progress` returned, and
+ * MBSR_ERR_VALUE: numbers that are not finite, K, M or D that are not symmetric, K that is grounded
+ * (a rigid motion costs energy), indefinite or has mechanisms, M that is indefinite or has
+ * different mass along different axes, wrong dofs, nodes and markers, more than MBSR_MAX_MODES
+ * modes.
  *
- * Memory and time: of the factor of K and, at 5 to 8 solves for each normal mode, of solving with it. */
+ * Memory and time: of the factor of K and, at 5 to 8 solves for each normal mode, of solving with
+ * it. */
 MBSR_API int mbsr_fe_reduce(const mbsr_fe_def *def, mbsr_flex **flex, mbsr_fe_report **report,
                             mbsr_error *error);
 MBSR_API void mbsr_fe_report_destroy(mbsr_fe_report *report); /* NULL is allowed */
@@ -148,9 +152,10 @@ typedef struct mbsr_fe_text {
 } mbsr_fe_text;
 
 /* K, M, D: Matrix Market, "matrix coordinate real symmetric" or "general". nodes: lines "id x y z".
- * dofs: lines "node direction", or "node.direction", direction 1 .. 6, in the order of the rows; without
- * it as dof_node NULL. markers: lines "name kind node ..." with kind "node" or "average", the root first. Numbers are
- * separated by blanks or commas; lines that begin with # and empty ones are left out. */
+ * dofs: lines "node direction", or "node.direction", direction 1 .. 6, in the order of the rows;
+ * without it as dof_node NULL. markers: lines "name kind node ..." with kind "node" or "average",
+ * the root first. Numbers are separated by blanks or commas; lines that begin with # and empty ones
+ * are left out. */
 typedef struct mbsr_fe_files {
     mbsr_fe_text K, M, D, nodes, dofs, markers; /* D and dofs may be left out */
 } mbsr_fe_files;
@@ -161,9 +166,9 @@ typedef struct mbsr_fe_input {
     mbsr_fe_marker *marker; /* those of def; all but the root are loaded */
 } mbsr_fe_input;
 
-/* On success *input belongs to the caller and holds all that it points to. On failure it is NULL, and the reason, with file
- * and line, in *error (may be NULL): MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY, MBSR_ERR_FILE. allocator NULL: malloc
- * and free. */
+/* On success *input belongs to the caller and holds all that it points to. On failure it is NULL,
+ * and the reason, with file and line, in *error (may be NULL): MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY,
+ * MBSR_ERR_FILE. allocator NULL: malloc and free. */
 MBSR_API int mbsr_fe_read(const mbsr_fe_files *files, const mbsr_allocator *allocator,
                           mbsr_fe_input **input, mbsr_error *error);
 MBSR_API void mbsr_fe_input_destroy(mbsr_fe_input *input); /* NULL is allowed */

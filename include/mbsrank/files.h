@@ -1,10 +1,10 @@
 /* Models from files: URDF, also by xacro, MJCF and SDF (component files).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A reader takes a text and makes a model that is not finished yet, so that the caller can add to it,
- * and what a model has no room for: names of joints, sites and actuators, start states, shapes to draw.
- * What the library cannot represent is listed, finding by finding, with what is done instead; zero mass
- * stays zero. docs/files.md says what maps to what. */
+ * A reader takes a text and makes a model that is not finished yet, so that the caller can add to
+ * it, and what a model has no room for: names of joints, sites and actuators, start states, shapes
+ * to draw. What the library cannot represent is listed, finding by finding, with what is done
+ * instead; zero mass stays zero. docs/files.md says what maps to what. */
 #ifndef MBSRANK_FILES_H
 #define MBSRANK_FILES_H
 
@@ -24,9 +24,10 @@ typedef enum mbsr_file_format {
     MBSR_FILE_SDF = 3   /* <sdf> */
 } mbsr_file_format;
 
-/* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which stay
- * valid until the reader returns. `path` is as in the file, folders of the file put before it.
- * Returns 0; where there is none, errno if that says why, whose text the error or finding has, else 1. */
+/* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which
+ * stay valid until the reader returns. `path` is as in the file, folders of the file put before it.
+ * Returns 0; where there is none, errno if that says why, whose text the error or finding has,
+ * else 1. */
 typedef int (*mbsr_file_load_fn)(void *user, const char *path, const char **text, size_t *size);
 
 /* Where the meshes of package://NAME/... are, and what $(find NAME) of xacro is. */
@@ -43,8 +44,8 @@ typedef struct mbsr_xacro_argument {
 typedef struct mbsr_xacro_opt {
     int arguments;                       /* others have their defaults in the file */
     const mbsr_xacro_argument *argument; /* may be NULL for none */
-    int outside; /* 1: includes from any folder; 0 (default): from the model's folder and those below, and
-                    from packages, by the paths alone */
+    int outside; /* 1: includes from any folder; 0 (default): from the model's folder and those
+                    below, and from packages, by the paths alone */
 } mbsr_xacro_opt;
 
 typedef struct mbsr_file_opt {
@@ -56,7 +57,8 @@ typedef struct mbsr_file_opt {
     int closures;  /* 1 (default): mimicking joints and equalities become closures; 0: left out */
     int actuators; /* 1 (default): actuators become force elements; 0: left out */
     int passive;   /* 1 (default): springs and dampers of joints and tendons; 0: left out */
-    int limits; /* 1: limits of joints become stops, stiff by the masses that they carry; default 0 */
+    int limits; /* 1: limits of joints become stops, stiff by the masses that they carry; default 0
+                 */
     int friction; /* 1: dry friction of joints, smooth below a rate by their ranges; default 0 */
     double stop_stiffness;  /* > 0: limits become stops of this one, N/m or N m/rad; default 0 */
     double stop_damping;    /* N s/m or N m s/rad */
@@ -88,8 +90,8 @@ typedef enum mbsr_file_joint_kind {
     MBSR_FILE_FREE
 } mbsr_file_joint_kind;
 
-/* A joint of the file: one or more coordinates of a body's joint. Coordinates of hinges and slides are
- * the file's own, `ref` included. */
+/* A joint of the file: one or more coordinates of a body's joint. Coordinates of hinges and slides
+ * are the file's own, `ref` included. */
 typedef struct mbsr_file_joint {
     const char *name; /* "" without */
     mbsr_file_joint_kind kind;
@@ -124,8 +126,9 @@ typedef struct mbsr_file_sum {
  *
  *   gear F,   F = gain w + bias[0] + bias[1] l + bias[2] l',     l = gear q
  *
- * with w and F no further than their ranges where these are limited; on a site F along its gear there, with
- * l = 0. w stands in `control` of mbsr_file and may be changed by the caller, between calls. */
+ * with w and F no further than their ranges where these are limited; on a site F along its gear
+ * there, with l = 0. w stands in `control` of mbsr_file and may be changed by the caller, between
+ * calls. */
 typedef struct mbsr_file_actuator {
     const char *name;
     int force; /* id of the force element, or MBSR_NONE */
@@ -164,8 +167,8 @@ typedef enum mbsr_file_sensor_kind {
     MBSR_SENSOR_KINETIC
 } mbsr_file_sensor_kind;
 
-/* A sensor of the file that a state gives. Its frame is seen from the world along the world's axes, with `own_axes` along
- * its own, or as seen from a moving frame (`relative`). */
+/* A sensor of the file that a state gives. Its frame is seen from the world along the world's axes,
+ * with `own_axes` along its own, or as seen from a moving frame (`relative`). */
 typedef struct mbsr_file_sensor {
     const char *name;
     mbsr_file_sensor_kind kind;
@@ -247,21 +250,22 @@ typedef struct mbsr_file {
     const mbsr_finding *finding;
 } mbsr_file;
 
-/* Reads a text of `size` bytes (no NUL is needed); `name` is that of the file, for messages and as the
- * folder of other files (NULL: none). opt == NULL: mbsr_default_file_opt(). On failure *file is NULL and
- * the text of *error (may be NULL) names file, line and element. Numbers do not depend on the locale.
- * A file whose root declares the prefix xacro, or whose name ends in .xacro, is expanded first: lines are those
- * of the file, or of an included one, that elements come from.
- * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt), MBSR_ERR_FILE (the text
- * is not one that can be read, or with `strict` has findings), MBSR_ERR_NO_MEMORY. */
+/* Reads a text of `size` bytes (no NUL is needed); `name` is that of the file, for messages and as
+ * the folder of other files (NULL: none). opt == NULL: mbsr_default_file_opt(). On failure *file is
+ * NULL and the text of *error (may be NULL) names file, line and element. Numbers do not depend on
+ * the locale. A file whose root declares the prefix xacro, or whose name ends in .xacro, is
+ * expanded first: lines are those of the file, or of an included one, that elements come from.
+ * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt), MBSR_ERR_FILE (the
+ * text is not one that can be read, or with `strict` has findings), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_file_read(const char *text, size_t size, const char *name,
                             const mbsr_file_opt *opt, mbsr_file **file, mbsr_error *error);
 
-/* Frees what was read, and the model unless it was taken; NULL is allowed. Force elements of actuators
- * and tendons use the file: it must outlive all evaluations of the model. */
+/* Frees what was read, and the model unless it was taken; NULL is allowed. Force elements of
+ * actuators and tendons use the file: it must outlive all evaluations of the model. */
 MBSR_API void mbsr_file_destroy(mbsr_file *file);
 
-/* The model, which is the caller's from now on (mbsr_model_destroy); NULL if it was taken before. */
+/* The model, which is the caller's from now on (mbsr_model_destroy); NULL if it was taken before.
+ */
 MBSR_API mbsr_model *mbsr_file_take_model(mbsr_file *file);
 
 /* The number of the joint, site, actuator, sensor, key of that name; -1: there is none. */
@@ -271,27 +275,29 @@ MBSR_API int mbsr_file_find_actuator(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_sensor(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 
-/* The numbers of a sensor at time t and q (nq), u (nu), at which the data are: at mbsr_accelerations for accelerations, forces
- * and torques, else at mbsr_velocities. `model` has the bodies and coordinates of the file. Joint reactions hold what springs,
- * drives and loops exert there. MBSR_ERR_NULL, MBSR_ERR_ID (there is no such sensor), MBSR_NOT_FINITE, statuses of what is asked of the
- * data. */
+/* The numbers of a sensor at time t and q (nq), u (nu), at which the data are: at
+ * mbsr_stage_accelerations for accelerations, forces and torques, else at mbsr_stage_velocities.
+ * `model` has the bodies and coordinates of the file. Joint reactions hold what springs, drives and
+ * loops exert there. MBSR_ERR_NULL, MBSR_ERR_ID (there is no such sensor), MBSR_NOT_FINITE,
+ * statuses of what is asked of the data. */
 MBSR_API int mbsr_file_sense(const mbsr_file *file, int sensor, const mbsr_model *model,
                              mbsr_data *data, double t, const double *q, const double *u,
                              double value[4]);
 
-/* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model as
- * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion) in the world, v =
- * (velocity of the origin along the world's axes, angular velocity along the body's), a ball the angular
- * velocity along the body's axes; on a body that moves that body stands for the world. `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No
- * output may overlap an input. MBSR_ERR_NULL; MBSR_NOT_FINITE; MBSR_ERR_VALUE: a quaternion of length
- * zero. */
+/* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model
+ * as read (nq and nu of either): a free joint there has q = (x, y, z, quaternion) in the world, v =
+ * (velocity of the origin along the world's axes, angular velocity along the body's), a ball the
+ * angular velocity along the body's axes; on a body that moves that body stands for the world.
+ * `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No output may
+ * overlap an input. MBSR_ERR_NULL; MBSR_NOT_FINITE; MBSR_ERR_VALUE: a quaternion of length zero. */
 MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
                                     const double *velocity, double *q, double *u);
 
 /* ---- elements that files need and force.h and closure.h do not have ----
  *
- * Their tables by number, 0, 1, ..., for whoever takes a model apart (mbsr_force_definition); NULL behind the last. The `user`
- * of an element that is an actuator points to its control, and is NULL for others. */
+ * Their tables by number, 0, 1, ..., for whoever takes a model apart (mbsr_force_definition); NULL
+ * behind the last. The `user` of an element that is an actuator points to its control, and is NULL
+ * for others. */
 MBSR_API const mbsr_force_table *mbsr_file_force_table(int k);
 MBSR_API const mbsr_closure_table *mbsr_file_closure_table(int k);
 
@@ -300,11 +306,13 @@ MBSR_API const mbsr_closure_table *mbsr_file_closure_table(int k);
 /* A triangle: three corners of three coordinates. */
 typedef void (*mbsr_triangle_fn)(void *user, const double corner[9]);
 
-/* The triangles of a mesh (`size` bytes) in the order of the file, with its coordinates, not scaled. What it is
- * is told by its contents: STL with numbers or as bytes, else OBJ, whose faces may have more corners and
- * become fans, and whose points, if it has no faces, stand for their convex hull; and MSH of MuJoCo by the ending .msh of `name` (may be NULL). Coordinates are rounded to 32 bits. On failure
- * no triangle is given, and the text of *error (may be NULL) says of mesh `name` why. Status: MBSR_OK, MBSR_ERR_NULL,
- * MBSR_ERR_FILE (it cannot be read, has no triangles, or a number that is not finite), MBSR_ERR_NO_MEMORY. */
+/* The triangles of a mesh (`size` bytes) in the order of the file, with its coordinates, not
+ * scaled. What it is is told by its contents: STL with numbers or as bytes, else OBJ, whose faces
+ * may have more corners and become fans, and whose points, if it has no faces, stand for their
+ * convex hull; and MSH of MuJoCo by the ending .msh of `name` (may be NULL). Coordinates are
+ * rounded to 32 bits. On failure no triangle is given, and the text of *error (may be NULL) says of
+ * mesh `name` why. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FILE (it cannot be read, has no
+ * triangles, or a number that is not finite), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_mesh_triangles(const char *text, size_t size, const char *name,
                                  mbsr_triangle_fn take, void *user, mbsr_error *error);
 
@@ -315,7 +323,8 @@ typedef struct mbsr_write_opt {
     int strict; /* 1: findings make the writer refuse; default 0 */
     const char
         *mesh_folder; /* where names of meshes begin; NULL (default): where the text will be */
-    /* Whether there is a mesh of that name; NULL (default): there is. Those that are not are left out. */
+    /* Whether there is a mesh of that name; NULL (default): there is. Those that are not are left
+     * out. */
     int (*has_mesh)(void *user, const char *path);
     void *user;
     mbsr_allocator
@@ -328,28 +337,29 @@ MBSR_API mbsr_write_opt mbsr_default_write_opt(void);
 typedef struct mbsr_written {
     const char *text; /* `size` bytes and a NUL */
     size_t size;
-    int findings; /* what MJCF cannot say, or MuJoCo does not take, such as bodies without mass; with
-                     file "" and line 0 */
+    int findings; /* what MJCF cannot say, or MuJoCo does not take, such as bodies without mass;
+                     with file "" and line 0 */
     const mbsr_finding *finding;
 } mbsr_written;
 
-/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, of any format, for names, refs,
- * limits, sites, actuators, keys and shapes; the model must have its bodies and coordinates. Bodies are
- * written depth first, in the order of ids; where coordinates stand in another order then, a finding says so. Read again the text gives a model with the same accelerations, up to
- * rounding, but for what is in findings: mostly left out. Bodies without mass are written without; MuJoCo refuses
- * such files. docs/files.md has the table. On failure *written is NULL and the text of *error (may be
- * NULL) names the body. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt),
- * MBSR_ERR_UNFINISHED, MBSR_ERR_MISMATCH (`file` is another one), MBSR_ERR_SPACE (a joint or a body that MJCF does
- * not have, or too many predecessors), MBSR_ERR_FILE (with `strict` there are findings),
- * MBSR_ERR_NO_MEMORY. */
+/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, of any format,
+ * for names, refs, limits, sites, actuators, keys and shapes; the model must have its bodies and
+ * coordinates. Bodies are written depth first, in the order of ids; where coordinates stand in
+ * another order then, a finding says so. Read again the text gives a model with the same
+ * accelerations, up to rounding, but for what is in findings: mostly left out. Bodies without mass
+ * are written without; MuJoCo refuses such files. docs/files.md has the table. On failure *written
+ * is NULL and the text of *error (may be NULL) names the body. Status: MBSR_OK, MBSR_ERR_NULL,
+ * MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt), MBSR_ERR_UNFINISHED, MBSR_ERR_MISMATCH (`file` is
+ * another one), MBSR_ERR_SPACE (a joint or a body that MJCF does not have, or too many
+ * predecessors), MBSR_ERR_FILE (with `strict` there are findings), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file,
                                   const mbsr_write_opt *opt, mbsr_written **written,
                                   mbsr_error *error);
 
-/* The text of a file of xacro without xacro: elements with their attributes, without comments and what is between
- * elements. Arguments and statuses are those of mbsr_file_read; of the options those count that are about
- * packages, other files and xacro, and `strict`, which refuses on findings of the expansion. On failure *written is
- * NULL. */
+/* The text of a file of xacro without xacro: elements with their attributes, without comments and
+ * what is between elements. Arguments and statuses are those of mbsr_file_read; of the options
+ * those count that are about packages, other files and xacro, and `strict`, which refuses on
+ * findings of the expansion. On failure *written is NULL. */
 MBSR_API int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
                                     const mbsr_file_opt *opt, mbsr_written **written,
                                     mbsr_error *error);

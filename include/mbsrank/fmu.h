@@ -1,18 +1,20 @@
 /* Functional Mock-up Units: a model inside other people's simulators (component fmu).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * An FMU is a ZIP archive with a shared object that steps the model, the model, and a description of its variables, by
- * the standard FMI 2.0 or 3.0. The shared object is the same for every model and is built with the library: nothing is
- * compiled where an FMU is made or runs.
+ * An FMU is a ZIP archive with a shared object that steps the model, the model, and a description
+ * of its variables, by the standard FMI 2.0 or 3.0. The shared object is the same for every model
+ * and is built with the library: nothing is compiled where an FMU is made or runs.
  *
  *   mbsr_fmu *fmu;
  *   mbsr_fmu_opt opt = mbsr_default_fmu_opt();
  *   opt.name = "rover", opt.q0 = q;
- *   if (!mbsr_fmu_export(model, &opt, &fmu, &error)) ...  write fmu->size bytes of fmu->data to rover.fmu
+ *   if (!mbsr_fmu_export(model, &opt, &fmu, &error)) ...
+ *       write fmu->size bytes of fmu->data to rover.fmu
  *   mbsr_fmu_destroy(fmu);
  *
- * Of a model go into an FMU all parts of the library and of files, with tables and modal data; of functions of the caller's own only
- * those that hold numbers, which become inputs: mbsr_held_force and mbsr_fmu_held_motion. docs/fmu.md has the variables. */
+ * Of a model go into an FMU all parts of the library and of files, with tables and modal data; of
+ * functions of the caller's own only those that hold numbers, which become inputs: mbsr_held_force
+ * and mbsr_fmu_held_motion. docs/fmu.md has the variables. */
 #ifndef MBSRANK_FMU_H
 #define MBSRANK_FMU_H
 
@@ -23,7 +25,8 @@
 extern "C" {
 #endif
 
-/* What an FMU offers; 0 as a choice: co-simulation, and model exchange where the model allows it. */
+/* What an FMU offers; 0 as a choice: co-simulation, and model exchange where the model allows it.
+ */
 enum {
     MBSR_FMU_CO_SIMULATION = 1, /* it steps by itself */
     MBSR_FMU_MODEL_EXCHANGE =
@@ -40,23 +43,23 @@ enum mbsr_fmu_outputs {
 };
 
 typedef struct mbsr_fmu_opt {
-    int cookie;       /* set by mbsr_default_fmu_opt */
-    int version;      /* of the standard: 2 or 3 (default) */
-    int kinds;        /* MBSR_FMU_CO_SIMULATION, _MODEL_EXCHANGE, both, or 0 (default) */
-    const char *name; /* of the model; NULL (default): that of the file, else "model" */
-    const mbsr_file *
-        file; /* what the model was read from: names of joints, sites, actuators; NULL (default): none. */
+    int cookie;            /* set by mbsr_default_fmu_opt */
+    int version;           /* of the standard: 2 or 3 (default) */
+    int kinds;             /* MBSR_FMU_CO_SIMULATION, _MODEL_EXCHANGE, both, or 0 (default) */
+    const char *name;      /* of the model; NULL (default): that of the file, else "model" */
+    const mbsr_file *file; /* what the model was read from: names of joints, sites, actuators; NULL
+                              (default): none. */
     int sites; /* points with axes whose pose is an output; -1 (default): those of the file, or the
-                            * frames of all bodies where it has none */
+                * frames of all bodies where it has none */
     const mbsr_file_site *site; /* these */
     const double *q0, *u0;      /* start, nq and nu numbers; NULL (default): zero, quaternions 1 */
     double rtol, atol;          /* of co-simulation, as in mbsr_ida_opt; default 1e-6 */
-    double
-        fixed_step; /* s; > 0: steps of mbsr_stepper, at most this long; 0 (default): by the error */
-    int order;      /* of these, 1 or 2 (default) */
-    int outputs;    /* sum of mbsr_fmu_outputs, default MBSR_FMU_ALL */
-    double stop_time;         /* s, of the default experiment; default 1 */
-    double step_size;         /* s, likewise; default 1e-3 */
+    double fixed_step; /* s; > 0: steps of mbsr_stepper, at most this long; 0 (default): by the
+                          error */
+    int order;         /* of these, 1 or 2 (default) */
+    int outputs;       /* sum of mbsr_fmu_outputs, default MBSR_FMU_ALL */
+    double stop_time;  /* s, of the default experiment; default 1 */
+    double step_size;  /* s, likewise; default 1e-3 */
     mbsr_allocator allocator; /* of what is made; default: malloc and free (both functions NULL) */
 } mbsr_fmu_opt;
 
@@ -71,11 +74,13 @@ typedef struct mbsr_fmu {
         *text; /* why it does not offer model exchange; "" where it does or was not asked to */
 } mbsr_fmu;
 
-/* Makes an FMU of a finished model; opt == NULL: mbsr_default_fmu_opt(). On failure *fmu is NULL and the text of *error
- * (may be NULL) names the part. MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED, MBSR_ERR_MISMATCH (`file` is
- * another one), MBSR_ERR_VALUE (of opt; a joint, force, closure, inertia or root by a function of the caller's own; a closure with
- * compliance matrices; model exchange of a model that does not allow it), MBSR_ERR_UNAVAILABLE (the library was built without the
- * shared object), MBSR_ERR_NO_MEMORY, statuses of mbsr_index_report_create. */
+/* Makes an FMU of a finished model; opt == NULL: mbsr_default_fmu_opt(). On failure *fmu is NULL
+ * and the text of *error (may be NULL) names the part. MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT,
+ * MBSR_ERR_UNFINISHED, MBSR_ERR_MISMATCH (`file` is another one), MBSR_ERR_VALUE (of opt; a joint,
+ * force, closure, inertia or root by a function of the caller's own; a closure with compliance
+ * matrices; model exchange of a model that does not allow it), MBSR_ERR_UNAVAILABLE (the library
+ * was built without the shared object), MBSR_ERR_NO_MEMORY, statuses of mbsr_index_report_create.
+ */
 MBSR_API int mbsr_fmu_export(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_fmu **fmu,
                              mbsr_error *error);
 MBSR_API void mbsr_fmu_destroy(mbsr_fmu *fmu); /* NULL is allowed */
@@ -90,8 +95,9 @@ typedef struct mbsr_fmu_motion {
     double value[3 * MBSR_FMU_MOTION_MOST];
 } mbsr_fmu_motion;
 
-/* As mbsr_motion_fn (joint.h), with an mbsr_fmu_motion as `user`: gives its numbers whatever the time. In an FMU they are
- * inputs, and between two settings the motion goes on by their parabola. MBSR_ERR_NULL, MBSR_ERR_VALUE (count). */
+/* As mbsr_motion_fn (joint.h), with an mbsr_fmu_motion as `user`: gives its numbers whatever the
+ * time. In an FMU they are inputs, and between two settings the motion goes on by their parabola.
+ * MBSR_ERR_NULL, MBSR_ERR_VALUE (count). */
 MBSR_API int mbsr_fmu_held_motion(void *motion, double t, double *s, double *sdot, double *sddot);
 
 #ifdef __cplusplus

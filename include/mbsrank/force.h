@@ -29,8 +29,8 @@ typedef struct mbsr_force_body {
     /* NULL while the energy or the dissipation is asked for: */
     double *f;   /* d,  conjugate to V; add to it */
     double *tau; /* n,  conjugate to u; add to it.  NULL for the ground */
-    /* values of the coordinates that the joint has as it was given, NaN for those left, which q, u and tau
-     * have; NULL: none is locked (mbsr_model_lock) */
+    /* values of the coordinates that the joint has as it was given, NaN for those left, which q, u
+     * and tau have; NULL: none is locked (mbsr_model_lock) */
     const double *held;
 } mbsr_force_body;
 
@@ -140,13 +140,14 @@ struct mbsr_force_def {
     mbsr_spring_fn spring;  /* spring-dampers given by a function; else NULL */
     void *user; /* for the table's functions and for function; not copied, may be NULL */
     /* MBSR_SPRING_SETTLED or MBSR_SPRING_LOOSE: the element becomes a closure with stiff rows
-     * (closure.h) when the model is finished, behind those that were added and by the element's name.
-     * Its force is then an unknown of the momentum form, and no stiffness makes steps short. Linear
-     * springs with a stiffness above zero only: point, axis and joint springs, bushings in space and
-     * in the plane, gears without backlash. Refused when it is added, or when the model is finished:
-     * others; damping where there is no stiffness. The force is the same (the angular damping of a
-     * bushing in space makes the moment J^-T damping theta', which is damping omega for small theta).
-     * The element keeps its id, and cannot be switched off. Default 0: a force. */
+     * (closure.h) when the model is finished, behind those that were added and by the element's
+     * name. Its force is then an unknown of the momentum form, and no stiffness makes steps short.
+     * Linear springs with a stiffness above zero only: point, axis and joint springs, bushings in
+     * space and in the plane, gears without backlash. Refused when it is added, or when the model
+     * is finished: others; damping where there is no stiffness. The force is the same (the angular
+     * damping of a bushing in space makes the moment J^-T damping theta', which is damping omega
+     * for small theta). The element keeps its id, and cannot be switched off. Default 0: a force.
+     */
     int as_closure;
 };
 
@@ -190,9 +191,9 @@ MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz);
 MBSR_API mbsr_force_def mbsr_force_axis_spring(int a, int b, int axis, double stiffness,
                                                double damping, double rest);
 
-/* Coulomb friction along coordinate axis `axis` of the same bodies, made smooth near rest: with e' =
- * V_a[axis] - V_b[axis] the force on a is -force e' / sqrt(e'^2 + slip^2). force in N (N m), >= 0;
- * slip > 0 in m/s (rad/s). */
+/* Coulomb friction along coordinate axis `axis` of the same bodies, made smooth near rest: with e'
+ * = V_a[axis] - V_b[axis] the force on a is -force e' / sqrt(e'^2 + slip^2). force in N (N m), >=
+ * 0; slip > 0 in m/s (rad/s). */
 MBSR_API mbsr_force_def mbsr_force_axis_friction(int a, int b, int axis, double force, double slip);
 
 /* Spring-damper along the line from a point of body a to a point of body b. With length l and its
@@ -212,7 +213,8 @@ typedef struct mbsr_spring {
     void *user;              /* for function */
 } mbsr_spring;
 
-/* A spring between two points by the law above; points along the axes of their bodies, m (NULL: the origin). */
+/* A spring between two points by the law above; points along the axes of their bodies, m (NULL: the
+ * origin). */
 MBSR_API mbsr_force_def mbsr_force_spring(int a, const double point_a[3], int b,
                                           const double point_b[3], const mbsr_spring *spring);
 
@@ -229,22 +231,24 @@ MBSR_API mbsr_force_def mbsr_force_point_spring(int a, const double point_a[3], 
  *   -(J^-T stiffness theta + damping omega),   -(stiffness e + damping e')
  *
  * entry by entry, three angular entries first (N m/rad, N m s/rad), then three of translation (N/m,
- * N s/m), none negative, NULL: all zero; the force acts at B's origin, its reaction on a at the same point.
- * J(theta) is the matrix of omega = J theta', so that the forces follow from the energy 1/2 sum of
- * stiffness theta^2 + 1/2 sum of stiffness e^2; since J^-T theta = theta, it shows only where the
- * angular stiffnesses differ. At |theta| = pi theta jumps, and the moment with it. Frames that are
- * left-handed or whose axes are not orthonormal to 1e-6 are refused. */
+ * N s/m), none negative, NULL: all zero; the force acts at B's origin, its reaction on a at the
+ * same point. J(theta) is the matrix of omega = J theta', so that the forces follow from the energy
+ * 1/2 sum of stiffness theta^2 + 1/2 sum of stiffness e^2; since J^-T theta = theta, it shows only
+ * where the angular stiffnesses differ. At |theta| = pi theta jumps, and the moment with it. Frames
+ * that are left-handed or whose axes are not orthonormal to 1e-6 are refused. */
 MBSR_API mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_frame *B,
                                            const double stiffness[6], const double damping[6]);
 
-/* Bushing in the plane, between frame A on body a and frame B on body b (PLANAR, or the ground at rest
- * or PLANAR): with e = (x, y, angle) of B relative to A, along A's axes as in the planar joints, and e'
- * its rate as seen from A, force (x and y) and moment on b are
+/* Bushing in the plane, between frame A on body a and frame B on body b (PLANAR, or the ground at
+ * rest or PLANAR): with e = (x, y, angle) of B relative to A, along A's axes as in the planar
+ * joints, and e' its rate as seen from A, force (x and y) and moment on b are
  *
- *   -(stiffness e + damping e'),   two symmetric positive semi-definite 3 x 3 matrices, column-major,
+ *   -(stiffness e + damping e'),
+ *       two symmetric positive semi-definite 3 x 3 matrices, column-major,
  *
  * N/m, N/rad and N m/m, N m/rad and the same times s; NULL: zero. The force acts at B's origin, its
- * reaction on a at the same point. Whole turns count: the angle is the difference of the bodies'. */
+ * reaction on a at the same point. Whole turns count: the angle is the difference of the bodies'.
+ */
 MBSR_API mbsr_force_def mbsr_force_planar_bushing(int a, mbsr_planar_frame A, int b,
                                                   mbsr_planar_frame B, const double stiffness[9],
                                                   const double damping[9]);
@@ -267,9 +271,9 @@ MBSR_API mbsr_force_def mbsr_force_joint_cubic_spring(int body, int coordinate, 
  *
  *   tau = -(J^-T stiffness theta + damping omega)
  *
- * entry by entry along A's axes (N m/rad, N m s/rad), none negative, NULL: all zero. J(theta) is the
- * matrix of omega = J theta', so that tau follows from the energy 1/2 sum of stiffness theta^2; as
- * mbsr_force_bushing. The length of q does not matter. At |theta| = pi theta jumps, and tau with
+ * entry by entry along A's axes (N m/rad, N m s/rad), none negative, NULL: all zero. J(theta) is
+ * the matrix of omega = J theta', so that tau follows from the energy 1/2 sum of stiffness theta^2;
+ * as mbsr_force_bushing. The length of q does not matter. At |theta| = pi theta jumps, and tau with
  * it; a zero q gives MBSR_ZERO_QUATERNION. */
 MBSR_API mbsr_force_def mbsr_force_joint_rotation_spring(int body, const double stiffness[3],
                                                          const double damping[3],
@@ -304,13 +308,13 @@ typedef struct mbsr_servo {
 MBSR_API mbsr_force_def mbsr_force_joint_servo(int body, int coordinate, const mbsr_servo *servo);
 
 /* The characteristic of a motor, brake or damper: tau of joint velocity `coordinate` (0 .. n-1, any
- * nq) is torque(u), a table of one column over u, which must outlive the model. Two points (0, stall
- * torque) and (no-load speed, 0) with MBSR_TABLE_STRAIGHT make the torque-speed line of a d.c.
- * motor. */
+ * nq) is torque(u), a table of one column over u, which must outlive the model. Two points (0,
+ * stall torque) and (no-load speed, 0) with MBSR_TABLE_STRAIGHT make the torque-speed line of a
+ * d.c. motor. */
 MBSR_API mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torque);
 
-/* A compliant gear between two joint coordinates, of one body or of two anywhere in the tree (nq = n): with e
- * = q_a - ratio q_b - rest and its torque T on a,
+/* A compliant gear between two joint coordinates, of one body or of two anywhere in the tree (nq =
+ * n): with e = q_a - ratio q_b - rest and its torque T on a,
  *
  *   tau_a = -T, tau_b = ratio T,   T = stiffness e + damping e'
  *
@@ -339,21 +343,21 @@ MBSR_API mbsr_force_def mbsr_force_wrench(int body, const double point[3], int b
  * conjugate to u. */
 MBSR_API mbsr_force_def mbsr_force_joint_applied(int body, mbsr_force_fn function, void *user);
 
-/* Numbers that the caller holds, as mbsr_force_fn: the n numbers at `held`, which is the `user` of the
- * element and not NULL. They may change where the driver is told: before mbsr_ida_sample, which
+/* Numbers that the caller holds, as mbsr_force_fn: the n numbers at `held`, which is the `user` of
+ * the element and not NULL. They may change where the driver is told: before mbsr_ida_sample, which
  * holds them for a period, and before mbsr_ida_jump. */
 MBSR_API int mbsr_held_force(void *held, double t, int n, double *value);
 
-/* Contact of a sphere on body a with a plane on body b; either may be in the plane (z = 0), where the
- * sphere is a circle. The sphere is pressed in by x = radius - distance of its centre from the plane;
- * while x > 0 the normal force is (Hunt and Crossley, 1975)
+/* Contact of a sphere on body a with a plane on body b; either may be in the plane (z = 0), where
+ * the sphere is a circle. The sphere is pressed in by x = radius - distance of its centre from the
+ * plane; while x > 0 the normal force is (Hunt and Crossley, 1975)
  *
  *   N = stiffness x^exponent (1 + damping x'), never negative,
  *
- * and friction friction N v / sqrt(|v|^2 + slip^2 + creep^2 |w|^2) acts against the sliding velocity
- * v; both at the point of the sphere that is deepest. w is the velocity along the plane at which the
- * centre travels over it. So creep > 0 makes a tyre: at speed its force grows with the ratio of v to
- * w, the slip, at first by friction N / creep; 0.05 .. 0.1 for tyres of cars. */
+ * and friction friction N v / sqrt(|v|^2 + slip^2 + creep^2 |w|^2) acts against the sliding
+ * velocity v; both at the point of the sphere that is deepest. w is the velocity along the plane at
+ * which the centre travels over it. So creep > 0 makes a tyre: at speed its force grows with the
+ * ratio of v to w, the slip, at first by friction N / creep; 0.05 .. 0.1 for tyres of cars. */
 typedef struct mbsr_contact {
     double centre[3], radius;   /* of the sphere, in body a; radius > 0 m */
     double point[3], normal[3]; /* of the plane, in body b; the normal, of any length but zero,
@@ -367,17 +371,17 @@ typedef struct mbsr_contact {
 /* Contact of a sphere on body a with a plane on body b by the law above. */
 MBSR_API mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact);
 
-/* Friction at a point of body a that slides over body b, pressed on it by a load N(t) that is known.
- * With the velocity of the point relative to what of b is there, and its part v that slides,
+/* Friction at a point of body a that slides over body b, pressed on it by a load N(t) that is
+ * known. With the velocity of the point relative to what of b is there, and its part v that slides,
  *
  *   -(coefficient N / sqrt(|v|^2 + slip^2 + creep^2 |w|^2) + viscous) v
  *
- * acts on a at the point, and the reaction on b there. v is the whole relative velocity; or, given the
- * normal of a surface on b, what of it is along the surface; or, given the axle of a wheel on a which
- * rolls freely, what of it is along the axle. w is the rest in the last case, the velocity of rolling:
- * with creep > 0 the side force of a tyre grows with the tangent |v| / |w| of its slip angle, at first
- * by coefficient N / creep; else w is zero. Neither body is held at rest: they creep. A load below zero
- * counts as zero. */
+ * acts on a at the point, and the reaction on b there. v is the whole relative velocity; or, given
+ * the normal of a surface on b, what of it is along the surface; or, given the axle of a wheel on a
+ * which rolls freely, what of it is along the axle. w is the rest in the last case, the velocity of
+ * rolling: with creep > 0 the side force of a tyre grows with the tangent |v| / |w| of its slip
+ * angle, at first by coefficient N / creep; else w is zero. Neither body is held at rest: they
+ * creep. A load below zero counts as zero. */
 typedef struct mbsr_friction {
     double coefficient; /* >= 0 */
     double viscous;     /* N s/m, >= 0 */
@@ -395,10 +399,10 @@ typedef struct mbsr_friction {
 MBSR_API mbsr_force_def mbsr_force_point_friction(int a, const double point[3], int b,
                                                   const mbsr_friction *friction);
 
-/* Friction of a bearing, a clutch or a brake between two bodies anywhere in the tree (PLANAR, SPATIAL
- * or the ground): with the angular velocity omega of a relative to b, or what of it is about an axis on
- * b, the moment on a is -(torque / sqrt(|omega|^2 + slip^2) + viscous) omega. A torque below zero counts
- * as zero. */
+/* Friction of a bearing, a clutch or a brake between two bodies anywhere in the tree (PLANAR,
+ * SPATIAL or the ground): with the angular velocity omega of a relative to b, or what of it is
+ * about an axis on b, the moment on a is -(torque / sqrt(|omega|^2 + slip^2) + viscous) omega. A
+ * torque below zero counts as zero. */
 typedef struct mbsr_bearing {
     double viscous; /* N m s/rad, >= 0 */
     double slip;    /* rad/s, > 0 */

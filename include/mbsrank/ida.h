@@ -79,7 +79,7 @@ typedef struct mbsr_ida_opt {
     mbsr_ida_solver linear_solver; /* default MBSR_IDA_AUTO; TREE and KRYLOV: momentum form only */
     mbsr_newton_opt newton;        /* of TREE and KRYLOV, default mbsr_default_newton_opt() */
     int renew_matrices; /* TREE: steps begin with a new matrix where the old one has become wrong,
-                                    * default 1, see below */
+                         * default 1, see below */
     int krylov_size;    /* vectors that KRYLOV spans a solution by at most, default 30 */
     int raw_outputs; /* 1: states are handed out as they are interpolated, default 0, see below */
     double initial_step; /* s; 0 (default): from y'', see below */
@@ -98,18 +98,18 @@ typedef struct mbsr_ida_opt {
     double progress_interval; /* s of real time between its calls at least, default 0 */
 } mbsr_ida_opt;
 
-/* Unless atol_each is given, momenta are tested by the error they make in a velocity. With mass that
- * of mbsr_momentum_scales at the start, for index-1 velocities the mbsr_rank_info.scale of the joint (where
- * that is zero, the largest in the tree), and atol that of the joint's u, for index-1 velocities the
- * smallest of the joint's, tolerances are
+/* Unless atol_each is given, momenta are tested by the error they make in a velocity. With mass
+ * that of mbsr_momentum_scales at the start, for index-1 velocities the mbsr_rank_info.scale of the
+ * joint (where that is zero, the largest in the tree), and atol that of the joint's u, for index-1
+ * velocities the smallest of the joint's, tolerances are
  *
  *   momentum p             mass (rtol |u| + atol)
  *   index-1 velocity v     rtol |v| + sqrt(mass) atol
  *
- * In models with closures errors e_p of momenta are tested together by the velocities that they make with
- * the loops closed, e_u in (., ., e_u, .) = K^-1 (0, c e_p, 0, 0) with K = dF/dy + c dF/dy', against rtol |u| + atol
- * of the velocities, 1.5 times more strictly, where that is less: docs/closed_loops.md. Not so with atol_each, or a linear
- * solver without matrices.
+ * In models with closures errors e_p of momenta are tested together by the velocities that they
+ * make with the loops closed, e_u in (., ., e_u, .) = K^-1 (0, c e_p, 0, 0) with K = dF/dy + c
+ * dF/dy', against rtol |u| + atol of the velocities, 1.5 times more strictly, where that is less:
+ * docs/closed_loops.md. Not so with atol_each, or a linear solver without matrices.
  *
  * IDA measures errors by sqrt(sum (e_k / tolerance_k)^2 / n) over the n entries of y: in a large
  * system the error of one body alone may exceed its tolerances sqrt(n) times. With max_norm no
@@ -117,21 +117,25 @@ typedef struct mbsr_ida_opt {
  * iterations, at the price of shorter steps; the measure is max |e_k| / tolerance_k then. Entries
  * that the error test leaves out (suppress_algebraic) are left out of it here too.
  *
- * The first step, unless it is given, makes an error h^2 y'' / 2 of half the tolerances, and is at most 1e-3 of
- * the time in which a velocity that errs by its tolerance moves its coordinate by that one's: the least of
- * atol of a coordinate / atol of its velocity, 1 s where they are equal. Tolerances that are given in the
- * units of the model (by kind, or atol_each) make it, as all other steps, independent of these units. With
- * index-1 velocities that have tolerances of their own it is 1e-3 s.
+ * The first step, unless it is given, makes an error h^2 y'' / 2 of half the tolerances, and is at
+ * most 1e-3 of the time in which a velocity that errs by its tolerance moves its coordinate by that
+ * one's: the least of atol of a coordinate / atol of its velocity, 1 s where they are equal.
+ * Tolerances that are given in the units of the model (by kind, or atol_each) make it, as all other
+ * steps, independent of these units. With index-1 velocities that have tolerances of their own it
+ * is 1e-3 s.
  *
- * States are handed out completed (completion.h): IDA interpolates y between its steps, and what the error test leaves out, u
- * of directions without mass, loop forces and y', is worth much less there than q and the momenta. A state costs about
- * as much as one or two steps; one whose massless directions springs alone hold (index 2) four to ten. raw_outputs = 1 hands out what is interpolated. mbsr_ida_dense, event functions and progress
- * functions see that always. A state that cannot be completed is handed out as it was interpolated, and counts (raw_states).
+ * States are handed out completed (completion.h): IDA interpolates y between its steps, and what
+ * the error test leaves out, u of directions without mass, loop forces and y', is worth much less
+ * there than q and the momenta. A state costs about as much as one or two steps; one whose massless
+ * directions springs alone hold (index 2) four to ten. raw_outputs = 1 hands out what is
+ * interpolated. mbsr_ida_dense, event functions and progress functions see that always. A state
+ * that cannot be completed is handed out as it was interpolated, and counts (raw_states).
  *
- * IDA keeps a matrix of Newton's method until the step changes or the iteration fails. On the tree a new one takes no
- * more than two residuals, and what an old one leaves grows from step to step: with renew_matrices the driver
- * measures how wrong the old one is and makes a new one in time (docs/dae_forms.md), unless bodies are flexible or
- * many force elements lie across the tree. Without, matrices live as long as IDA lets them. */
+ * IDA keeps a matrix of Newton's method until the step changes or the iteration fails. On the tree
+ * a new one takes no more than two residuals, and what an old one leaves grows from step to step:
+ * with renew_matrices the driver measures how wrong the old one is and makes a new one in time
+ * (docs/dae_forms.md), unless bodies are flexible or many force elements lie across the tree.
+ * Without, matrices live as long as IDA lets them. */
 MBSR_API mbsr_ida_opt mbsr_default_ida_opt(void);
 
 /* What the integration has cost so far. */
@@ -143,9 +147,9 @@ typedef struct mbsr_ida_stats {
     long newton_iterations;
     long newton_failures; /* iterations that did not converge; some succeed with a new Jacobian */
     long error_test_failures;
-    long events; /* evaluations of the event functions */
-    long
-        raw_states; /* handed out as interpolated, though completed ones were asked for: they could not be found */
+    long events;     /* evaluations of the event functions */
+    long raw_states; /* handed out as interpolated, though completed ones were asked for: they could
+                        not be found */
     int last_order;
     double last_step;              /* s */
     mbsr_ida_solver linear_solver; /* the one that runs: DENSE, TREE or KRYLOV */
@@ -153,15 +157,14 @@ typedef struct mbsr_ida_stats {
     long solves;                   /* with them; KRYLOV: as preconditioner */
     long krylov_iterations;
     /* Stiff force elements (docs/dae_forms.md): */
-    long stiff_tests; /* error tests failed by momenta in a stiff direction alone */
-    long
-        stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
-                            * quotients was wrong */
+    long stiff_tests;      /* error tests failed by momenta in a stiff direction alone */
+    long stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of
+                            * difference quotients was wrong */
     long careful_attempts; /* steps tried with a new matrix in each iteration and filtered tests */
     long careful_failures; /* of these, those in which Newton's method did not converge */
     long filter_solves;    /* solutions for these tests, contained in solves */
-    long
-        renewals; /* steps that began with a new matrix (renew_matrices); each takes a solution more */
+    long renewals; /* steps that began with a new matrix (renew_matrices); each takes a solution
+                      more */
 } mbsr_ida_stats;
 
 /* Creates a driver at rest. model and data must outlive it; opt == NULL means
@@ -185,12 +188,13 @@ MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
 MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp);
 
 /* Integrates to t_end (either direction of time) or to the first event before it, and writes time
- * and state there. The steps are IDA's own, q and the momenta interpolated (dense output); velocities of what has no mass,
- * loop forces and all of y' solve the equations there (completion.h), unless raw_outputs is set: where output is
- * asked for does not change the steps. IDA usually steps past t_end before it interpolates, so the
- * model must be defined a little further than the last t_end. Later calls go on in the direction of
- * the first; a t_end where the integration already is, the start among them, gives the state
- * there. t, y and yp may each be NULL; on failure they are not written.
+ * and state there. The steps are IDA's own, q and the momenta interpolated (dense output);
+ * velocities of what has no mass, loop forces and all of y' solve the equations there
+ * (completion.h), unless raw_outputs is set: where output is asked for does not change the steps.
+ * IDA usually steps past t_end before it interpolates, so the model must be defined a little
+ * further than the last t_end. Later calls go on in the direction of the first; a t_end where the
+ * integration already is, the start among them, gives the state there. t, y and yp may each be
+ * NULL; on failure they are not written.
  *
  * MBSR_OK at t_end; MBSR_EVENT at an event; MBSR_ERR_SEQUENCE before mbsr_ida_start; MBSR_ERR_VALUE
  * for a t_end that is not finite or behind the present, and for an entry of y whose tolerance is
@@ -204,8 +208,8 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  * watched as it was before (mbsr_rank_watch). */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
-/* Says that something the equations read has jumped at the present time: a force that the caller has
- * set anew, a switch. The next call goes on with q and the momenta as they are, u and y' found
+/* Says that something the equations read has jumped at the present time: a force that the caller
+ * has set anew, a switch. The next call goes on with q and the momenta as they are, u and y' found
  * again, and the order of the steps is restarted; statistics go on. (mbsr_ida_start begins another
  * run.) MBSR_ERR_NULL, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_ida_jump(mbsr_ida *ida);
@@ -232,9 +236,10 @@ MBSR_API int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *ne
  * mbsr_ida_start, and after one that failed. */
 MBSR_API int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp);
 
-/* The state of mbsr_ida_state in joint coordinates: q (nq), u and accelerations u' (nu), loop forces lambda (m numbers, those of stiff
- * rows included); each may be NULL. The data is then at mbsr_accelerations there, so that poses, twists, accelerations,
- * reactions, energies and what force elements exert can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE,
+/* The state of mbsr_ida_state in joint coordinates: q (nq), u and accelerations u' (nu), loop
+ * forces lambda (m numbers, those of stiff rows included); each may be NULL. The data is then at
+ * mbsr_stage_accelerations there, so that poses, twists, accelerations, reactions, energies and
+ * what force elements exert can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE,
  * MBSR_ERR_VALUE (the index-1 form as it is interpolated), statuses of the residual. */
 MBSR_API int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, double *lambda);
 
@@ -243,9 +248,9 @@ MBSR_API int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, 
  * (or mbsr_ida_run) did not end in an event. */
 MBSR_API int mbsr_ida_event_info(const mbsr_ida *ida, int *direction);
 
-/* The k-th derivative of y at a time within the last step, from IDA's interpolation polynomial; k from
- * 0 to the order of that step. dky: mbsr_dae_size numbers. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before
- * the first step, MBSR_ERR_VALUE for another k or t: nothing is extrapolated. */
+/* The k-th derivative of y at a time within the last step, from IDA's interpolation polynomial; k
+ * from 0 to the order of that step. dky: mbsr_dae_size numbers. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE
+ * before the first step, MBSR_ERR_VALUE for another k or t: nothing is extrapolated. */
 MBSR_API int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky);
 
 /* What has been integrated since the start has cost. MBSR_ERR_NULL. */
@@ -256,28 +261,28 @@ typedef struct mbsr_ida_drift {
     double gap;         /* largest |g| of closures, m or rad */
     double largest_gap; /* of this and of states at which mbsr_ida_advance has ended, one a step */
     double rate;        /* largest |C u + g_t| of closures */
-    double
-        energy; /* kinetic and potential, J; force elements without an energy count for nothing, stiff
-                   rows of closures with the energy of their forces, s^2 / 2 k */
-    double
-        energy_change; /* since mbsr_ida_start: with neither dampers nor motors the driver's error */
+    double energy; /* kinetic and potential, J; force elements without an energy count for nothing,
+                      stiff rows of closures with the energy of their forces, s^2 / 2 k */
+    double energy_change; /* since mbsr_ida_start: with neither dampers nor motors the driver's
+                             error */
 } mbsr_ida_drift;
 
 /* Evaluates positions and velocities in the driver's data. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before
- * mbsr_ida_start, MBSR_NOT_FINITE, and what the functions of joints, elements and closures return. */
+ * mbsr_ida_start, MBSR_NOT_FINITE, and what the functions of joints, elements and closures return.
+ */
 MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
 
 /* The force elements that make the model stiff, largest first: at most `most` ids into force, and
- * their shares of what all elements together do, 0 to 1, into share; *count is how many. Where an error
- * test found last that a stiff direction alone failed it (stiff_tests) it is what they do against a
- * motion in that direction, stiffness and damping over the step; where Newton's method failed last in a
- * step tried carefully (careful_failures), the sum of that over mass for the single coordinates that
- * move mass. Where neither has told anything, or in the index-1 form or with closures, and error tests or
- * Newton's method have ended the run, it is that at the last state. Elements with neither energy nor
- * dissipation are not seen, nor, of single coordinates, where all of them are slow beside the longest
- * step. None, and MBSR_OK, else. The data is left at that state. When the driver gives up, its
- * error names the first. MBSR_ERR_NULL, and the statuses of mbsr_positions, mbsr_energy and
- * mbsr_force_power. */
+ * their shares of what all elements together do, 0 to 1, into share; *count is how many. Where an
+ * error test found last that a stiff direction alone failed it (stiff_tests) it is what they do
+ * against a motion in that direction, stiffness and damping over the step; where Newton's method
+ * failed last in a step tried carefully (careful_failures), the sum of that over mass for the
+ * single coordinates that move mass. Where neither has told anything, or in the index-1 form or
+ * with closures, and error tests or Newton's method have ended the run, it is that at the last
+ * state. Elements with neither energy nor dissipation are not seen, nor, of single coordinates,
+ * where all of them are slow beside the longest step. None, and MBSR_OK, else. The data is left at
+ * that state. When the driver gives up, its error names the first. MBSR_ERR_NULL, and the statuses
+ * of mbsr_stage_positions, mbsr_energy and mbsr_force_power. */
 MBSR_API int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count);
 
 /* The last failure; never NULL. */
@@ -290,12 +295,14 @@ MBSR_API const mbsr_newton *mbsr_ida_newton(const mbsr_ida *ida);
 /* IDA's own memory, for any IDAGet/IDASet call not offered here; owned by the driver. */
 MBSR_API void *mbsr_ida_memory(const mbsr_ida *ida);
 
-/* Integrates the reduced model of a report on small masses from its start to t_end (later than that)
- * and takes every step, and the states before kinks of derivative 1, into the report: the errors of its
- * zeros along the run, a check after the fact, and what fast motion is excited. opt as for mbsr_ida_create, with the momentum form; its progress function is called after every step.
+/* Integrates the reduced model of a report on small masses from its start to t_end (later than
+ * that) and takes every step, and the states before kinks of derivative 1, into the report: the
+ * errors of its zeros along the run, a check after the fact, and what fast motion is excited. opt
+ * as for mbsr_ida_create, with the momentum form; its progress function is called after every step.
  * stats and error may be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE (before mbsr_small_masses_start),
- * MBSR_ERR_VALUE (another form), MBSR_SINGULAR_BLOCK where the smooth motion ends in a jump, with the joint that runs
- * away; statuses of mbsr_ida_create, mbsr_ida_start, mbsr_ida_advance and mbsr_small_masses_step. */
+ * MBSR_ERR_VALUE (another form), MBSR_SINGULAR_BLOCK where the smooth motion ends in a jump, with
+ * the joint that runs away; statuses of mbsr_ida_create, mbsr_ida_start, mbsr_ida_advance and
+ * mbsr_small_masses_step. */
 MBSR_API int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, double t_end,
                                    mbsr_ida_stats *stats, mbsr_error *error);
 

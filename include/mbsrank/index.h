@@ -31,11 +31,10 @@ typedef struct mbsr_direction {
     int terms;
     const mbsr_direction_term *term; /* largest weight 1 */
     int forces;                      /* force elements that determine it */
-    const int
-        *force;   /* their ids: those whose forces change with the rates (damped) or the positions
-                         (elastic) along the direction; none where undetermined, or where only the
-                         change of the direction itself does it */
-    int closures; /* stiff closures that determine it, by their springs or dampers */
+    const int *force;   /* their ids: those whose forces change with the rates (damped) or the
+                           positions   (elastic) along the direction; none where undetermined, or
+                           where   only the   change of the direction itself does it */
+    int closures;       /* stiff closures that determine it, by their springs or dampers */
     const int *closure; /* their ids */
 } mbsr_direction;
 
@@ -59,17 +58,19 @@ typedef struct mbsr_index_report {
  * that concern few joint rates. On success *report belongs
  * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL.
  *
- * With closures (positions closed, velocities as their rows allow) it classifies the directions in which
- * neither mass nor a rigid row resists. Loop forces lambda are those of the motion at the state,
- * [M -C^T; C 0] (u'; lambda) = (forces; -bias); held, they stiffen or soften directions along which they
- * turn. Stiff rows are springs and dampers. Which rows are redundant mbsr_closures_report says. Dense
- * linear algebra of joint rates and rows then (loops.h), and statuses of mbsr_forward_dynamics.
+ * With closures (positions closed, velocities as their rows allow) it classifies the directions in
+ * which neither mass nor a rigid row resists. Loop forces lambda are those of the motion at the
+ * state, [M -C^T; C 0] (u'; lambda) = (forces; -bias); held, they stiffen or soften directions
+ * along which they turn. Stiff rows are springs and dampers. Which rows are redundant
+ * mbsr_closures_report says. Dense linear algebra of joint rates and rows then (closure.h), and
+ * statuses of mbsr_forward_dynamics.
  *
  * Force elements with derivatives of their own are asked for these, the others differenced. Their
  * forces are then also evaluated at states far from the given one (up to 10 times q, 1e6 times u);
- * where they fail, the difference quotients take shorter steps. Allocates from the model's allocator.
- * Costs some dozens of residuals times the number of null directions that act on one and the same; where
- * all force elements have derivatives, mostly some dozens in all. Memory as (bodies) x (directions).
+ * where they fail, the difference quotients take shorter steps. Allocates from the model's
+ * allocator. Costs some dozens of residuals times the number of null directions that act on one and
+ * the same; where all force elements have derivatives, mostly some dozens in all. Memory as
+ * (bodies) x (directions).
  *
  * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a
  * result, not a failure. */

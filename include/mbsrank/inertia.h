@@ -40,11 +40,11 @@ typedef int (*mbsr_inertia_fn)(void *user, double t, const double *p, const doub
 
 /* An inertia as a value; made by a constructor below, copied into the model.
  *
- * Rods, points, solids, and what mbsr_inertia_moved and mbsr_inertia_sum make of them, keep their
- * tensor and centre of mass to 32 digits, so that a small moment about one axis beside a large one
- * about others stays what it is. Of tensors given by their entries diagonal ones count as exact,
- * others as rounded: `lost` is their trace then. Who changes com or tensor of an inertia afterwards
- * sets `exact` to 0. */
+ * Rods, points, solids, and what mbsr_inertia_in_frame and mbsr_inertia_sum make of them, keep
+ * their tensor and centre of mass to 32 digits, so that a small moment about one axis beside a
+ * large one about others stays what it is. Of tensors given by their entries diagonal ones count as
+ * exact, others as rounded: `lost` is their trace then. Who changes com or tensor of an inertia
+ * afterwards sets `exact` to 0. */
 typedef struct mbsr_inertia {
     mbsr_inertia_kind kind;
     double mass;          /* kg */
@@ -92,12 +92,12 @@ MBSR_API mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const
  * program that violate the triangle inequality of the principal moments: one moment may be larger
  * than the sum of the other two. The mass matrix must still be finite and positive semi-definite:
  * mass and principal moments about the centre of mass are not negative (but for 1e-6 of the largest
- * moment). mbsr_inertia_moved and mbsr_inertia_sum keep the licence. */
+ * moment). mbsr_inertia_in_frame and mbsr_inertia_sum keep the licence. */
 MBSR_API mbsr_inertia mbsr_inertia_rigid_unchecked(double mass, const double com[3],
                                                    const double tensor[6]);
 
-/* The same as mbsr_inertia_rigid with the tensor about the origin and along the axes of `frame`, which stands in the
- * body (NULL: the body's own frame); com in body axes. */
+/* The same as mbsr_inertia_rigid with the tensor about the origin and along the axes of `frame`,
+ * which stands in the body (NULL: the body's own frame); com in body axes. */
 MBSR_API mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3],
                                                const mbsr_frame *frame, const double tensor[6]);
 
@@ -116,7 +116,7 @@ MBSR_API mbsr_inertia mbsr_inertia_capsule(double density, double radius, double
 
 /* An inertia given in `frame`, which stands in the body (NULL: the body's own). PARTICLE, SPATIAL
  * and zero. */
-MBSR_API mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia);
+MBSR_API mbsr_inertia mbsr_inertia_in_frame(const mbsr_frame *frame, mbsr_inertia inertia);
 
 /* Both together. PARTICLE, SPATIAL and zero; anything else is refused when the body is added. */
 MBSR_API mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b);

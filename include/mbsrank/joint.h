@@ -28,8 +28,8 @@ extern "C" {
  * (spatial velocity): omega: angular velocity, rad/s; v = r', m/s; both along the world axes. A =
  * V' = (omega', r''), the classical acceleration. Forces are conjugate to V: for a SPATIAL body a
  * wrench (spatial force), the moment about its origin (N m), then the force (N), along the world
- * axes. The first six numbers of a FLEXIBLE body mean the same of its frame; s: modal coordinates, with
- * forces conjugate to s'. */
+ * axes. The first six numbers of a FLEXIBLE body mean the same of its frame; s: modal coordinates,
+ * with forces conjugate to s'. */
 typedef enum mbsr_space {
     MBSR_SPACE_FIXED = 0,
     MBSR_SPACE_GENERAL = 1,
@@ -79,11 +79,11 @@ typedef struct mbsr_joint_change {
 
 /* Sizes of the changes over which functions of a table change noticeably, but not altogether: where
  * the library has to difference them, its steps are some 1e-4 of these. What is zero the library
- * chooses: for lengths the geometric mean of the bodies' radii of gyration about their origins (where
- * no body has one, of the ways between origins at q = 0, or of points that forces act at; else 1 m),
- * for angles 1 rad, for times 1 / frequency of a pendulum of that length under the model's gravity,
- * without gravity what velocities and forces tell, else 1 s. Velocities count as length / time and
- * angle / time. Finite, not negative. */
+ * chooses: for lengths the geometric mean of the bodies' radii of gyration about their origins
+ * (where no body has one, of the ways between origins at q = 0, or of points that forces act at;
+ * else 1 m), for angles 1 rad, for times 1 / frequency of a pendulum of that length under the
+ * model's gravity, without gravity what velocities and forces tell, else 1 s. Velocities count as
+ * length / time and angle / time. Finite, not negative. */
 typedef struct mbsr_scales {
     double length; /* m */
     double angle;  /* rad */
@@ -293,8 +293,8 @@ MBSR_API mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *
  * with x, y, z the origin of B in A and v = (x', y', z'), all along A's axes; nq = 7, n = 6. */
 MBSR_API mbsr_joint mbsr_joint_free(const mbsr_frame *A, const mbsr_frame *B);
 
-/* A stock joint in space as what it is made of: axes one after the other and then, with `quaternion` = 1, a
- * rotation by a quaternion, whose numbers come first in q (4) and u (3). */
+/* A stock joint in space as what it is made of: axes one after the other and then, with
+ * `quaternion` = 1, a rotation by a quaternion, whose numbers come first in q (4) and u (3). */
 typedef struct mbsr_joint_chain {
     mbsr_frame A, B;
     int axes;
@@ -302,8 +302,8 @@ typedef struct mbsr_joint_chain {
     int quaternion;
 } mbsr_joint_chain;
 
-/* Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_SPACE (it is no stock joint in space), or that with which the
- * joint would be refused. */
+/* Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_SPACE (it is no stock joint in space), or that with
+ * which the joint would be refused. */
 MBSR_API int mbsr_joint_chain_of(const mbsr_joint *joint, mbsr_joint_chain *chain);
 
 /* ---- user-defined joints ---- */

@@ -5,8 +5,9 @@
  * Newton-Euler algorithm), mass matrix (composite rigid-body algorithm), and the equations of
  * motion as a differential-algebraic equation (DAE) in minimal coordinates.
  *
- * Includes everything but <mbsrank/ida.h> and <mbsrank/simulation.h>, which belong to the component
- * ida. */
+ * Includes all headers of the core but <mbsrank/driver.h>, which is for those who write
+ * integrators. The components have headers of their own: ida.h, simulation.h and sundials.h;
+ * files.h; fe.h and sid.h; fmu.h. */
 #ifndef MBSRANK_MBSRANK_H
 #define MBSRANK_MBSRANK_H
 
@@ -20,12 +21,9 @@
 #include <mbsrank/dynamics.h>
 #include <mbsrank/flex.h>
 #include <mbsrank/force.h>
-#include <mbsrank/force_check.h>
 #include <mbsrank/index.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
-#include <mbsrank/joint_check.h>
-#include <mbsrank/loops.h>
 #include <mbsrank/model.h>
 #include <mbsrank/newton.h>
 #include <mbsrank/ode.h>
@@ -34,5 +32,6 @@
 #include <mbsrank/stepper.h>
 #include <mbsrank/table.h>
 #include <mbsrank/threads.h>
+#include <mbsrank/verify.h>
 
 #endif

@@ -89,32 +89,33 @@ MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const dou
  * coordinates left move up. Only for joints with q' = u (MBSR_ERR_SPACE).
  *
  * The library's elements on joint coordinates (springs, stops, friction, servos, curves, gears) and
- * couplings name coordinates as the joint counts them, locked or not, before the call or after it. Those
- * on locked coordinates hold: they exert nothing that moves anything, and their potential energy is that
- * at the value. Of gears and couplings with other coordinates too, the value is a constant. A coupling
- * whose coordinates are all locked has no rows, and is refused by mbsr_model_finish where their values
- * contradict it or it moves with time (MBSR_ERR_VALUE). Elements and closures of your own, and
- * mbsr_force_joint_applied, see the coordinates that are left; a joint of your own sees all of its q and
- * u, zero in the rates held.
+ * couplings name coordinates as the joint counts them, locked or not, before the call or after it.
+ * Those on locked coordinates hold: they exert nothing that moves anything, and their potential
+ * energy is that at the value. Of gears and couplings with other coordinates too, the value is a
+ * constant. A coupling whose coordinates are all locked has no rows, and is refused by
+ * mbsr_model_finish where their values contradict it or it moves with time (MBSR_ERR_VALUE).
+ * Elements and closures of your own, and mbsr_force_joint_applied, see the coordinates that are
+ * left; a joint of your own sees all of its q and u, zero in the rates held.
  *
- * Joints of the library whose coordinates are all locked, and welds, cost nothing in forward and inverse
- * dynamics, residuals and Newton systems where a body of the same kind carries them and neither closures
- * nor elements on bodies act on the body; all results of it are there, its reaction too. */
+ * Joints of the library whose coordinates are all locked, and welds, cost nothing in forward and
+ * inverse dynamics, residuals and Newton systems where a body of the same kind carries them and
+ * neither closures nor elements on bodies act on the body; all results of it are there, its
+ * reaction too. */
 MBSR_API int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value);
 
 /* Drops what the library's elements and couplings do on locked coordinates of a body, in place of
- * holding it: elements, gears and couplings among whose coordinates such a one is do nothing at all, and
- * have no energy. */
+ * holding it: elements, gears and couplings among whose coordinates such a one is do nothing at
+ * all, and have no energy. */
 MBSR_API int mbsr_model_drop_locked(mbsr_model *model, int body);
 
 /* Gives the joint of a body armature: inertia along its rates, such as that of rotors behind gears,
  * moment times ratio squared (kg m^2; kg along translations). values: one number for each of the n
- * rates of the joint (copied), finite and not negative; a second call replaces them, those of locked
- * coordinates do not count. Armature a_k adds a_k to the diagonal of the joint-space mass matrix,
- * a_k u_k' to the joint forces, a_k u_k to the momenta and a_k u_k^2 / 2 to the kinetic energy, and
- * counts in all ranks. No weight acts on it, and no gyroscopic force of the rotor on the bodies. The
- * three rates of a quaternion must have the same; other joints with q' = G(q) u have none
- * (MBSR_ERR_SPACE). */
+ * rates of the joint (copied), finite and not negative; a second call replaces them, those of
+ * locked coordinates do not count. Armature a_k adds a_k to the diagonal of the joint-space mass
+ * matrix, a_k u_k' to the joint forces, a_k u_k to the momenta and a_k u_k^2 / 2 to the kinetic
+ * energy, and counts in all ranks. No weight acts on it, and no gyroscopic force of the rotor on
+ * the bodies. The three rates of a quaternion must have the same; other joints with q' = G(q) u
+ * have none (MBSR_ERR_SPACE). */
 MBSR_API int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values);
 
 /* What of an inertia is neglected. */
@@ -126,10 +127,10 @@ enum {
 
 /* Counts the mass of a body, its moment of inertia about the centre of mass, or both (`parts`) as
  * zero. The model keeps what was given: mbsr_body_neglected names it, mbsr_model_restore brings it
- * back, and mbsr_small_masses_create measures what it would have done (small_masses.h). A second call
- * says anew which parts. Inertias by matrix and by function have no parts: MBSR_MASS_AND_MOMENT;
- * what mbsr_model_regularise has added stays. MBSR_ERR_VALUE for a body without inertia, or without
- * that part. */
+ * back, and mbsr_small_masses_create measures what it would have done (small_masses.h). A second
+ * call says anew which parts. Inertias by matrix and by function have no parts:
+ * MBSR_MASS_AND_MOMENT; what mbsr_model_regularise has added stays. MBSR_ERR_VALUE for a body
+ * without inertia, or without that part. */
 MBSR_API int mbsr_model_neglect(mbsr_model *model, int body, int parts);
 
 /* The inertia as it was given. A body of which nothing is neglected stays as it is. */
@@ -144,9 +145,9 @@ MBSR_API int mbsr_model_copy(const mbsr_model *model, mbsr_model **copy, mbsr_er
 /* Checks the tree, numbers it parent before child and freezes it. Ids stay valid. On failure the
  * model stays as it was and can be added to. Time and memory grow linearly with the number of
  * bodies. Where joints of several rates or groups of joints may lack rank, functions of joints,
- * motions and inertias are called at t = 0 for a position or two. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FINISHED, MBSR_ERR_ID (unknown predecessor,
- * unknown body of a force), MBSR_ERR_CYCLE, MBSR_ERR_SPACE, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY, or
- * what a table's check returned. */
+ * motions and inertias are called at t = 0 for a position or two. Status: MBSR_OK, MBSR_ERR_NULL,
+ * MBSR_ERR_FINISHED, MBSR_ERR_ID (unknown predecessor, unknown body of a force), MBSR_ERR_CYCLE,
+ * MBSR_ERR_SPACE, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY, or what a table's check returned. */
 MBSR_API int mbsr_model_finish(mbsr_model *model);
 
 /* The last failure of a function above on this model; never NULL. */
@@ -186,15 +187,15 @@ MBSR_API int mbsr_body_parent(const mbsr_model *model,
 MBSR_API int mbsr_body_dimension(const mbsr_model *model, int body); /* d */
 MBSR_API int mbsr_body_pose_size(const mbsr_model *model, int body); /* np */
 
-/* The first body of the group whose joints are eliminated as one block, an id: mostly the body itself.
- * Groups are joints next to each other that move nothing of their own bodies' masses, as those of
- * dummy bodies in a row; up to six bodies and joint rates. What is more than that is cut, with no
- * effect on results but that a rank which passes from one group to another counts as changed
- * (docs/rank_and_index.md). MBSR_NONE where there is no such body. */
+/* The first body of the group whose joints are eliminated as one block, an id: mostly the body
+ * itself. Groups are joints next to each other that move nothing of their own bodies' masses, as
+ * those of dummy bodies in a row; up to six bodies and joint rates. What is more than that is cut,
+ * with no effect on results but that a rank which passes from one group to another counts as
+ * changed (docs/rank_and_index.md). MBSR_NONE where there is no such body. */
 MBSR_API int mbsr_body_group(const mbsr_model *model, int body);
 
-/* The next kink beyond t, strictly, in a direction (+1 or -1) that tables bring into the model, those
- * of its motions (mbsr_table_motion) and forces (mbsr_table_force): the nearest, {direction *
+/* The next kink beyond t, strictly, in a direction (+1 or -1) that tables bring into the model,
+ * those of its motions (mbsr_table_motion) and forces (mbsr_table_force): the nearest, {direction *
  * INFINITY, 1} without one. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_VALUE (direction),
  * MBSR_NOT_FINITE (t is NaN). */
 MBSR_API int mbsr_model_kink(const mbsr_model *model, double t, int direction, mbsr_kink *next);
@@ -204,13 +205,8 @@ MBSR_API int mbsr_model_kink(const mbsr_model *model, double t, int direction, m
 MBSR_API int mbsr_body_locks(const mbsr_model *model, int body);
 MBSR_API const double *mbsr_body_regularisation(const mbsr_model *model, int body);
 
-/* The values at which coordinates of a body's joint are locked, NaN for the others, as many as the joint has as it was
- * given (NULL: none is locked, or there is no such body), and whether what acts on them is dropped. */
-MBSR_API const double *mbsr_body_locked(const mbsr_model *model, int body);
-MBSR_API int mbsr_body_drops(const mbsr_model *model, int body);
-
-/* The armature of a body's joint, n numbers of mbsr_body_coordinates, zero where none was given; NULL
- * if there is no such body. */
+/* The armature of a body's joint, n numbers of mbsr_body_coordinates, zero where none was given;
+ * NULL if there is no such body. */
 MBSR_API const double *mbsr_body_armature(const mbsr_model *model, int body);
 
 /* Which parts of a body's inertia are neglected (mbsr_model_neglect): 0 for none. */
@@ -222,11 +218,12 @@ MBSR_API const char *mbsr_body_name(const mbsr_model *model, int body);
 /* The first body of that name, or MBSR_NONE; no body has the name "". */
 MBSR_API int mbsr_model_find_body(const mbsr_model *model, const char *name);
 
-/* What a finished model, a body and a force element of it were defined as, a value that can be added to
- * another model; names, matrices and lists of bodies are the model's and live as long. A body's
- * inertia is what counts in the model: without what is neglected. Amendments are asked for
+/* What a finished model, a body and a force element of it were defined as, a value that can be
+ * added to another model; names, matrices and lists of bodies are the model's and live as long. A
+ * body's inertia is what counts in the model: without what is neglected. Amendments are asked for
  * apart (mbsr_body_locks, mbsr_body_regularisation, mbsr_body_armature). Elements are found in time
- * proportional to their number. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+ * proportional to their number. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID.
+ */
 MBSR_API int mbsr_model_definition(const mbsr_model *model, mbsr_model_def *def);
 MBSR_API int mbsr_body_definition(const mbsr_model *model, int body, mbsr_body_def *def);
 MBSR_API int mbsr_force_definition(const mbsr_model *model, int force, mbsr_force_def *def);

@@ -37,10 +37,10 @@ MBSR_API int mbsr_ode_size(const mbsr_ode *ode);
 MBSR_API int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, double *x);
 MBSR_API int mbsr_ode_velocities(mbsr_ode *ode, double t, const double *x, double *u);
 
-/* The right-hand side x' = (G u, p') at (t, x). Newton's iteration starts from the velocities of the call before. Cost:
- * a momentum residual, and for each Newton step as many evaluations of the forces as the largest
- * coupled group has directions: O(N) when the massless bodies are isolated. Statuses as
- * mbsr_ode_velocities. xdot must not overlap x. */
+/* The right-hand side x' = (G u, p') at (t, x). Newton's iteration starts from the velocities of
+ * the call before. Cost: a momentum residual, and for each Newton step as many evaluations of the
+ * forces as the largest coupled group has directions: O(N) when the massless bodies are isolated.
+ * Statuses as mbsr_ode_velocities. xdot must not overlap x. */
 MBSR_API int mbsr_ode_rhs(mbsr_ode *ode, double t, const double *x, double *xdot);
 
 /* Newton steps and evaluations of the forces since mbsr_ode_create. Outputs may be NULL. */

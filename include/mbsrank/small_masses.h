@@ -2,17 +2,18 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A joint direction with little inertia m beside its stiffness k and damping d moves fast, with the
- * roots of lambda^2 m + lambda d + k = 0, around a smooth motion. Without the mass the model has that
- * smooth motion alone, but for an error of first order (docs/small_masses.md): with w the inertia
- * force, less the weight, that is neglected along the smooth motion,
+ * roots of lambda^2 m + lambda d + k = 0, around a smooth motion. Without the mass the model has
+ * that smooth motion alone, but for an error of first order (docs/small_masses.md): with w the
+ * inertia force, less the weight, that is neglected along the smooth motion,
  *
  *   (equations of motion of the reduced model, linearised) delta = -w.
  *
  *   mbsr_small_masses *small;
  *   mbsr_small_masses_create(model, &opt, &small, &error);      all candidates without their mass
  *   mbsr_small_masses_start(small, t, q, u);                    the report at a state
- *   mbsr_small_masses_step(small, t, y, yp);                    ... and along a run of the reduced model
- *   mbsr_small_masses_report_of(small, &report);
+ *   mbsr_small_masses_step(small, t, y, yp);
+ *       ... and along a run of the reduced model
+ *   mbsr_small_masses_get_report(small, &report);
  *
  * mbsr_small_masses_run (ida.h) does such a run. What is decided to be zero the caller states:
  * mbsr_model_copy, mbsr_model_neglect, mbsr_model_finish. */
@@ -99,7 +100,7 @@ typedef struct mbsr_small_mass {
     double amplitude; /* of the oscillation that is lost, largest of its directions, as a share of
                          the tolerance of these coordinates (outputs given: of the output) */
     double steps; /* that its zero saves: of the start's swing, or of all along a run whose states
-                       * are an integrator's steps */
+                   * are an integrator's steps */
     mbsr_small_verdict verdict;
 } mbsr_small_mass;
 
@@ -121,24 +122,25 @@ typedef struct mbsr_small_masses_report {
     const char *text;    /* a table for people */
 } mbsr_small_masses_report;
 
-/* Makes copies of the model with and without the candidates' masses. Candidates are those named; or,
- * with part == NULL, bodies whose mass is at most `ratio` of the largest among their predecessor,
- * successors and bodies they share a force element with, and past those of these that are candidates themselves, so
- * that of several light bodies in a row all are; masses that the model neglects already are
- * candidates in both cases. (Mass and moment: trace(mass) / dimension + trace(tensor) / length^2
- * with the typical length of the tree; of bodies in GENERAL space the trace.) opt is required. The
- * model must outlive the object. Memory comes from the model's allocator, here and in `start`.
- * MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED, MBSR_ERR_VALUE, MBSR_ERR_ID,
- * MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create. */
+/* Makes copies of the model with and without the candidates' masses. Candidates are those named;
+ * or, with part == NULL, bodies whose mass is at most `ratio` of the largest among their
+ * predecessor, successors and bodies they share a force element with, and past those of these that
+ * are candidates themselves, so that of several light bodies in a row all are; masses that the
+ * model neglects already are candidates in both cases. (Mass and moment: trace(mass) / dimension +
+ * trace(tensor) / length^2 with the typical length of the tree; of bodies in GENERAL space the
+ * trace.) opt is required. The model must outlive the object. Memory comes from the model's
+ * allocator, here and in `start`. MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED,
+ * MBSR_ERR_VALUE, MBSR_ERR_ID, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create. */
 MBSR_API int mbsr_small_masses_create(const mbsr_model *model, const mbsr_small_masses_opt *opt,
                                       mbsr_small_masses **small, mbsr_error *error);
 MBSR_API void mbsr_small_masses_destroy(mbsr_small_masses *small); /* NULL is allowed */
 
-/* Looks at (t, q, u), a state of the model with all masses: finds the consistent state of the reduced
- * model near it, the directions, and first-order errors at the end of `duration` if nothing changes:
- * five factorisations of a Newton matrix, and one solution for each candidate and direction, O(N)
- * each. Masses without which nothing determines the motion keep it (MBSR_SMALL_UNDETERMINED).
- * Statuses of mbsr_dae_consistent and mbsr_newton_factor. After a failure there is no report. */
+/* Looks at (t, q, u), a state of the model with all masses: finds the consistent state of the
+ * reduced model near it, the directions, and first-order errors at the end of `duration` if nothing
+ * changes: five factorisations of a Newton matrix, and one solution for each candidate and
+ * direction, O(N) each. Masses without which nothing determines the motion keep it
+ * (MBSR_SMALL_UNDETERMINED). Statuses of mbsr_dae_consistent and mbsr_newton_factor. After a
+ * failure there is no report. */
 MBSR_API int mbsr_small_masses_start(mbsr_small_masses *small, double t, const double *q,
                                      const double *u);
 
@@ -153,23 +155,24 @@ MBSR_API const mbsr_model *mbsr_small_masses_reduced(const mbsr_small_masses *sm
 
 /* The next state of a run of the reduced model, in its momentum form, later than the last one: what
  * the neglected inertia forces are there, and what errors they have made so far, integrated along
- * the run by BDF of order 2 over the states given (implicit Euler in the first), and what fast motion
- * they excite. Give as many as the slow motion needs, such as all steps of an integrator, and the states
- * before and soon after forces or rates jump. One factorisation, and a solution for each candidate. MBSR_ERR_SEQUENCE before `start`, MBSR_ERR_VALUE for a t that is not later, statuses
- * of mbsr_newton_factor. */
+ * the run by BDF of order 2 over the states given (implicit Euler in the first), and what fast
+ * motion they excite. Give as many as the slow motion needs, such as all steps of an integrator,
+ * and the states before and soon after forces or rates jump. One factorisation, and a solution for
+ * each candidate. MBSR_ERR_SEQUENCE before `start`, MBSR_ERR_VALUE for a t that is not later,
+ * statuses of mbsr_newton_factor. */
 MBSR_API int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y,
                                     const double *yp);
 
 /* What has been found; pointers are valid until the next call with this object. MBSR_ERR_NULL,
  * MBSR_ERR_SEQUENCE before `start`. */
-MBSR_API int mbsr_small_masses_report_of(mbsr_small_masses *small,
-                                         mbsr_small_masses_report *report);
+MBSR_API int mbsr_small_masses_get_report(mbsr_small_masses *small,
+                                          mbsr_small_masses_report *report);
 
-/* A start of the model with all its masses on the smooth motion near (t, q, u), which mbsr_small_masses_start
- * looked at: order 1, the state of the reduced model; order 2, that with the neglected inertia
- * forces and their rates as a load, so that the fast motion begins with an amplitude of second order
- * in the masses. q (nq), u (nu). MBSR_ERR_VALUE for another order, MBSR_ERR_SEQUENCE, statuses of
- * mbsr_dae_consistent. */
+/* A start of the model with all its masses on the smooth motion near (t, q, u), which
+ * mbsr_small_masses_start looked at: order 1, the state of the reduced model; order 2, that with
+ * the neglected inertia forces and their rates as a load, so that the fast motion begins with an
+ * amplitude of second order in the masses. q (nq), u (nu). MBSR_ERR_VALUE for another order,
+ * MBSR_ERR_SEQUENCE, statuses of mbsr_dae_consistent. */
 MBSR_API int mbsr_small_masses_smooth(mbsr_small_masses *small, int order, double *q, double *u);
 
 /* The last failure; never NULL. */

@@ -9,8 +9,9 @@
 extern "C" {
 #endif
 
-/* A frame that is NULL is the one it stands in: no shift, no turn. An axis or quaternion that is NULL
- * is one of length zero, which makes a frame without axes; such a frame is refused where it is used.
+/* A frame that is NULL is the one it stands in: no shift, no turn. An axis or quaternion that is
+ * NULL is one of length zero, which makes a frame without axes; such a frame is refused where it is
+ * used.
  *
  * Conventions: 3 x 3 matrices are column-major. The columns of a rotation R are a frame's axes, in
  * components along the axes that it stands in: x_outer = R x_frame. Quaternions are (w, x, y, z).
@@ -30,7 +31,7 @@ MBSR_API mbsr_frame mbsr_frame_identity(void);
 MBSR_API mbsr_frame mbsr_frame_at(double x, double y, double z);
 
 /* Origin x (NULL: zero), turned by an angle in rad about an axis of any length but zero. */
-MBSR_API mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle);
+MBSR_API mbsr_frame mbsr_frame_rotated(const double x[3], const double axis[3], double angle);
 
 /* Origin x (NULL: zero), axes by a quaternion of any length but zero. */
 MBSR_API mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4]);
@@ -46,8 +47,8 @@ MBSR_API mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)
 MBSR_API mbsr_frame mbsr_frame_inverse(const mbsr_frame *a);
 
 /* Between quaternions and rotations. The quaternion of a rotation has length 1 and w >= 0. Status:
- * MBSR_OK; MBSR_ERR_NULL (output, or R), with nothing written; MBSR_ZERO_QUATERNION (NULL too), R is zero;
- * MBSR_NOT_FINITE, with the output not finite. */
+ * MBSR_OK; MBSR_ERR_NULL (output, or R), with nothing written; MBSR_ZERO_QUATERNION (NULL too), R
+ * is zero; MBSR_NOT_FINITE, with the output not finite. */
 MBSR_API int mbsr_quaternion_rotation(const double quaternion[4], double R[9]);
 MBSR_API int mbsr_rotation_quaternion(const double R[9], double quaternion[4]);
 

@@ -15,7 +15,7 @@
  *   for (;;) {
  *       torque = ...;                             (held over the step, see mbsr_held_force)
  *       if (mbsr_stepper_step(stepper)) ...     the state is as it was, mbsr_stepper_error says why
- *       mbsr_body_pose(model, data, body, ...);   data is at mbsr_velocities of the new state
+ *       mbsr_body_pose(model, data, body, ...);   data is at mbsr_stage_velocities of the new state
  *   }
  *
  * docs/real_time.md has the methods, what they cost and their limits. */
@@ -86,14 +86,14 @@ MBSR_API void mbsr_stepper_destroy(mbsr_stepper *stepper); /* NULL is allowed */
 
 /* Starts at t (s) with the consistent state nearest to q (nq), u (nu), as mbsr_dae_consistent
  * finds it; clears the counts. May be called again. On failure the state is as it was before.
- * MBSR_ERR_NULL, and the statuses of mbsr_dae_pack, mbsr_dae_consistent, mbsr_positions,
- * mbsr_velocities and mbsr_energy. */
+ * MBSR_ERR_NULL, and the statuses of mbsr_dae_pack, mbsr_dae_consistent, mbsr_stage_positions,
+ * mbsr_stage_velocities and mbsr_energy. */
 MBSR_API int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q, const double *u);
 
 /* One step: by opt.h, to the start (or the last mbsr_stepper_to) and a multiple of it, so that
  * rounding of t does not add up; or to t_end (s). Functions of time are read in between, inputs
  * that the caller holds (mbsr_held_force) may be set before. A step that fails is halved, its
- * halves likewise. Afterwards data is at mbsr_velocities of the state, whose quaternions have
+ * halves likewise. Afterwards data is at mbsr_stage_velocities of the state, whose quaternions have
  * length 1. The same state, inputs and options give the same bits.
  *
  * Where the root rests, and neither joints nor closures follow functions of time, the energy of
@@ -113,16 +113,16 @@ MBSR_API int mbsr_stepper_to(mbsr_stepper *stepper, double t_end);
 
 /* The present state; t, q (nq) and u (nu) may each be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE
  * before a start. */
-MBSR_API int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, double *u);
+MBSR_API int mbsr_stepper_motion(mbsr_stepper *stepper, double *t, double *q, double *u);
 
 /* The state as y and y' of the momentum form (mbsr_dae_size numbers each, either may be NULL):
  * with both mbsr_stepper_resume goes on there, later or in another stepper of the same model, as
  * if nothing had happened between but for the account of energy, which is opened anew (a
  * rejected step of a co-simulation, a game that is loaded); with closures, in data that leave
- * out the same rows (mbsr_closures_drop). y' holds the loop forces lambda (mbsr_closures_load),
- * Lambda itself begins at zero in each step. On failure of resume the state is as it was before.
- * MBSR_ERR_NULL, MBSR_ERR_SEQUENCE; resume: MBSR_NOT_FINITE, the statuses of mbsr_positions,
- * mbsr_velocities and mbsr_energy. */
+ * out the same rows (mbsr_closures_set_redundant). y' holds the loop forces lambda
+ * (mbsr_closures_set_lambda), Lambda itself begins at zero in each step. On failure of resume the
+ * state is as it was before. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE; resume: MBSR_NOT_FINITE, the
+ * statuses of mbsr_stage_positions, mbsr_stage_velocities and mbsr_energy. */
 MBSR_API int mbsr_stepper_state(mbsr_stepper *stepper, double *t, double *y, double *yp);
 MBSR_API int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y,
                                  const double *yp);

@@ -24,7 +24,8 @@
  *   IDASetUserData(ida, &mine);   -- a structure whose first member is the mbsr_sundials
  *   IDASetPreconditioner(ida, mbsr_sundials_setup, mbsr_sundials_precondition);
  *
- * and, with `products` in the mbsr_newton_opt, products with the matrix in place of differences of F:
+ * and, with `products` in the mbsr_newton_opt, products with the matrix in place of differences of
+ * F:
  *
  *   IDASetJacTimes(ida, mbsr_sundials_linearise, mbsr_sundials_multiply); */
 #ifndef MBSRANK_SUNDIALS_H
@@ -71,8 +72,8 @@ MBSR_API int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, 
                                         N_Vector r, N_Vector z, sunrealtype cj, sunrealtype delta,
                                         void *user);
 
-/* For IDASetJacTimes: mbsr_newton_linearise at (t, y, y') with c = cj, and mbsr_newton_multiply, Jv = A
- * v. `user` as above. Return the status. */
+/* For IDASetJacTimes: mbsr_newton_linearise at (t, y, y') with c = cj, and mbsr_newton_multiply, Jv
+ * = A v. `user` as above. Return the status. */
 MBSR_API int mbsr_sundials_linearise(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F,
                                      sunrealtype cj, void *user);
 MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector v,
@@ -93,18 +94,19 @@ MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Ve
  *   IDASetNonlinearSolver(ida, newton);
  *
  * As long as nothing is stiff, all goes as without it. Where an error test of low order fails by an
- * error of the momenta that the next step will have forgotten, or the order stays low, IDA takes the
- * next 20 steps carefully, and more where they show that it is needed: with a new matrix in each
- * iteration, and errors of momenta tested by what is left of them after one implicit step. At relative
- * tolerances above 1e-4 steps of a mechanism that stiff elements close are so long that they gain energy;
- * IDA does not tell the solver what was asked for, mbsr_sundials_stiff_set_rtol does. Iterative linear
- * solvers are made to solve such steps accurately (IDASetEpsLin, IDASetIncrementFactor). A step that hits a stop may
- * fail more tests than the 10 that IDA allows: IDASetMaxErrTestFails, 30. Vectors that IDA
- * makes of y refer to the solver: free it after IDA, and y too. They take their operations from y, which gets
- * the library's own here: the bits of SUNDIALS' serial vectors, and faster where those are compiled
- * without optimisation; operations that the caller has replaced stay. The error test is as without it if
- * algebraic variables are not suppressed. NULL where an argument is NULL, y is not a serial vector of
- * that length, or there is no memory. */
+ * error of the momenta that the next step will have forgotten, or the order stays low, IDA takes
+ * the next 20 steps carefully, and more where they show that it is needed: with a new matrix in
+ * each iteration, and errors of momenta tested by what is left of them after one implicit step. At
+ * relative tolerances above 1e-4 steps of a mechanism that stiff elements close are so long that
+ * they gain energy; IDA does not tell the solver what was asked for, mbsr_sundials_stiff_set_rtol
+ * does. Iterative linear solvers are made to solve such steps accurately (IDASetEpsLin,
+ * IDASetIncrementFactor). A step that hits a stop may fail more tests than the 10 that IDA allows:
+ * IDASetMaxErrTestFails, 30. Vectors that IDA makes of y refer to the solver: free it after IDA,
+ * and y too. They take their operations from y, which gets the library's own here: the bits of
+ * SUNDIALS' serial vectors, and faster where those are compiled without optimisation; operations
+ * that the caller has replaced stay. The error test is as without it if algebraic variables are not
+ * suppressed. NULL where an argument is NULL, y is not a serial vector of that length, or there is
+ * no memory. */
 MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y,
                                                 SUNContext context);
 
@@ -113,35 +115,36 @@ MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vecto
  * negative or not finite. */
 MBSR_API int mbsr_sundials_stiff_set_rtol(SUNNonlinearSolver solver, double rtol);
 
-/* Lets steps begin with a new matrix where the old one would leave more than this share of a correction, 0 <= share < 1;
- * 0 (default): none does, IDA keeps its matrices. Half as many steps and iterations may do then. 0.05 is right
- * where a matrix costs no more than two residuals, as mbsr_sundials_solver's on a tree of rigid bodies, 0.2 where
- * it costs ten. Nothing changes with iterative solvers and matrices by difference quotients. MBSR_ERR_NULL;
- * MBSR_ERR_VALUE if the solver is another one, or the share is out of range. */
+/* Lets steps begin with a new matrix where the old one would leave more than this share of a
+ * correction, 0 <= share < 1; 0 (default): none does, IDA keeps its matrices. Half as many steps
+ * and iterations may do then. 0.05 is right where a matrix costs no more than two residuals, as
+ * mbsr_sundials_solver's on a tree of rigid bodies, 0.2 where it costs ten. Nothing changes with
+ * iterative solvers and matrices by difference quotients. MBSR_ERR_NULL; MBSR_ERR_VALUE if the
+ * solver is another one, or the share is out of range. */
 MBSR_API int mbsr_sundials_stiff_set_renewal(SUNNonlinearSolver solver, double share);
 
 /* What it has done since it was made. */
 typedef struct mbsr_sundials_stiff_info {
-    long stiff_tests; /* error tests that would have failed in a stiff direction alone */
-    long
-        stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
-                            * quotients was wrong */
+    long stiff_tests;      /* error tests that would have failed in a stiff direction alone */
+    long stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of
+                            * difference quotients was wrong */
     long careful_attempts; /* steps tried carefully after these */
     long careful_failures; /* of these, those in which Newton's method did not converge */
     long filter_solves;    /* linear systems solved besides those of Newton's iterations */
     long renewals; /* steps that began with a new matrix; each takes a solution besides, too */
 } mbsr_sundials_stiff_info;
 
-/* What the nonlinear solver has done so far. MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one. */
+/* What the nonlinear solver has done so far. MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another
+ * one. */
 MBSR_API int mbsr_sundials_stiff_get_info(SUNNonlinearSolver solver,
                                           mbsr_sundials_stiff_info *info);
 
-/* The force elements that make the model stiff, as mbsr_ida_stiffest, for the model and data of the residual:
- * where a test or an iteration has told, or, where some have failed since the start without telling, those
- * that are fast beside the longest step, at the end of the last one. To be called between two calls of
- * IDASolve, after a failure above all. The data is left at that state. MBSR_ERR_NULL; MBSR_ERR_VALUE if the
- * solver is another one or made for another model; the statuses of mbsr_positions, mbsr_energy and
- * mbsr_force_power. */
+/* The force elements that make the model stiff, as mbsr_ida_stiffest, for the model and data of the
+ * residual: where a test or an iteration has told, or, where some have failed since the start
+ * without telling, those that are fast beside the longest step, at the end of the last one. To be
+ * called between two calls of IDASolve, after a failure above all. The data is left at that state.
+ * MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one or made for another model; the
+ * statuses of mbsr_stage_positions, mbsr_energy and mbsr_force_power. */
 MBSR_API int mbsr_sundials_stiffest(SUNNonlinearSolver solver, const mbsr_model *model,
                                     mbsr_data *data, int most, int *force, double *share,
                                     int *count);

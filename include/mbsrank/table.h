@@ -58,15 +58,16 @@ typedef struct mbsr_table_def {
 
 MBSR_API mbsr_table_def mbsr_default_table_def(void);
 
-/* On failure *table is NULL and the reason, with the index of what is wrong, in *error (which may be
- * NULL). MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (points, columns, kind, beyond, an x
+/* On failure *table is NULL and the reason, with the index of what is wrong, in *error (which may
+ * be NULL). MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (points, columns, kind, beyond, an x
  * that is not above the one before or too close to it for a slope, numbers that are not finite or
  * overflow), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_table_create(const mbsr_table_def *def, mbsr_table **table, mbsr_error *error);
 MBSR_API void mbsr_table_destroy(mbsr_table *table); /* NULL is allowed */
 
-/* The table as it was defined: x and value point into *table and are valid as long as that. MBSR_ERR_NULL. */
-MBSR_API int mbsr_table_data(const mbsr_table *table, mbsr_table_def *data);
+/* The table as it was defined: x and value point into *table and are valid as long as that.
+ * MBSR_ERR_NULL. */
+MBSR_API int mbsr_table_definition(const mbsr_table *table, mbsr_table_def *data);
 
 /* Values, first and second derivatives at x, `columns` numbers each; outputs may be NULL. Where a
  * derivative jumps it is the one behind the point. MBSR_ERR_NULL, MBSR_NOT_FINITE (x, or a number

@@ -10,7 +10,7 @@
 
 static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, none[9] = {0.0};
 
-static mbsr_frame frame_of(const double x[3], const double R[9])
+static mbsr_frame frame_from(const double x[3], const double R[9])
 {
     mbsr_frame frame = {.x = {0.0, 0.0, 0.0}};
     if (x) memcpy(frame.x, x, sizeof frame.x);
@@ -20,19 +20,19 @@ static mbsr_frame frame_of(const double x[3], const double R[9])
 
 mbsr_frame mbsr_frame_identity(void)
 {
-    return frame_of(NULL, unit);
+    return frame_from(NULL, unit);
 }
 
 mbsr_frame mbsr_frame_at(double x, double y, double z)
 {
     const double origin[3] = {x, y, z};
-    return frame_of(origin, unit);
+    return frame_from(origin, unit);
 }
 
-mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle)
+mbsr_frame mbsr_frame_rotated(const double x[3], const double axis[3], double angle)
 {
     double n[3];
-    if (!axis || !mbsri_direction3(axis, n)) return frame_of(x, none);
+    if (!axis || !mbsri_direction3(axis, n)) return frame_from(x, none);
     const double c = cos(0.5 * angle), s = sin(0.5 * angle);
     const double quaternion[4] = {c, s * n[0], s * n[1], s * n[2]};
     return mbsr_frame_quaternion(x, quaternion);
@@ -41,9 +41,9 @@ mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double ang
 mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4])
 {
     double R[9];
-    if (!quaternion) return frame_of(x, none);
+    if (!quaternion) return frame_from(x, none);
     mbsr_quaternion_rotation(quaternion, R);
-    return frame_of(x, R);
+    return frame_from(x, R);
 }
 
 /* x axis perpendicular to z and to the coordinate axis that is farthest from z. */
@@ -51,7 +51,7 @@ mbsr_frame mbsr_frame_along(const double x[3], const double z[3])
 {
     double R[9], helper[3] = {0.0, 0.0, 0.0};
     int least = 0;
-    if (!z || !mbsri_direction3(z, R + 6)) return frame_of(x, none);
+    if (!z || !mbsri_direction3(z, R + 6)) return frame_from(x, none);
     for (int k = 1; k < 3; ++k) {
         if (fabs(z[k]) < fabs(z[least])) least = k;
     }
@@ -60,7 +60,7 @@ mbsr_frame mbsr_frame_along(const double x[3], const double z[3])
     const double size = mbsri_norm3(R);
     for (int k = 0; k < 3; ++k) R[k] /= size;
     mbsri_cross3(R + 6, R, R + 3);
-    return frame_of(x, R);
+    return frame_from(x, R);
 }
 
 mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)

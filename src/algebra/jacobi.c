@@ -20,7 +20,8 @@ MBSRI_INLINE void turn(double c, double s, double *a, double *b)
 }
 
 /* A <- J^T A J, of which the lower triangle is kept (A[p * n + q], p <= q), and X <- X J with the
- * rotation in the plane (p, q) that makes A_pq zero (Golub and Van Loan, Matrix Computations, 8.5). */
+ * rotation in the plane (p, q) that makes A_pq zero (Golub and Van Loan, Matrix Computations, 8.5).
+ */
 MBSRI_INLINE void rotate(int n, int p, int q, double *A, double *X)
 {
     const double apq = A[p * n + q], twice = 2.0 * apq, gap = A[q * n + q] - A[p * n + p];
@@ -37,7 +38,7 @@ MBSRI_INLINE void rotate(int n, int p, int q, double *A, double *X)
 }
 
 /* Eigenvalues descending, by exchanging columns of X (n x c). */
-static void sort(int n, int c, double *X, double *lambda)
+static void sort_eigenvalues(int n, int c, double *X, double *lambda)
 {
     for (int k = 0; k < c; ++k) {
         int largest = k;
@@ -94,7 +95,7 @@ int mbsri_jacobi(int n, double *A, double *lambda)
     const bool ended = diagonalise_any(n, 0.01 * DBL_EPSILON * (size / unit), A, X);
     for (int k = 0; k < n; ++k) lambda[k] = unit * A[k * (n + 1)];
     for (int k = 0; k < n * n; ++k) A[k] = X[k];
-    sort(n, n, A, lambda);
+    sort_eigenvalues(n, n, A, lambda);
     return !ended;
 }
 
@@ -121,6 +122,6 @@ int mbsri_orthogonalise(int n, int c, double *A, double *lambda)
         }
     }
     for (int l = 0; l < c; ++l) lambda[l] = mbsri_dot(n, A + l * n, A + l * n);
-    sort(n, c, A, lambda);
+    sort_eigenvalues(n, c, A, lambda);
     return turned;
 }

@@ -10,8 +10,8 @@ static const double NOTHING = 1e-11; /* of a number in scaled rows and columns *
 /* A pivot beside what its row has of unknowns that wait, and of accelerations */
 static const double BESIDE = 1e-4, BESIDE_LOADS = 1e-6;
 
-/* Scales with which the largest of the sizes of each row is about 1 (Ruiz 2001), whatever the order of the rows;
- * rows of zeros keep 1. */
+/* Scales with which the largest of the sizes of each row is about 1 (Ruiz 2001), whatever the order
+ * of the rows; rows of zeros keep 1. */
 static void find_scale(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
@@ -41,7 +41,7 @@ static void swap(double *a, double *b)
 }
 
 /* Exchanges unknowns i and j. */
-static void exchange(mbsri_pivots *f, int i, int j)
+static void exchange_unknowns(mbsri_pivots *f, int i, int j)
 {
     const int N = f->size + f->d;
     double *sizes = f->sizes;
@@ -56,12 +56,13 @@ static void exchange(mbsri_pivots *f, int i, int j)
     f->id[j] = id;
 }
 
-static double scaled(const mbsri_pivots *f, int i, int j)
+static double scaled_entry(const mbsri_pivots *f, int i, int j)
 {
     return fabs(f->A[j * (f->size + f->d) + i]) * f->scale[i] * f->scale[j];
 }
 
-/* The least pivot of row i: a small one would leave large numbers beside it to cancel further on. */
+/* The least pivot of row i: a small one would leave large numbers beside it to cancel further on.
+ */
 static double least(const mbsri_pivots *f, int i)
 {
     const int N = f->size + f->d;
@@ -81,16 +82,16 @@ static double least(const mbsri_pivots *f, int i)
 }
 
 /* The next pivot: i == j, or a pair; false where there is none. */
-static bool find_pivot(const mbsri_pivots *f, int *i, int *j)
+static bool find_next_pivot(const mbsri_pivots *f, int *i, int *j)
 {
     static const double single = 0.64; /* (1 + sqrt(17)) / 8, which bounds growth */
     double best = NOTHING, pair = NOTHING;
     int k = -1, l = -1, at = -1;
     for (int c = f->pivots; c < f->complete; ++c) {
-        const double own = scaled(f, c, c), bound = least(f, c);
+        const double own = scaled_entry(f, c, c), bound = least(f, c);
         if (own > best && own >= bound) best = own, at = c;
         for (int r = c + 1; r < f->complete; ++r) {
-            const double entry = scaled(f, r, c);
+            const double entry = scaled_entry(f, r, c);
             if (entry > pair && entry >= bound && entry >= least(f, r)) pair = entry, k = c, l = r;
         }
     }
@@ -100,8 +101,8 @@ static bool find_pivot(const mbsri_pivots *f, int *i, int *j)
 }
 
 /* The row of L for r and t beside the pivot [a b; b c], or for r beside a. */
-static void divide(int width, double a, double b, double c, double r, double t, double *l,
-                   double *k)
+static void divide_by_pivot(int width, double a, double b, double c, double r, double t, double *l,
+                            double *k)
 {
     const double det = a * c - b * b;
     *l = width > 1 ? (c * r - b * t) / det : r / a;
@@ -110,7 +111,8 @@ static void divide(int width, double a, double b, double c, double r, double t, 
 
 enum { BLOCK = 48 }; /* rows at a time: what they need stays near */
 
-/* Columns i of rows [from, to) behind a pivot whose columns are x and y (NULL: single), with their rows of L l and k. */
+/* Columns i of rows [from, to) behind a pivot whose columns are x and y (NULL: single), with their
+ * rows of L l and k. */
 static inline void subtract_rows(mbsri_pivots *f, int first, int from, int to, const double *x,
                                  const double *y, const double *l, const double *k)
 {
@@ -133,8 +135,9 @@ static inline void subtract_rows(mbsri_pivots *f, int first, int from, int to, c
     }
 }
 
-/* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it. */
-static void subtract(mbsri_pivots *f, int width)
+/* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it.
+ */
+static void subtract_pivot(mbsri_pivots *f, int width)
 {
     const int N = f->size + f->d, p = f->pivots, first = p + width;
     double *x = f->A + (size_t)p * (size_t)N, *y = width > 1 ? x + N : x, l[BLOCK], k[BLOCK];
@@ -144,14 +147,14 @@ static void subtract(mbsri_pivots *f, int width)
     for (int from = first; from < N; from += BLOCK) {
         const int to = from + BLOCK < N ? from + BLOCK : N;
         for (int j = from; j < to; ++j)
-            divide(width, a, b, c, x[j], y[j], l + j - from, k + j - from);
+            divide_by_pivot(width, a, b, c, x[j], y[j], l + j - from, k + j - from);
         if (width > 1)
             subtract_rows(f, first, from, to, x, y, l, k);
         else
             subtract_rows(f, first, from, to, x, NULL, l, k);
     }
     for (int j = first; j < N; ++j) {
-        divide(width, a, b, c, x[j], y[j], l, k);
+        divide_by_pivot(width, a, b, c, x[j], y[j], l, k);
         x[j] = l[0];
         if (width > 1) y[j] = k[0];
     }
@@ -176,14 +179,14 @@ void mbsri_pivots_eliminate(mbsri_pivots *f)
     int i, j;
     f->pivots = f->left = f->idles = 0;
     find_scale(f);
-    while (find_pivot(f, &i, &j)) {
+    while (find_next_pivot(f, &i, &j)) {
         const int p = f->pivots;
-        exchange(f, p, i);
-        if (i != j) exchange(f, p + 1, j);
-        subtract(f, i == j ? 1 : 2);
+        exchange_unknowns(f, p, i);
+        if (i != j) exchange_unknowns(f, p + 1, j);
+        subtract_pivot(f, i == j ? 1 : 2);
     }
     for (i = f->pivots; i < f->complete; ++i) {
-        if (nothing_left(f, i)) exchange(f, f->pivots + f->left++, i);
+        if (nothing_left(f, i)) exchange_unknowns(f, f->pivots + f->left++, i);
     }
 }
 
@@ -209,7 +212,7 @@ static void solve_pivots(const mbsri_pivots *f, const double *s, const double *a
     }
 }
 
-static double share_of(const mbsri_pivots *f, int i)
+static double share_of_unknown(const mbsri_pivots *f, int i)
 {
     const int id = f->id[i];
     if (id >= f->shared) return 0.0;
@@ -226,7 +229,7 @@ void mbsri_pivots_find_idle(mbsri_pivots *f, const bool *wanted)
         mbsri_zero((size_t)n, work);
         work[f->pivots + l] = 1.0;
         solve_pivots(f, NULL, NULL, work);
-        for (int i = 0; i < n; ++i) y[i] = i < last ? work[i] * share_of(f, i) : 0.0;
+        for (int i = 0; i < n; ++i) y[i] = i < last ? work[i] * share_of_unknown(f, i) : 0.0;
         for (int turn = 0; turn < 2; ++turn) {
             for (int k = 0; k < f->idles; ++k) {
                 const double *z = f->idle + k * n, part = mbsri_dot(n, z, y);
@@ -259,9 +262,9 @@ void mbsri_pivots_backward(const mbsri_pivots *f, const double *s, const double 
     for (int l = 0; l < f->idles; ++l) {
         const double *z = f->idle + l * n;
         double part = 0.0;
-        for (int i = 0; i < last; ++i) part += z[i] * work[i] * share_of(f, i);
+        for (int i = 0; i < last; ++i) part += z[i] * work[i] * share_of_unknown(f, i);
         for (int i = 0; i < last; ++i) {
-            const double share = share_of(f, i);
+            const double share = share_of_unknown(f, i);
             if (share > 0.0) work[i] -= part * z[i] / share;
         }
     }

@@ -31,24 +31,25 @@ typedef struct mbsri_pivots {
     struct mbsri_pivots *next;
 } mbsri_pivots;
 
-/* What a row that turns and moves its body by these counts as: a force by the moment that it has at a lever of
- * `length`. *share: so far, of its other bodies. */
+/* What a row that turns and moves its body by these counts as: a force by the moment that it has at
+ * a lever of `length`. *share: so far, of its other bodies. */
 static inline void mbsri_share(double turn, double move, double length, double *share)
 {
     const double size = move > 0.0 ? length * move : turn;
     if (size > *share) *share = size;
 }
 
-/* Eliminates; the arrays are there, with id, A and sizes. What was complete and could not be a pivot stands behind the pivots: `left` of them have
- * nothing left, the others go on with those that were not complete. */
+/* Eliminates; the arrays are there, with id, A and sizes. What was complete and could not be a
+ * pivot stands behind the pivots: `left` of them have nothing left, the others go on with those
+ * that were not complete. */
 void mbsri_pivots_eliminate(mbsri_pivots *f);
 
-/* Solutions without right-hand side for those left of which `wanted` says so; idle has room for `left` of
- * them. */
+/* Solutions without right-hand side for those left of which `wanted` says so; idle has room for
+ * `left` of them. */
 void mbsri_pivots_find_idle(mbsri_pivots *f, const bool *wanted);
 
-/* s (by id) less what the pivots take of it, and the loads that they make (d); then v (by id) of the pivots and
- * those left, where the others and a (d) are known. */
+/* s (by id) less what the pivots take of it, and the loads that they make (d); then v (by id) of
+ * the pivots and those left, where the others and a (d) are known. */
 void mbsri_pivots_forward(const mbsri_pivots *f, double *s, double *fbar);
 void mbsri_pivots_backward(const mbsri_pivots *f, const double *s, const double *a, double *v);
 

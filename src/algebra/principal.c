@@ -1,10 +1,10 @@
 /* Springs and dampers by matrices: see principal.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The matrix is scaled to a unit diagonal, A = S A^ S, so that units do not decide what is zero, and
- * A^ = V w V^T. Of a stiffness energies are |T g|^2 / 2 with T = w^(1/2) V^T S, of a compliance with
- * T = w^(-1/2) V^T S^-1; B is the right inverse of T. The rotation Q^T T that makes B^T D B diagonal
- * leaves the energy as it is. */
+ * The matrix is scaled to a unit diagonal, A = S A^ S, so that units do not decide what is zero,
+ * and A^ = V w V^T. Of a stiffness energies are |T g|^2 / 2 with T = w^(1/2) V^T S, of a compliance
+ * with T = w^(-1/2) V^T S^-1; B is the right inverse of T. The rotation Q^T T that makes B^T D B
+ * diagonal leaves the energy as it is. */
 #include "algebra/principal.h"
 
 #include "algebra/dense.h"
@@ -18,7 +18,7 @@ enum { MOST = MBSRI_PRINCIPAL_MOST };
 static const double zero = 1e-12; /* of eigenvalues of a matrix with unit diagonal */
 
 /* A = V diag(w) V^T; of a diagonal matrix in the order of its entries. */
-static bool diagonalise(int n, double *A, double *w)
+static bool eigenvectors_of(int n, double *A, double *w)
 {
     double work[3 * MOST], largest = 0.0, across = 0.0;
     for (int k = 0; k < n * n; ++k) {
@@ -40,7 +40,7 @@ static bool split(int n, const double *A, bool compliance, mbsri_principal *out,
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) V[j * n + k] = A[j * n + k] / S[j] / S[k];
     }
-    if (!diagonalise(n, V, w)) return false;
+    if (!eigenvectors_of(n, V, w)) return false;
     out->rows = 0;
     for (int k = 0; k < n; ++k) {
         if (w[k] < -1e-10) return false;
@@ -56,7 +56,7 @@ static bool split(int n, const double *A, bool compliance, mbsri_principal *out,
 }
 
 /* x^T D y */
-static double product(int n, const double *D, const double *x, const double *y)
+static double form_product(int n, const double *D, const double *x, const double *y)
 {
     double Dy[MOST] = {0.0};
     mbsri_ax(n, n, 1.0, D, y, Dy);
@@ -64,15 +64,15 @@ static double product(int n, const double *D, const double *x, const double *y)
 }
 
 /* T <- Q^T T, and what D does along each row. */
-static bool rotate(int n, const double *D, const double *B, mbsri_principal *out)
+static bool rotate_rows(int n, const double *D, const double *B, mbsri_principal *out)
 {
     const int rows = out->rows;
     double E[MOST * MOST], turned[MOST * MOST] = {0.0};
     for (int j = 0; j < rows; ++j) {
         for (int k = 0; k < rows; ++k)
-            E[j * rows + k] = D ? product(n, D, B + j * n, B + k * n) : 0.0;
+            E[j * rows + k] = D ? form_product(n, D, B + j * n, B + k * n) : 0.0;
     }
-    if (!diagonalise(rows, E, out->damping)) return false;
+    if (!eigenvectors_of(rows, E, out->damping)) return false;
     double largest = 0.0;
     for (int k = 0; k < rows; ++k) largest = fmax(largest, out->damping[k]);
     for (int j = 0; j < rows; ++j) {
@@ -85,7 +85,7 @@ static bool rotate(int n, const double *D, const double *B, mbsri_principal *out
 }
 
 /* Rows of length 1; whether none is within 1e-4 of the span of others. */
-static bool normalise(int n, int rows, mbsri_principal *out)
+static bool normalise_rows(int n, int rows, mbsri_principal *out)
 {
     double gram[MOST * MOST], w[MOST];
     for (int k = 0; k < rows; ++k) {
@@ -99,7 +99,7 @@ static bool normalise(int n, int rows, mbsri_principal *out)
         for (int k = 0; k < rows; ++k)
             gram[j * rows + k] = mbsri_dot(n, out->T + j * n, out->T + k * n);
     }
-    if (!diagonalise(rows, gram, w)) return false;
+    if (!eigenvectors_of(rows, gram, w)) return false;
     for (int k = 0; k < rows; ++k) {
         if (!(w[k] > 1e-8)) return false;
     }
@@ -111,12 +111,14 @@ mbsri_principal_fault mbsri_principal_stiffness(int n, const double *K, const do
 {
     double B[MOST * MOST], largest = 0.0;
     if (!split(n, K, false, out, B)) return MBSRI_PRINCIPAL_INDEFINITE;
-    for (int k = 0; k < n && D; ++k) largest = fmax(largest, product(n, D, B + k * n, B + k * n));
+    for (int k = 0; k < n && D; ++k)
+        largest = fmax(largest, form_product(n, D, B + k * n, B + k * n));
     for (int k = out->rows; k < n && D; ++k) {
-        if (product(n, D, B + k * n, B + k * n) > 1e-12 * largest) return MBSRI_PRINCIPAL_LOOSE;
+        if (form_product(n, D, B + k * n, B + k * n) > 1e-12 * largest)
+            return MBSRI_PRINCIPAL_LOOSE;
     }
-    if (!rotate(n, D, B, out)) return MBSRI_PRINCIPAL_DAMPING;
-    return normalise(n, out->rows, out) ? MBSRI_PRINCIPAL_GOOD : MBSRI_PRINCIPAL_SKEW;
+    if (!rotate_rows(n, D, B, out)) return MBSRI_PRINCIPAL_DAMPING;
+    return normalise_rows(n, out->rows, out) ? MBSRI_PRINCIPAL_GOOD : MBSRI_PRINCIPAL_SKEW;
 }
 
 mbsri_principal_fault mbsri_principal_compliance(int n, const double *A, const double *D,
@@ -124,8 +126,8 @@ mbsri_principal_fault mbsri_principal_compliance(int n, const double *A, const d
 {
     double B[MOST * MOST];
     if (!split(n, A, true, out, B)) return MBSRI_PRINCIPAL_INDEFINITE;
-    if (!rotate(n, D, B, out)) return MBSRI_PRINCIPAL_DAMPING;
-    const bool good = normalise(n, n, out);
+    if (!rotate_rows(n, D, B, out)) return MBSRI_PRINCIPAL_DAMPING;
+    const bool good = normalise_rows(n, n, out);
     out->rows = n;
     return good ? MBSRI_PRINCIPAL_GOOD : MBSRI_PRINCIPAL_SKEW;
 }

@@ -31,8 +31,8 @@ typedef struct mbsri_principal {
 mbsri_principal_fault mbsri_principal_stiffness(int n, const double *K, const double *D,
                                                 mbsri_principal *out);
 
-/* K is the inverse of the compliance A (n x n); rows = n, of which those without compliance are rigid,
- * stiffness 0, and what D does along them is dropped. */
+/* K is the inverse of the compliance A (n x n); rows = n, of which those without compliance are
+ * rigid, stiffness 0, and what D does along them is dropped. */
 mbsri_principal_fault mbsri_principal_compliance(int n, const double *A, const double *D,
                                                  mbsri_principal *out);
 

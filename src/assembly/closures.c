@@ -79,8 +79,8 @@ static int common_predecessor(const mbsr_model *m, const mbsri_closure *c)
     return at;
 }
 
-/* Whether the bodies between this one and those of the closure hand on all motions and forces: POINT bodies know no
- * rotation, and of GENERAL ones nothing is known. */
+/* Whether the bodies between this one and those of the closure hand on all motions and forces:
+ * POINT bodies know no rotation, and of GENERAL ones nothing is known. */
 static bool hands_on(const mbsr_model *m, const mbsri_closure *c, int at)
 {
     for (int k = 0; k < c->def.bodies; ++k) {
@@ -170,7 +170,7 @@ static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_
     }
 }
 
-static int check_table(mbsr_model *m, mbsri_closure *c, const char *label)
+static int check_rows_of_table(mbsr_model *m, mbsri_closure *c, const char *label)
 {
     const mbsr_closure_table *table = c->def.table;
     mbsr_force_body body[MBSR_CLOSURE_BODIES + 1];
@@ -220,7 +220,7 @@ static int resolve(mbsr_model *m, int N, int id)
     mbsri_closure_label(m, id, label);
     int status = find_bodies(m, N, c, label);
     if (!status) status = check_kinds(m, c, label);
-    if (!status) status = check_table(m, c, label);
+    if (!status) status = check_rows_of_table(m, c, label);
     if (!status) status = hold(m, N, c, label);
     if (status) return status;
     if (c->rows > 0 && freedoms(m, c) == 0)

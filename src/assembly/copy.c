@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Room for `count` elements in an array that is empty. */
-static void *take(const mbsr_model *m, mbsri_array *array, size_t count, size_t element)
+static void *reserve_array(const mbsr_model *m, mbsri_array *array, size_t count, size_t element)
 {
     if (!mbsri_reserve(&m->allocator, array, count, element)) return NULL;
     array->count = count;
@@ -18,7 +18,7 @@ static void *take(const mbsr_model *m, mbsri_array *array, size_t count, size_t 
 static bool duplicate(mbsr_model *m, const mbsri_array *from, mbsri_array *to, size_t element)
 {
     if (from->count == 0) return true;
-    if (!take(m, to, from->count, element)) return false;
+    if (!reserve_array(m, to, from->count, element)) return false;
     memcpy(to->data, from->data, from->count * element);
     return true;
 }
@@ -31,8 +31,8 @@ static bool copy_forces(const mbsr_model *m, mbsr_model *to)
                duplicate(to, &m->lists, &to->lists, sizeof(int));
     const size_t count = m->forces.count + m->carried;
     const mbsri_force *force = m->forces.data;
-    mbsri_force *made = take(to, &to->forces, count, sizeof *made);
-    int *list = take(to, &to->lists, m->lists.count, sizeof *list);
+    mbsri_force *made = reserve_array(to, &to->forces, count, sizeof *made);
+    int *list = reserve_array(to, &to->lists, m->lists.count, sizeof *list);
     if ((!made && count > 0) || (!list && m->lists.count > 0)) return false;
     for (size_t k = 0; k < count; ++k) {
         mbsri_force *element = made + force[k].id;
@@ -50,7 +50,7 @@ static bool copy_closures(const mbsr_model *m, mbsr_model *to)
 {
     const mbsri_closure *closure = m->closures.data;
     if (m->closures.count == 0) return true;
-    mbsri_closure *made = take(to, &to->closures, m->closures.count, sizeof *made);
+    mbsri_closure *made = reserve_array(to, &to->closures, m->closures.count, sizeof *made);
     if (!made) return false;
     to->closures.count = 0;
     for (size_t k = 0; k < m->closures.count; ++k) {

@@ -8,6 +8,8 @@
 #include "recursion/exact.h"
 #include "sweeps/loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -45,7 +47,7 @@ static size_t loop_store_size(const mbsr_model *m)
 
 /* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
  * counts. */
-static void *take(unsigned char *base, size_t *used, size_t size)
+static void *next_bytes(unsigned char *base, size_t *used, size_t size)
 {
     void *place = base ? base + *used : NULL;
     *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
@@ -53,28 +55,29 @@ static void *take(unsigned char *base, size_t *used, size_t size)
 }
 
 /* Places the data object and its arrays in `base`, or with base == NULL only returns the size. */
-static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_data **data)
+static size_t lay_out_data(const mbsr_model *m, bool lean, unsigned char *base, mbsr_data **data)
 {
     mbsr_data counted;
     size_t used = 0;
     const size_t bodies = (size_t)m->bodies + 1;
-    mbsr_data *d = take(base, &used, sizeof *d);
+    mbsr_data *d = next_bytes(base, &used, sizeof *d);
     if (!d) d = &counted;
-    d->rank = take(base, &used, bodies * sizeof *d->rank);
-    d->watched = take(base, &used, bodies * sizeof *d->watched);
-    d->frame_rank = take(base, &used, lean ? 0 : bodies * sizeof *d->frame_rank);
-    d->off = take(base, &used, (m->forces.count + m->carried) * sizeof *d->off);
-    d->carries = take(base, &used, bodies * sizeof *d->carries);
-    d->factor_rows = take(base, &used, bodies * sizeof *d->factor_rows);
-    d->apart = take(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
-    d->dropped = take(base, &used, (size_t)m->rows * sizeof *d->dropped);
-    d->fronts = take(base, &used, mbsri_fronts_bytes(m));
+    d->rank = next_bytes(base, &used, bodies * sizeof *d->rank);
+    d->watched = next_bytes(base, &used, bodies * sizeof *d->watched);
+    d->frame_rank = next_bytes(base, &used, lean ? 0 : bodies * sizeof *d->frame_rank);
+    d->off = next_bytes(base, &used, (m->forces.count + m->carried) * sizeof *d->off);
+    d->carries = next_bytes(base, &used, bodies * sizeof *d->carries);
+    d->factor_rows = next_bytes(base, &used, bodies * sizeof *d->factor_rows);
+    d->apart = next_bytes(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
+    d->dropped = next_bytes(base, &used, (size_t)m->rows * sizeof *d->dropped);
+    d->fronts = next_bytes(base, &used, mbsri_fronts_bytes(m));
     const size_t exact = has_steps(m, lean) ? mbsri_exact_room(m) : 0;
-    d->exact_work = take(base, &used, exact * sizeof *d->exact_work);
-    d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
-    d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
+    d->exact_work = next_bytes(base, &used, exact * sizeof *d->exact_work);
+    d->pivots = next_bytes(base, &used, (size_t)m->max_d * sizeof *d->pivots);
+    d->force_bodies =
+        next_bytes(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
     if (m->evaluated) {
-        d->sweep_state = take(base, &used, bodies * sizeof *d->sweep_state);
+        d->sweep_state = next_bytes(base, &used, bodies * sizeof *d->sweep_state);
         const mbsri_sweeps *const tree[] = {m->sweeps, m->whole, m->evaluated};
         size_t depth = 0, multi = 0;
         for (int k = 0; k < 3; ++k) {
@@ -82,21 +85,22 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
             if ((size_t)tree[k]->depth > depth) depth = (size_t)tree[k]->depth;
             if ((size_t)tree[k]->multi > multi) multi = (size_t)tree[k]->multi;
         }
-        d->sweep_multi = take(base, &used, multi * sizeof *d->sweep_multi);
-        d->sweep_stack = take(base, &used, depth * sizeof *d->sweep_stack);
-        d->sweep_noise = take(base, &used, depth * sizeof *d->sweep_noise);
-        d->sweep_flows = take(base, &used, depth * sizeof *d->sweep_flows);
+        d->sweep_multi = next_bytes(base, &used, multi * sizeof *d->sweep_multi);
+        d->sweep_stack = next_bytes(base, &used, depth * sizeof *d->sweep_stack);
+        d->sweep_noise = next_bytes(base, &used, depth * sizeof *d->sweep_noise);
+        d->sweep_flows = next_bytes(base, &used, depth * sizeof *d->sweep_flows);
         const size_t loads = m->evaluated->body_forces ? bodies : 0;
-        d->sweep_load = take(base, &used, loads * sizeof *d->sweep_load);
+        d->sweep_load = next_bytes(base, &used, loads * sizeof *d->sweep_load);
     }
-#define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));
+#define MBSRI_PLACE(name, length)                                                                  \
+    d->name = next_bytes(base, &used, (size_t)(length) * sizeof(double));
     MBSRI_ARRAYS(MBSRI_PLACE)
 #undef MBSRI_PLACE
     if (data) *data = d;
     return used;
 }
 
-static const char *name_of(bool lean, const char *full, const char *thin)
+static const char *name_of_function(bool lean, const char *full, const char *thin)
 {
     return lean ? thin : full;
 }
@@ -116,16 +120,16 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
     return MBSR_OK;
 }
 
-static size_t size_of(const mbsr_model *model, bool lean)
+static size_t size_of_data(const mbsr_model *model, bool lean)
 {
     if (!model || !model->finished || (lean && !model->sweeps)) return 0;
-    return layout(model, lean, NULL, NULL);
+    return lay_out_data(model, lean, NULL, NULL);
 }
 
 static int init(const mbsr_model *model, bool lean, void *memory, size_t size, mbsr_data **data,
                 mbsr_error *error)
 {
-    const char *function = name_of(lean, "mbsr_data_init", "mbsr_data_init_lean");
+    const char *function = name_of_function(lean, "mbsr_data_init", "mbsr_data_init_lean");
     if (data) *data = NULL;
     if (!model || !memory || !data) {
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
@@ -135,7 +139,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     }
     const int status = check_model(model, lean, function, error);
     if (status) return status;
-    const size_t needed = size_of(model, lean);
+    const size_t needed = size_of_data(model, lean);
     if (size < needed) {
         return mbsri_fail(error, MBSR_ERR_MEMORY_SIZE, MBSR_NONE, MBSR_NONE,
                           "%s: size is %zu bytes, this model needs %zu", function, size, needed);
@@ -146,7 +150,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
                           MBSR_DATA_ALIGNMENT);
     }
     mbsr_data *d;
-    layout(model, lean, memory, &d);
+    lay_out_data(model, lean, memory, &d);
     d->model = model;
     d->lean = lean;
     d->owned = false;
@@ -171,9 +175,9 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
 
 /* Owned data: the block as the allocator gave it, a pointer-sized place for its address in front of
  * the aligned part. */
-static int create(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_error *error)
+static int create_data(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_error *error)
 {
-    const char *function = name_of(lean, "mbsr_data_create", "mbsr_data_create_lean");
+    const char *function = name_of_function(lean, "mbsr_data_create", "mbsr_data_create_lean");
     if (data) *data = NULL;
     if (!model || !data) {
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
@@ -181,7 +185,7 @@ static int create(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_err
     }
     int status = check_model(model, lean, function, error);
     if (status) return status;
-    const size_t size = size_of(model, lean);
+    const size_t size = size_of_data(model, lean);
     unsigned char *block =
         mbsri_allocate(&model->allocator, size + sizeof(void *) + MBSR_DATA_ALIGNMENT);
     if (!block) {
@@ -203,12 +207,12 @@ static int create(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_err
 
 size_t mbsr_data_size(const mbsr_model *model)
 {
-    return size_of(model, false);
+    return size_of_data(model, false);
 }
 
 size_t mbsr_data_size_lean(const mbsr_model *model)
 {
-    return size_of(model, true);
+    return size_of_data(model, true);
 }
 
 int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
@@ -225,12 +229,12 @@ int mbsr_data_init_lean(const mbsr_model *model, void *memory, size_t size, mbsr
 
 int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
 {
-    return create(model, false, data, error);
+    return create_data(model, false, data, error);
 }
 
 int mbsr_data_create_lean(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
 {
-    return create(model, true, data, error);
+    return create_data(model, true, data, error);
 }
 
 void mbsr_data_destroy(mbsr_data *data)

@@ -117,7 +117,7 @@ static void place_root(mbsr_model *m)
 }
 
 /* Body i, whose predecessor is there. */
-static void place(mbsr_model *m, int i, int id, const mbsri_welds *w)
+static void number_body(mbsr_model *m, int i, int id, const mbsri_welds *w)
 {
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
     mbsri_body *b = m->body + i;
@@ -218,7 +218,7 @@ static int place_rates(mbsr_model *m, int N)
 }
 
 /* A joint as the caller gave it, and the space and dimension of the predecessor that he gave. */
-static mbsr_joint given(const mbsr_model *m, int id, mbsr_space *space, int *d)
+static mbsr_joint joint_as_given(const mbsr_model *m, int id, mbsr_space *space, int *d)
 {
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
     const mbsri_joint *kept = &entry->joint,
@@ -263,7 +263,7 @@ static int check_joints(mbsr_model *m, int N)
         char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
         mbsr_space space;
         int d;
-        const mbsr_joint joint = given(m, b->id, &space, &d);
+        const mbsr_joint joint = joint_as_given(m, b->id, &space, &d);
         const int status = joint.table->check(&joint, space, d, text);
         if (status) {
             return mbsri_fail(&m->error, status, b->id, MBSR_NONE, "%s: joint '%s': %.120s",
@@ -369,7 +369,7 @@ static bool group_joints(mbsr_model *m, int N)
     return built;
 }
 
-static int no_memory(mbsr_model *m)
+static int no_memory_for_finish(mbsr_model *m)
 {
     return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "mbsr_model_finish: no memory");
@@ -378,8 +378,9 @@ static int no_memory(mbsr_model *m)
 /* Returned where bodies that others are welded to are none of the sweeps' own. */
 enum { WELDS_NOT_SERVED = 1 };
 
-/* Numbers and places everything, with bodies welded to others or not; what it sets is forgotten by undo. */
-static int build(mbsr_model *m, int N, numbering *w, bool weld)
+/* Numbers and places everything, with bodies welded to others or not; what it sets is forgotten by
+ * undo. */
+static int build_tree(mbsr_model *m, int N, numbering *w, bool weld)
 {
     int status = link_children(m, N, w);
     if (!status) status = walk(m, N, w);
@@ -388,10 +389,10 @@ static int build(mbsr_model *m, int N, numbering *w, bool weld)
     m->bodies = N;
     place_root(m);
     if (mbsri_welds_find(m, N, w->first, w->next, w->order, weld, &welds)) {
-        for (int i = 1; i <= N; ++i) place(m, i, w->order[i - 1], &welds);
+        for (int i = 1; i <= N; ++i) number_body(m, i, w->order[i - 1], &welds);
         mbsri_welds_list(m);
     } else {
-        status = no_memory(m);
+        status = no_memory_for_finish(m);
     }
     mbsri_welds_release(m, &welds);
     if (status) return status;
@@ -402,7 +403,7 @@ static int build(mbsr_model *m, int N, numbering *w, bool weld)
     if (!status) status = place_rates(m, N);
     if (!status) status = mbsri_closures_resolve(m, N);
     const bool swept = status || m->rows > 0 || mbsri_sweeps_build(m);
-    if (!status && !(swept && group_joints(m, N))) status = no_memory(m);
+    if (!status && !(swept && group_joints(m, N))) status = no_memory_for_finish(m);
     if (status) return status;
     if (!mbsri_welds_served(m)) return WELDS_NOT_SERVED;
     return mbsri_order_forces(m, N, w->first);
@@ -450,7 +451,7 @@ static int number(mbsr_model *m, bool weld)
     m->list_index = mbsri_allocate(&m->allocator, m->lists.count * sizeof *m->list_index);
     m->body = mbsri_allocate(&m->allocator, (N + 1) * sizeof *m->body);
     const bool memory = number_allocate(m, N, &w) && m->index && m->list_index && m->body;
-    const int status = memory ? build(m, (int)N, &w, weld) : no_memory(m);
+    const int status = memory ? build_tree(m, (int)N, &w, weld) : no_memory_for_finish(m);
     number_release(m, &w);
     if (status) undo(m);
     return status;

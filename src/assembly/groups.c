@@ -3,13 +3,13 @@
  *
  * A joint is open where it moves nothing of the mass of its own body: its body has no mass, or has
  * it on the axis of the joint; joints of several axes are looked at in one position without
- * symmetry. The rank of D of an open joint is up to what hangs on it and may pass from one such joint
- * to the next as these move. So open joints next to each other are one group, unless nothing behind
- * them has any mass: then D is zero for good. Others have what they move themselves: where that is
- * less than all of D, as of a mass point on a ball joint, the rest mostly stays as it is.
+ * symmetry. The rank of D of an open joint is up to what hangs on it and may pass from one such
+ * joint to the next as these move. So open joints next to each other are one group, unless nothing
+ * behind them has any mass: then D is zero for good. Others have what they move themselves: where
+ * that is less than all of D, as of a mass point on a ball joint, the rest mostly stays as it is.
  *
- * A group has up to MOST bodies and joint rates, which is more than what dummy bodies in place of one
- * joint have. */
+ * A group has up to MOST bodies and joint rates, which is more than what dummy bodies in place of
+ * one joint have. */
 #include "assembly/groups.h"
 
 #include "algebra/dense.h"
@@ -41,7 +41,8 @@ static bool one_axis(const mbsr_model *m, int i)
     return m->sweeps && !(m->sweeps->body[i].flags & (MBSRI_BLOCK | MBSRI_MULTI));
 }
 
-/* Whether the joint moves mass in the position of the data; without freedom, whether there is any. */
+/* Whether the joint moves mass in the position of the data; without freedom, whether there is any.
+ */
 static bool moves_mass(const mbsri_body *b, const mbsr_data *d)
 {
     const double *M = d->M + b->dd;
@@ -60,9 +61,9 @@ static bool moves_mass(const mbsri_body *b, const mbsr_data *d)
     return false;
 }
 
-/* Which of the joints marked are not open after all, by a position without symmetry; all where their
- * functions do not give one. False: no memory. */
-static bool look(mbsr_model *m, int *open)
+/* Which of the joints marked are not open after all, by a position without symmetry; all where
+ * their functions do not give one. False: no memory. */
+static bool look_at_positions(mbsr_model *m, int *open)
 {
     mbsr_data *d;
     if (mbsr_data_create(m, &d, NULL)) return false;
@@ -95,7 +96,7 @@ static bool find_open(mbsr_model *m, int *open)
         const int parent = m->body[i].parent;
         unknown = unknown || (open[i] && open[parent] && !(one_axis(m, i) && one_axis(m, parent)));
     }
-    return !unknown || look(m, open);
+    return !unknown || look_at_positions(m, open);
 }
 
 static bool massless(const mbsri_body *b)
@@ -120,7 +121,7 @@ static bool massless(const mbsri_body *b)
 /* Heads. work: 5 (bodies + 1), all zero. A head's members and group_n count its group while this
  * grows: that of a body is added to those of all its successors or, where this is too much, to none
  * of them, so that the order of bodies does not matter. False: no memory. */
-static bool join(mbsr_model *m, int *work)
+static bool grow_groups(mbsr_model *m, int *work)
 {
     const int bodies = m->bodies;
     int *open = work, *alive = open + bodies + 1, *rates = alive + bodies + 1,
@@ -166,7 +167,7 @@ static void list_members(mbsr_model *m, int bodies, int *next)
 }
 
 /* The group of head i takes its places behind those already placed; blocks are of its own size. */
-static void place(mbsr_model *m, int i, mbsri_lengths *used)
+static void place_group(mbsr_model *m, int i, mbsri_lengths *used)
 {
     mbsri_body *b = m->body + i;
     b->group_n = b->group_nq = 0;
@@ -202,7 +203,7 @@ static void place_all(mbsr_model *m, int bodies, int *seen)
     }
     for (int wanted = 1; wanted >= 0; --wanted) {
         for (int i = 1; i <= bodies; ++i) {
-            if (m->body[i].head == i && seen[i] == wanted) place(m, i, &used);
+            if (m->body[i].head == i && seen[i] == wanted) place_group(m, i, &used);
         }
         if (wanted == 0) continue;
         m->seen.rates = used.rates;
@@ -227,7 +228,7 @@ bool mbsri_groups_build(mbsr_model *m)
         place_all(m, bodies, work);
         for (int i = 0; i <= bodies; ++i) m->body[i].members = 1;
         for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
-        built = join(m, work);
+        built = grow_groups(m, work);
     }
     if (built) {
         list_members(m, bodies, work);

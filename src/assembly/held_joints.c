@@ -1,16 +1,16 @@
 /* Stock joints of which coordinates are held: see held_joints.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A chain of steps (joints/chain.c) takes frame A to frame B by A T_1 T_2 .. = X B. A step that is held is
- * a constant T. Those before the first free one become part of A. What is left stands before another
- * step as C = (x, R) and passes it,
+ * A chain of steps (joints/chain.c) takes frame A to frame B by A T_1 T_2 .. = X B. A step that is
+ * held is a constant T. Those before the first free one become part of A. What is left stands
+ * before another step as C = (x, R) and passes it,
  *
  *   C Rot(a, q) = Rot(R a, q) C   where x is along R a        C Trans(a q) = Trans(R a q) C
  *
  * so that at the end B <- B C^-1. Where C does not pass there is no such chain.
  *
- * In the plane (joints/planar.c) both translations come before the rotation: x and y that are held move
- * frame A, an angle that is held turns frame B back. */
+ * In the plane (joints/planar.c) both translations come before the rotation: x and y that are held
+ * move frame A, an angle that is held turns frame B back. */
 #include "assembly/held_joints.h"
 
 #include "algebra/space3.h"
@@ -66,7 +66,7 @@ static mbsr_frame step_by(int kind, const double axis[4], double s)
                                                    : 0.0,
                  x[3] = {pitch * s * axis[0], pitch * s * axis[1], pitch * s * axis[2]};
     if (kind == MBSRI_TRANSLATION) return mbsr_frame_at(x[0], x[1], x[2]);
-    return mbsr_frame_turned(x, axis, s);
+    return mbsr_frame_rotated(x, axis, s);
 }
 
 /* Whether C passes a step about or along `axis`, which becomes R axis. */
@@ -186,8 +186,8 @@ bool mbsri_rigid_joint(const mbsri_joint *joint, mbsri_stand *stand)
         B = frame_from(p + MBSRI_B);
     } else {
         if (!is_planar(joint) || joint->option[FREE] | joint->option[DRIVEN]) return false;
-        A = mbsr_frame_turned((const double[3]){p[A_X], p[A_Y], 0.0}, z, p[A_ANGLE]);
-        B = mbsr_frame_turned((const double[3]){p[B_X], p[B_Y], 0.0}, z, p[B_ANGLE]);
+        A = mbsr_frame_rotated((const double[3]){p[A_X], p[A_Y], 0.0}, z, p[A_ANGLE]);
+        B = mbsr_frame_rotated((const double[3]){p[B_X], p[B_Y], 0.0}, z, p[B_ANGLE]);
         stand->angle = p[A_ANGLE] - p[B_ANGLE];
     }
     const mbsr_frame back = mbsr_frame_inverse(&B);

@@ -3,9 +3,11 @@
  *
  * They are made of constants of the model, so that steps do not depend on how far it has travelled:
  *
- *   length     the geometric mean of the bodies' radii of gyration about their origins; where all masses stand
- *              in origins, that of the ways between these at q = 0, or of points that force elements act at
- *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at its springs and dampers
+ *   length     the geometric mean of the bodies' radii of gyration about their origins; where all
+ *              masses stand in origins, that of the ways between these at q = 0, or of points that
+ *              force elements act at
+ *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at
+ *              its springs and dampers
  *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
  *              the length at q = 0, by the column of J */
 #include "assembly/measure.h"
@@ -153,7 +155,7 @@ static double reach(const mbsr_model *m, const mbsri_body *b, const double *colu
     return size > 0.0 && isfinite(1.0 / size) ? 1.0 / size : 1.0;
 }
 
-static bool find_spans(mbsr_model *m)
+static bool find_coordinate_spans(mbsr_model *m)
 {
     bool some = false;
     for (int i = 1; i <= m->bodies && !some; ++i) some = unknown(m->body + i);
@@ -185,5 +187,5 @@ bool mbsri_measure(mbsr_model *m)
     if (!find_length(m)) return false;
     find_frequency(m);
     tell_springs(m);
-    return find_spans(m);
+    return find_coordinate_spans(m);
 }

@@ -9,7 +9,8 @@
  * memory. */
 bool mbsri_measure(mbsr_model *m);
 
-/* The largest coordinate of the points that a stock element acts at, by the names of its parameters. */
+/* The largest coordinate of the points that a stock element acts at, by the names of its
+ * parameters. */
 double mbsri_force_length(const mbsr_force_def *def);
 
 #endif

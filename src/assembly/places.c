@@ -4,7 +4,7 @@
 
 #include "sweeps/tree.h"
 
-static void place(mbsr_model *m, int i, mbsri_lengths *used)
+static void place_arrays_of(mbsr_model *m, int i, mbsri_lengths *used)
 {
     mbsri_body *b = m->body + i;
     const size_t d = (size_t)b->d, d_pred = (size_t)b->d_pred, n = (size_t)b->n;
@@ -29,11 +29,11 @@ void mbsri_places_set(mbsr_model *m, int bodies)
 {
     mbsri_lengths used = {0};
     for (int i = 0; i <= bodies; ++i) {
-        if (m->body[i].seen) place(m, i, &used);
+        if (m->body[i].seen) place_arrays_of(m, i, &used);
     }
     m->seen = used;
     for (int i = 0; i <= bodies; ++i) {
-        if (!m->body[i].seen) place(m, i, &used);
+        if (!m->body[i].seen) place_arrays_of(m, i, &used);
     }
     for (int i = 1; i <= bodies; ++i) {
         mbsri_body *b = m->body + i;

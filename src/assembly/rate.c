@@ -1,8 +1,8 @@
 /* A rate typical of a tree without gravity: see rate.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With k and d the geometric means of stiffness and damping of the elements, about an axis or at the length of the model,
- * and J = mass length^2:
+ * With k and d the geometric means of stiffness and damping of the elements, about an axis or at
+ * the length of the model, and J = mass length^2:
  *
  *   sqrt(k / J) / (2 pi)   or   d / J   or, without mass, k / d
  *
@@ -15,7 +15,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Numbers of an element's parameters of one name: one, or one for each of three, six or nine entries. */
+/* Numbers of an element's parameters of one name: one, or one for each of three, six or nine
+ * entries. */
 typedef struct entries {
     int first, count; /* place, how many */
 } entries;

@@ -5,8 +5,8 @@
 
 #include "model/record.h"
 
-/* 1/s: of the model's mass at the springs of its stock elements, else of that at its dampers, else of springs at dampers; 0:
- * none is known. */
+/* 1/s: of the model's mass at the springs of its stock elements, else of that at its dampers, else
+ * of springs at dampers; 0: none is known. */
 double mbsri_elements_rate(const mbsr_model *m);
 
 #endif

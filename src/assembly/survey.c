@@ -1,17 +1,17 @@
 /* What is found out about a tree in a position without symmetry: see survey.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Where the joint block D of several rates lacks some of its rank, projections on its range are taken
- * in coordinates u_k / s_k (recursion/rank.c), with
+ * Where the joint block D of several rates lacks some of its rank, projections on its range are
+ * taken in coordinates u_k / s_k (recursion/rank.c), with
  *
  *   s_k = (a_k + sum_l J_lk^2 c_l)^(-1/2),   c_i = diag(M_i) + sum_j (H_j^2)^T c_j
  *
- * (squares entry by entry): about the inertia that rate k of the joint moves at q = 0 when all joints
- * behind it are held, made of sums in which nothing cancels. These are numbers of the model and not of
- * the state, so that projections are as smooth as D, and those of the sweeps are those of the stages;
- * and they depend neither on units nor on the order of bodies. A rate that moves nothing at q = 0 gets
- * the least s of its joint, else of its group, else of its kind. The multipliers of position rows are weighed by the same
- * inertias, w_k = s_k^2.
+ * (squares entry by entry): about the inertia that rate k of the joint moves at q = 0 when all
+ * joints behind it are held, made of sums in which nothing cancels. These are numbers of the model
+ * and not of the state, so that projections are as smooth as D, and those of the sweeps are those
+ * of the stages; and they depend neither on units nor on the order of bodies. A rate that moves
+ * nothing at q = 0 gets the least s of its joint, else of its group, else of its kind. The
+ * multipliers of position rows are weighed by the same inertias, w_k = s_k^2.
  *
  * Joints like that, and groups that have to be eliminated in one piece, are not taken apart in the
  * sweeps: their bodies are `whole`, those of such groups `coupled` too. Whole are also joints of
@@ -74,11 +74,12 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
 
 enum { KINDS = 3 };
 
-/* What rounding of positions leaves of an inertia on the axis that it turns about, beside a usual one. */
+/* What rounding of positions leaves of an inertia on the axis that it turns about, beside a usual
+ * one. */
 static const double trace = 1e-28;
 
 /* The largest inertia of each kind of rate; of kinds without, what is typical of the model. */
-static void find_largest(const mbsr_model *m, const double *inertia, double *largest)
+static void find_largest_inertia(const mbsr_model *m, const double *inertia, double *largest)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
@@ -103,7 +104,7 @@ static void find_scale(const mbsr_model *m, const double *inertia)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     double of_kind[KINDS];
-    find_largest(m, inertia, of_kind);
+    find_largest_inertia(m, inertia, of_kind);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *own = inertia + b->iu;
@@ -125,13 +126,13 @@ static void find_scale(const mbsr_model *m, const double *inertia)
     }
 }
 
-/* The weights w of the multipliers of position rows (forms/loops.c): inverse inertias, of rates that
- * move little a thousandth of the largest of their kind. */
+/* The weights w of the multipliers of position rows (forms/loops.c): inverse inertias, of rates
+ * that move little a thousandth of the largest of their kind. */
 static void find_weights(const mbsr_model *m, const double *inertia, double *weight)
 {
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    find_largest(m, inertia, largest);
+    find_largest_inertia(m, inertia, largest);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
@@ -147,9 +148,9 @@ void mbsri_inverse_inertias(const mbsr_model *m, mbsr_data *d, double *weight)
     find_weights(m, d->vec, weight);
 }
 
-/* Whether the eigenvalues of a group that are kept are large, and the others nothing but rounding of
- * positions or, where masses were given with errors, of these: then as many large ones in another
- * position are all that there are. The data holds exact masses. */
+/* Whether the eigenvalues of a group that are kept are large, and the others nothing but rounding
+ * of positions or, where masses were given with errors, of these: then as many large ones in
+ * another position are all that there are. The data holds exact masses. */
 static bool clear_cut(const mbsr_data *d, const mbsri_group *g, bool given)
 {
     static const double large = 1e-6, rounding = 1e-26;
@@ -216,9 +217,9 @@ static bool concerned(const mbsr_model *m)
     return some;
 }
 
-/* At the position zero; false without memory. Where there is no such position the scale stays unknown,
- * and weights are 1. */
-static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
+/* At the position zero; false without memory. Where there is no such position the scale stays
+ * unknown, and weights are 1. */
+static bool weigh_at_zero(mbsr_model *m, mbsr_data *d, bool ranks)
 {
     double *inertia = d->vec;
     const size_t size = (size_t)m->nu * sizeof(double);
@@ -244,7 +245,7 @@ bool mbsri_survey(mbsr_model *m)
     mbsr_data *d;
     bool *behind = mbsri_allocate(&m->allocator, (size_t)m->bodies + 1);
     const bool created = mbsr_data_create(m, &d, NULL) == MBSR_OK,
-               memory = behind && created && weigh(m, d, ranks);
+               memory = behind && created && weigh_at_zero(m, d, ranks);
     const bool wanted = memory && (m->scale || users);
     if (wanted && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d)) {
         const bool exact = m->scale && !mbsri_exact_masses(m, d);

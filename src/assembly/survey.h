@@ -15,9 +15,9 @@ bool mbsri_survey_position(const mbsr_model *m, mbsr_data *d);
 /* The same for the position zero; four numbers for three rates count as a quaternion. */
 bool mbsri_survey_zero(const mbsr_model *m, mbsr_data *d);
 
-/* Inverse inertias of the joint rates at the positions of the data, the joints behind held (nu, in the order of the
- * sweeps); of rates that move little a thousandth of the largest inertia of their kind counts. Overwrites vec and
- * imp. */
+/* Inverse inertias of the joint rates at the positions of the data, the joints behind held (nu, in
+ * the order of the sweeps); of rates that move little a thousandth of the largest inertia of their
+ * kind counts. Overwrites vec and imp. */
 void mbsri_inverse_inertias(const mbsr_model *m, mbsr_data *d, double *weight);
 
 /* Sets `scale` of the model and `whole` of its bodies, where joints may lack some of their rank.

@@ -21,7 +21,7 @@ typedef struct choice {
     bool every;  /* or on every one */
 } choice;
 
-static const mbsri_body_entry *entry_of(const mbsr_model *m, int id)
+static const mbsri_body_entry *entry_of_body(const mbsr_model *m, int id)
 {
     return (const mbsri_body_entry *)m->entries.data + id;
 }
@@ -31,7 +31,7 @@ static const mbsri_body_entry *entry_of(const mbsr_model *m, int id)
 /* The joint as it was added. */
 static mbsri_joint joint_of(const mbsr_model *m, int id)
 {
-    const mbsri_body_entry *entry = entry_of(m, id);
+    const mbsri_body_entry *entry = entry_of_body(m, id);
     mbsri_joint joint = entry->joint;
     if (joint.params > 0) joint.param = (const double *)m->matrices.data + entry->param;
     return joint;
@@ -40,10 +40,10 @@ static mbsri_joint joint_of(const mbsr_model *m, int id)
 /* Whether it may get parameters of its own. */
 static bool may_change(const mbsr_model *m, int id)
 {
-    const mbsri_body_entry *entry = entry_of(m, id);
+    const mbsri_body_entry *entry = entry_of_body(m, id);
     if (entry->locks > 0) return true;
     if (entry->parent == MBSR_GROUND) return false;
-    const mbsri_body_entry *pred = entry_of(m, entry->parent);
+    const mbsri_body_entry *pred = entry_of_body(m, entry->parent);
     return pred->joint.n == pred->locks;
 }
 
@@ -64,7 +64,7 @@ static void hold_joints(const mbsr_model *m, int N, double *param, mbsri_welds *
 static void carry_joints(const mbsr_model *m, int N, double *param, mbsri_welds *w)
 {
     for (int id = 0; id < N; ++id) {
-        const int parent = entry_of(m, id)->parent;
+        const int parent = entry_of_body(m, id)->parent;
         mbsri_joint *joint = w->joint + id;
         if (!may_change(m, id)) continue;
         if (parent != MBSR_GROUND && w->stand[parent].host != parent && w->stand[id].host == id) {
@@ -107,7 +107,7 @@ static void mark_acted(choice *c)
 /* Whether the sweeps know its inertia with all digits. */
 static bool plain_inertia(const choice *c, int id)
 {
-    const mbsri_body_entry *entry = entry_of(c->m, id);
+    const mbsri_body_entry *entry = entry_of_body(c->m, id);
     const mbsri_body body = {.joint = entry->joint,
                              .inertia = entry->inertia,
                              .added =
@@ -127,7 +127,7 @@ static bool carries(const choice *c, int host, mbsr_space space)
 }
 
 /* Whether every joint on the body can stand on another. */
-static bool hands_over(const choice *c, int id, mbsr_space space)
+static bool may_be_moved(const choice *c, int id, mbsr_space space)
 {
     bool all = true;
     for (int child = c->first[id + 1]; child >= 0; child = c->next[child]) {
@@ -142,14 +142,14 @@ static bool hands_over(const choice *c, int id, mbsr_space space)
 static void weld(const choice *c, int id)
 {
     mbsri_stand *stand = c->w->stand + id, *pred;
-    const int parent = entry_of(c->m, id)->parent;
+    const int parent = entry_of_body(c->m, id)->parent;
     const mbsri_joint *joint = c->w->joint + id;
     const mbsr_space space = joint->space;
     if ((space != MBSR_SPACE_SPATIAL && space != MBSR_SPACE_PLANAR) || c->acted[id] || c->every)
         return;
     if (c->w->left[id] || !mbsri_joint_has_frames(joint) || !plain_inertia(c, id)) return;
     const int host = parent == MBSR_GROUND ? parent : c->w->stand[parent].host;
-    if (!carries(c, host, space) || !hands_over(c, id, space) || !mbsri_rigid_joint(joint, stand))
+    if (!carries(c, host, space) || !may_be_moved(c, id, space) || !mbsri_rigid_joint(joint, stand))
         return;
     stand->host = host;
     if (host == parent) return;
@@ -161,7 +161,7 @@ static void weld(const choice *c, int id)
 /* ---- the order ---- */
 
 /* Those that are not welded first; `other`: N. */
-static void sort(mbsr_model *m, int N, const mbsri_welds *w, int *order, int *other)
+static void put_welded_last(mbsr_model *m, int N, const mbsri_welds *w, int *order, int *other)
 {
     int live = 0, welded = 0;
     for (int k = 0; k < N; ++k) {
@@ -190,13 +190,13 @@ static void mark_resting(mbsr_model *m)
             mbsri_force_rests(m, &force[k].def, lists ? lists + force[k].list : NULL);
 }
 
-static bool take(mbsr_model *m, int N, mbsri_welds *w)
+static bool weld_bodies(mbsr_model *m, int N, mbsri_welds *w)
 {
     const size_t bodies = (size_t)N;
     size_t changed = 0, rigid = 0;
     for (int id = 0; id < N; ++id) {
         changed += may_change(m, id);
-        rigid += entry_of(m, id)->joint.n == entry_of(m, id)->locks;
+        rigid += entry_of_body(m, id)->joint.n == entry_of_body(m, id)->locks;
     }
     *w = (mbsri_welds){mbsri_allocate(&m->allocator, bodies * sizeof *w->joint),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->stand),
@@ -210,7 +210,7 @@ static bool take(mbsr_model *m, int N, mbsri_welds *w)
 bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, int *order, bool any,
                       mbsri_welds *w)
 {
-    if (!take(m, N, w)) return false;
+    if (!weld_bodies(m, N, w)) return false;
     int *other = mbsri_allocate(&m->allocator, (size_t)N * sizeof *other);
     bool *acted = mbsri_allocate(&m->allocator, (size_t)N * sizeof *acted);
     const bool memory = other && acted;
@@ -225,7 +225,7 @@ bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, i
         mark_acted(&c);
         for (int k = 0; k < N && any; ++k) weld(&c, order[k]);
         carry_joints(m, N, m->joint_param, w);
-        sort(m, N, w, order, other);
+        put_welded_last(m, N, w, order, other);
     }
     mbsri_release(&m->allocator, other);
     mbsri_release(&m->allocator, acted);
@@ -241,7 +241,7 @@ void mbsri_welds_release(const mbsr_model *m, mbsri_welds *w)
 
 int mbsri_welds_parent(const mbsr_model *m, const mbsri_welds *w, int id)
 {
-    const int given = entry_of(m, id)->parent;
+    const int given = entry_of_body(m, id)->parent;
     const int parent =
         given == MBSR_GROUND || w->stand[id].host != id ? given : w->stand[given].host;
     return parent == MBSR_GROUND ? 0 : m->index[parent];

@@ -1,7 +1,8 @@
 /* Formatted text in which numbers have a point whatever the locale (LC_NUMERIC) is.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * In a header, since the component ida makes texts too and sees no internal function of the core. */
+ * In a header, since the component ida makes texts too and sees no internal function of the core.
+ */
 #ifndef MBSRI_FORMAT_H
 #define MBSRI_FORMAT_H
 

@@ -15,8 +15,8 @@
 #include <sys/mman.h>
 #endif
 
-/* A block of many pages, which the sweeps run through from end to end: on huge pages where the system
- * has them, with a 512th of the entries in its translation tables. */
+/* A block of many pages, which the sweeps run through from end to end: on huge pages where the
+ * system has them, with a 512th of the entries in its translation tables. */
 static void *allocate_large(size_t size)
 {
 #if defined(__linux__) && defined(MADV_HUGEPAGE)

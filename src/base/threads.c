@@ -80,7 +80,7 @@ static void *help(void *arg)
     }
 }
 
-static void share_out(void *user, int tasks, mbsr_task_fn task, void *arg)
+static void run_on_threads(void *user, int tasks, mbsr_task_fn task, void *arg)
 {
     mbsr_threads *t = user;
     t->task = task;
@@ -113,7 +113,7 @@ void mbsr_threads_destroy(mbsr_threads *threads)
     mbsri_release(&heap, threads);
 }
 
-static mbsr_threads *start(int helpers)
+static mbsr_threads *start_helpers(int helpers)
 {
     mbsr_threads *t = mbsri_allocate(&heap, sizeof *t);
     if (!t) return NULL;
@@ -143,7 +143,7 @@ struct mbsr_threads {
     int none;
 };
 
-static void share_out(void *user, int tasks, mbsr_task_fn task, void *arg)
+static void run_on_threads(void *user, int tasks, mbsr_task_fn task, void *arg)
 {
     one_by_one(user, tasks, task, arg);
 }
@@ -153,7 +153,7 @@ void mbsr_threads_destroy(mbsr_threads *threads)
     mbsri_release(&heap, threads);
 }
 
-static mbsr_threads *start(int helpers)
+static mbsr_threads *start_helpers(int helpers)
 {
     mbsr_threads *t = helpers > 0 ? NULL : mbsri_allocate(&heap, sizeof *t);
     if (t) t->none = 0;
@@ -186,7 +186,7 @@ int mbsr_threads_create(int count, mbsr_threads **threads, mbsr_error *error)
                           count);
     }
 #endif
-    *threads = start(count - 1);
+    *threads = start_helpers(count - 1);
     if (*threads) return MBSR_OK;
     return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "%s: the system gives no %d threads", function, count);
@@ -195,7 +195,7 @@ int mbsr_threads_create(int count, mbsr_threads **threads, mbsr_error *error)
 mbsr_parallel mbsr_threads_parallel(mbsr_threads *threads)
 {
     if (!threads) return (mbsr_parallel){1, one_by_one, NULL};
-    return (mbsr_parallel){helpers_of(threads) + 1, share_out, threads};
+    return (mbsr_parallel){helpers_of(threads) + 1, run_on_threads, threads};
 }
 
 int mbsri_parallel_check(const mbsr_parallel *parallel, const char *function, mbsr_error *error)

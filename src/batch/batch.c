@@ -204,7 +204,7 @@ static int alone(const request *r, int k)
                  *load = state_of(r->load, m->nu, k);
     double *out = r->out + (size_t)m->nu * (size_t)k;
     ++b->single;
-    const int status = r->inverse ? mbsr_inverse_dynamics(m, b->data, r->t, q, u, load, out)
+    const int status = r->inverse ? mbsr_inverse_dynamics(m, b->data, r->t, q, u, load, NULL, out)
                                   : mbsr_forward_dynamics(m, b->data, r->t, q, u, load, out);
     if (status == MBSR_OK) return status;
     for (int l = 0; l < m->nu && status != MBSR_UNDETERMINED; ++l) out[l] = NAN;
@@ -216,7 +216,7 @@ static int alone(const request *r, int k)
 }
 
 /* One share; its result goes to the batch. */
-static void evaluate(const request *r)
+static void evaluate_request(const request *r)
 {
     mbsr_batch *b = r->b;
     int *result = &b->result;
@@ -248,14 +248,14 @@ static void evaluate_share(void *arg, int k)
     r.b = b->share[k];
     r.from = lanes * first;
     if (r.end > lanes * (first + count)) r.end = lanes * (first + count);
-    evaluate(&r);
+    evaluate_request(&r);
 }
 
 static int evaluate_all(const request *r)
 {
     mbsr_batch *b = r->b;
     if (b->shares == 1) {
-        evaluate(r);
+        evaluate_request(r);
         return b->result;
     }
     b->parallel.run(b->parallel.user, b->shares, evaluate_share, (void *)r);
@@ -272,8 +272,8 @@ static int evaluate_all(const request *r)
 
 /* ---- the calls ---- */
 
-static int check(const mbsr_model *model, mbsr_batch *batch, bool arguments, int states,
-                 const char *function)
+static int check_batch(const mbsr_model *model, mbsr_batch *batch, bool arguments, int states,
+                       const char *function)
 {
     if (!batch) return MBSR_ERR_NULL;
     if (!model || !arguments) {
@@ -293,7 +293,8 @@ int mbsr_batch_forward_dynamics(const mbsr_model *model, mbsr_batch *batch, doub
                                 const double *q, const double *u, const double *tau, double *udot,
                                 int *status)
 {
-    const int refused = check(model, batch, q && u && udot, states, "mbsr_batch_forward_dynamics");
+    const int refused =
+        check_batch(model, batch, q && u && udot, states, "mbsr_batch_forward_dynamics");
     if (refused) return refused;
     return evaluate_all(&(request){model, batch, t, 0, states, q, u, tau, udot, status, false});
 }
@@ -303,7 +304,7 @@ int mbsr_batch_inverse_dynamics(const mbsr_model *model, mbsr_batch *batch, doub
                                 int *status)
 {
     const int refused =
-        check(model, batch, q && u && udot && tau, states, "mbsr_batch_inverse_dynamics");
+        check_batch(model, batch, q && u && udot && tau, states, "mbsr_batch_inverse_dynamics");
     if (refused) return refused;
     return evaluate_all(&(request){model, batch, t, 0, states, q, u, udot, tau, status, true});
 }

@@ -11,13 +11,15 @@
 #include "joints/chain.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 /* ---- joints of several axes ---- */
 
-static mbsr_frame frame_of(const double param[12])
+static mbsr_frame frame_of_param(const double param[12])
 {
     mbsr_frame frame;
     memcpy(frame.x, param, sizeof frame.x);
@@ -25,7 +27,7 @@ static mbsr_frame frame_of(const double param[12])
     return frame;
 }
 
-static void place(const mbsr_frame *frame, mbsri_sweep_body *b)
+static void place_frame(const mbsr_frame *frame, mbsri_sweep_body *b)
 {
     for (int j = 0; j < 3; ++j) memcpy(b->A + 4 * j, frame->R + 3 * j, 3 * sizeof *b->A);
     memcpy(b->x, frame->x, sizeof frame->x);
@@ -58,7 +60,7 @@ static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_bod
                             .n = ball ? 3 : 1,
                             .armature = code & MBSRI_DRIVEN ? 0.0 : armature[coordinate],
                             .flags = whole->flags & (MBSRI_FLAT | MBSRI_LEVEL)};
-    place(&start, b);
+    place_frame(&start, b);
     if (ball) b->flags |= MBSRI_BALL;
     if (code & MBSRI_DRIVEN) {
         b->flags |= MBSRI_MOVED;
@@ -83,7 +85,8 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
     }
     const mbsri_sweep_joint *predecessor = tree->joint + whole->multi;
     const mbsri_joint *joint = &predecessor->chain;
-    mbsr_frame own, A = frame_of(joint->param + MBSRI_A), B = frame_of(joint->param + MBSRI_B);
+    mbsr_frame own, A = frame_of_param(joint->param + MBSRI_A),
+                    B = frame_of_param(joint->param + MBSRI_B);
     memcpy(own.R, predecessor->R, sizeof own.R);
     memcpy(own.x, predecessor->x, sizeof own.x);
     mbsr_frame frame = mbsr_frame_product(&own, &A);
@@ -94,13 +97,13 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
     frame = mbsr_frame_product(&frame, &B);
     if (!is_identity(&frame)) {
         list[count] = (mbsri_sweep_body){.spread = 1.0};
-        place(&frame, list + count++);
+        place_frame(&frame, list + count++);
     }
     return count;
 }
 
 /* What the parts of a body have to do with the rest of the tree. */
-static void join(const mbsr_model *m, int i, int count, mbsri_sweep_body *part)
+static void join_parts_of_body(const mbsr_model *m, int i, int count, mbsri_sweep_body *part)
 {
     const mbsri_sweeps *tree = m->sweeps;
     const mbsri_sweep_body *whole = tree->body + i;
@@ -152,7 +155,7 @@ static void place_tree(const mbsr_model *m, int *last, mbsri_batch_body *body, i
     last[0] = 0;
     for (int i = 1; i <= m->live; ++i) {
         const int count = take_apart(m, i, &moved, part), parent = last[m->sweeps->body[i].parent];
-        join(m, i, count, part);
+        join_parts_of_body(m, i, count, part);
         for (int k = 0; k < count; ++k, ++next) {
             mbsri_batch_take(part + k, k ? next - 1 : parent, body + next);
             if (origin) origin[next] = k == count - 1 ? i : 0;
@@ -185,10 +188,10 @@ static bool has_seen(const mbsr_model *m)
     return m->sweeps->body_forces;
 }
 
-/* Places the object and its arrays in `base`, or with base == NULL only returns the size. lane: where
- * the first of the lanes' data is, if there are any. */
-static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, parts n,
-                     unsigned char *base, mbsr_batch **batch, void **data, void **lane)
+/* Places the object and its arrays in `base`, or with base == NULL only returns the size. lane:
+ * where the first of the lanes' data is, if there are any. */
+static size_t lay_out_batch(const mbsr_model *m, const mbsri_batch_kernels *kernels, parts n,
+                            unsigned char *base, mbsr_batch **batch, void **data, void **lane)
 {
     mbsr_batch counted;
     size_t used = 0;
@@ -236,8 +239,8 @@ static void place_coordinates(const mbsr_model *m, mbsr_batch *b)
     for (int k = 0; k < m->nu && b->u_place; ++k) b->u_place[m->u_of[k]] = k;
 }
 
-static int start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies, void *lane,
-                 mbsr_batch *b, mbsr_error *error)
+static int begin_batch(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies,
+                       void *lane, mbsr_batch *b, mbsr_error *error)
 {
     b->model = m;
     b->kernels = kernels;
@@ -288,7 +291,7 @@ int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels
                           "mbsr_batch_create: the model has closures, which batches do not serve");
     }
     if (!count_parts(model, &n)) kernels = NULL;
-    const size_t size = layout(model, kernels, n, NULL, batch, &data, &lane);
+    const size_t size = lay_out_batch(model, kernels, n, NULL, batch, &data, &lane);
     unsigned char *block = mbsri_allocate(&model->allocator, size + MBSR_DATA_ALIGNMENT);
     if (!block) {
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -297,9 +300,9 @@ int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels
     const size_t above = (uintptr_t)block % MBSR_DATA_ALIGNMENT;
     unsigned char *base = block + (above ? MBSR_DATA_ALIGNMENT - above : 0);
     mbsr_batch *b;
-    layout(model, kernels, n, base, &b, &data, &lane);
+    lay_out_batch(model, kernels, n, base, &b, &data, &lane);
     b->block = block;
-    int status = start(model, kernels, n.bodies, lane, b, error);
+    int status = begin_batch(model, kernels, n.bodies, lane, b, error);
     if (!status) status = mbsr_data_init(model, data, mbsr_data_size(model), &b->data, error);
     if (status) {
         mbsri_release(&model->allocator, block);
@@ -327,7 +330,8 @@ int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *e
     return mbsri_batch_make(model, choose_kernels(), batch, error);
 }
 
-/* The other shares of a batch, one less than the workers; MBSR_ERR_NO_MEMORY leaves those made to the batch. */
+/* The other shares of a batch, one less than the workers; MBSR_ERR_NO_MEMORY leaves those made to
+ * the batch. */
 static int add_shares(const mbsr_model *model, const mbsr_parallel *parallel, mbsr_batch *b,
                       mbsr_error *error)
 {

@@ -18,7 +18,8 @@ MBSRI_INLINE void sym_about_z(const turn *t, sym *S)
     S->yz = t->s * xz + t->c * yz;
 }
 
-/* Not by the difference, which would mix what does not belong together where bodies lie in a plane. */
+/* Not by the difference, which would mix what does not belong together where bodies lie in a plane.
+ */
 MBSRI_INLINE void sym_about_x(const turn *t, sym *S)
 {
     const lanes yy = S->yy, zz = S->zz, yz = S->yz, xy = S->xy, xz = S->xz,
@@ -148,8 +149,8 @@ MBSRI_INLINE lanes larger(lanes a, lanes b)
     return (lanes)((first & (lane_bits)a) | (~first & (lane_bits)b));
 }
 
-/* Behind a leaf. Number by number, and so is what goes to the stack: copied as one piece, it would not stay in
- * registers. */
+/* Behind a leaf. Number by number, and so is what goes to the stack: copied as one piece, it would
+ * not stay in registers. */
 MBSRI_INLINE carry no_carry(void)
 {
     const lanes zero = splat(0.0);

@@ -1,6 +1,6 @@
-/* Past joints, leaves to root: U = Mbar S, D = S^T U, e = tau - S^T (L, p), then Mbar - U D^-1 U^T, the
- * force (L, p) + U D^-1 e, and the bound of rounding errors with them.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Past joints, leaves to root: U = Mbar S, D = S^T U, e = tau - S^T (L, p), then Mbar - U D^-1 U^T,
+ * the force (L, p) + U D^-1 e, and the bound of rounding errors with them. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #ifndef MBSRI_BATCH_ELIMINATE_H
 #define MBSRI_BATCH_ELIMINATE_H
 
@@ -41,8 +41,8 @@ MBSRI_INLINE lane_bits is_known(const mbsri_batch_run *run, const carry *c, lane
 
 /* ---- a joint that turns about z, and nothing more ---- */
 
-/* S = (z, 0) without armature: U is a column of Mbar, and behind the joint what I and G have about z is
- * zero, and L.z = tau. */
+/* S = (z, 0) without armature: U is a column of Mbar, and behind the joint what I and G have about
+ * z is zero, and L.z = tau. */
 typedef struct hinge {
     lanes U_x, U_y, g_x, g_y, e; /* of U_L and U_L D^-1 */
     vec U_p, g_p;
@@ -68,7 +68,8 @@ MBSRI_INLINE column eliminate_hinge(const mbsri_batch_run *run, const mbsri_batc
     return (column){{j->g_x, j->g_y, one}, j->g_p, j->e * Dinv};
 }
 
-/* Block by block: Mbar^a, what (L, p) + U D^-1 e + Mbar^a c have of it, and turned by theta and alpha. */
+/* Block by block: Mbar^a, what (L, p) + U D^-1 e + Mbar^a c have of it, and turned by theta and
+ * alpha. */
 MBSRI_INLINE void pass_M(const hinge *j, vec v, carry *c)
 {
     subtract_product(&c->M, j->g_p, j->U_p);

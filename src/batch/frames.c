@@ -1,6 +1,5 @@
-/* Frames of the bodies of a batch: two rotations by constants and one by the coordinate from each to the
- * next.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Frames of the bodies of a batch: two rotations by constants and one by the coordinate from each
+ * to the next. SPDX-License-Identifier: BSD-3-Clause */
 #include "batch/frames.h"
 
 #include <math.h>
@@ -87,7 +86,7 @@ void mbsri_batch_take(const mbsri_sweep_body *from, int parent, mbsri_batch_body
 /* ---- all of them ---- */
 
 /* By how much the frame of body i turns, about z. */
-static void choose(int bodies, const mbsri_batch_body *body, int i, double own[2])
+static void choose_turn(int bodies, const mbsri_batch_body *body, int i, double own[2])
 {
     const mbsri_batch_body *b = body + i;
     const bool followed = i < bodies && body[i + 1].parent == i;
@@ -125,8 +124,8 @@ static void turn_joint(const mbsri_batch_body *pred, mbsri_batch_body *b)
     b->offset = b->flags & MBSRI_TURNS ? atan2(b->base[1], b->base[0]) : 0.0;
 }
 
-/* In the plane: which axis is the normal, as frames of slides have it; else the body counts as one in
- * space, whose bound is larger. */
+/* In the plane: which axis is the normal, as frames of slides have it; else the body counts as one
+ * in space, whose bound is larger. */
 static void find_normal(const mbsri_batch_body *pred, mbsri_batch_body *b)
 {
     double n[3] = {pred->normal[0], pred->normal[1], pred->normal[2]};
@@ -150,7 +149,7 @@ void mbsri_batch_align(int bodies, mbsri_batch_body *body)
     for (int i = 1; i <= bodies; ++i) {
         mbsri_batch_body *b = body + i;
         const mbsri_batch_body *pred = body + b->parent;
-        choose(bodies, body, i, b->own);
+        choose_turn(bodies, body, i, b->own);
         if (!(b->flags & MBSRI_BLOCK)) {
             turn_own(b);
             turn_joint(pred, b);

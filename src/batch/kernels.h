@@ -2,9 +2,9 @@
  * different processors, each with its own MBSRI_LANES.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Symbols and equations are those of sweeps/motion.h, but all vectors are along the axes of the body that
- * they belong to (record.h): its inertia and its joint's axis are constants there, and what is turned
- * from body to body is turned by two numbers at a time. */
+ * Symbols and equations are those of sweeps/motion.h, but all vectors are along the axes of the
+ * body that they belong to (record.h): its inertia and its joint's axis are constants there, and
+ * what is turned from body to body is turned by two numbers at a time. */
 #include "batch/eliminate.h"
 #include "batch/order.h"
 #include "batch/seen.h"
@@ -61,8 +61,8 @@ MBSRI_INLINE lane_bits turn_joint(const mbsri_batch_run *run, const mbsri_batch_
     return ~served;
 }
 
-/* omega of the predecessor along the body's axes (a quaternion's: the joint's) to that of the body; what
- * of the acceleration comes with it is added to c. */
+/* omega of the predecessor along the body's axes (a quaternion's: the joint's) to that of the body;
+ * what of the acceleration comes with it is added to c. */
 MBSRI_INLINE vec add_velocity(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
                               const ball_state *ball, vec omega, vec *c_w, vec *c_v)
 {
@@ -341,9 +341,9 @@ static unsigned forward_seen(mbsri_batch_run *run)
 
 /* ---- inverse dynamics: F = M A + h root to leaves, S^T (sum of F to the leaves) back ---- */
 
-/* The body's moment about its origin where its points have the accelerations A_v + K x: twice the skew part
- * of K times the integral of x x^T, written with the tensor of inertia, whose small numbers are kept, and h
- * x A_v */
+/* The body's moment about its origin where its points have the accelerations A_v + K x: twice the
+ * skew part of K times the integral of x x^T, written with the tensor of inertia, whose small
+ * numbers are kept, and h x A_v */
 MBSRI_INLINE vec moment_of(const mbsri_batch_body *b, const motion *m)
 {
     const double *I = b->I;
@@ -419,7 +419,8 @@ MBSRI_INLINE lane_bits loads(const mbsri_batch_run *run, bool any)
     return served;
 }
 
-/* Joint forces of a body from the wrench (L, p), which goes to the predecessor's axes and origin. */
+/* Joint forces of a body from the wrench (L, p), which goes to the predecessor's axes and origin.
+ */
 MBSRI_INLINE void balance(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
                           const body_state *s, const ball_state *ball, vec *L, vec *p)
 {
@@ -492,7 +493,7 @@ static unsigned inverse_seen(mbsri_batch_run *run)
     {                                                                                              \
         .name = (label), .lanes = MBSRI_LANES, .state_size = sizeof(body_state),                   \
         .motion_size = sizeof(motion), .ball_size = sizeof(ball_state),                            \
-        .stack_size = sizeof(carry), .place_size = sizeof(site), .gather = gather,                 \
+        .stack_size = sizeof(carry), .place_size = sizeof(site), .gather = gather_states,          \
         .scatter = scatter, .forward = forward, .inverse = inverse, .move_seen = move_seen,        \
         .forward_seen = forward_seen, .inverse_seen = inverse_seen                                 \
     }

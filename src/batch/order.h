@@ -25,7 +25,7 @@ MBSRI_INLINE unsigned set_of(lane_bits where)
 
 /* ---- all numbers of some states; `place` is where the caller's k-th stands in the lanes ---- */
 
-static unsigned gather(int n, const int *place, int count, const double *from, double *to)
+static unsigned gather_states(int n, const int *place, int count, const double *from, double *to)
 {
     const double *state[MBSRI_LANES];
     lanes *all = (lanes *)to;

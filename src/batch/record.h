@@ -24,14 +24,15 @@ enum {
     MBSRI_TILTED = 67108864
 };
 
-/* Constants of a body. Its frame stands on the predecessor's as in the theory of mechanisms, z along the
- * joint's axis,
+/* Constants of a body. Its frame stands on the predecessor's as in the theory of mechanisms, z
+ * along the joint's axis,
  *
  *   R_pred^T R = Rz(beta) Rx(alpha) Rz(theta),   theta = q + offset where the joint turns
  *
  * Turning is a rotation by two numbers each time (McMillan and Orin, Efficient computation of
- * articulated-body inertias using successive axial screws, 1995). Frames are chosen so that beta is zero
- * for the first successor of a body that turns, and theta where the joint does not turn (frames.c). */
+ * articulated-body inertias using successive axial screws, 1995). Frames are chosen so that beta is
+ * zero for the first successor of a body that turns, and theta where the joint does not turn
+ * (frames.c). */
 typedef struct mbsri_batch_body {
     double twist[5]; /* cos, sin, cos^2, sin^2, sin cos of beta */
     double tilt[5];  /* of alpha */
@@ -59,7 +60,7 @@ typedef struct mbsri_batch_run {
     double r[4], v[3];          /* its origin and angle, and velocity */
     double *drive;              /* prescribed coordinates, their first and second derivatives */
     const double *q, *u, *load; /* lanes x nq, nu, nu in the order of the sweeps; load: joint
-                                    * forces, for inverse dynamics u' */
+                                 * forces, for inverse dynamics u' */
     double *out;                /* lanes x nu: u', or joint forces */
     /* bodies + 1 each, balls, depth, of the sizes that the kernels say */
     void *state, *motion, *ball, *stack;
@@ -77,7 +78,8 @@ typedef struct mbsri_batch_kernels {
     int lanes;
     size_t state_size, motion_size, ball_size, stack_size, place_size;
     /* n numbers of each of `count` states into the lanes, those without a state as the last one;
-     * place: where the caller's k-th stands in the order of the sweeps, NULL: k. Which are finite. */
+     * place: where the caller's k-th stands in the order of the sweeps, NULL: k. Which are finite.
+     */
     unsigned (*gather)(int n, const int *place, int count, const double *from, double *to);
     unsigned (*scatter)(int n, const int *place, int count, const double *from, double *to);
     /* Which states are served: forward dynamics leaves out those with a joint whose rank is not

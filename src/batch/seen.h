@@ -1,9 +1,8 @@
-/* Bodies that others than the lanes look at, state by state: with the kernels, since every number of
- * theirs is a vector there.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Bodies that others than the lanes look at, state by state: with the kernels, since every number
+ * of theirs is a vector there. SPDX-License-Identifier: BSD-3-Clause
  *
- * Blocks (sweeps/block.h) and force elements on bodies have functions for one state. Each lane has data
- * of its own for them, with what the sweeps in one state keep of the bodies that are seen
+ * Blocks (sweeps/block.h) and force elements on bodies have functions for one state. Each lane has
+ * data of its own for them, with what the sweeps in one state keep of the bodies that are seen
  * (assembly/places.h); a body's numbers are laid down there, and taken up again, one lane after the
  * other. A lane whose functions fail is not served, and its state goes alone. */
 #ifndef MBSRI_BATCH_SEEN_H
@@ -100,7 +99,7 @@ static void move_block(mbsri_batch_run *run, int i)
 }
 
 /* The angle of a body in the plane, behind its origin. */
-static lanes angle_of(const mbsri_batch_run *run, int body, lanes pred)
+static lanes planar_angle(const mbsri_batch_run *run, int body, lanes pred)
 {
     const mbsri_sweep_own *own = run->lane->tree->own + body;
     const mbsri_joint *joint = &run->lane->model->body[body].joint;
@@ -142,7 +141,7 @@ MBSRI_INLINE void place_body(const mbsri_batch_run *run, int i, const ball_state
         to->v = plus(to->v, splat(b->pitch) * u, to->R.z);
     }
     to->angle = from->angle;
-    if (b->flags & MBSRI_PLANE) to->angle = angle_of(run, run->origin[i], from->angle);
+    if (b->flags & MBSRI_PLANE) to->angle = planar_angle(run, run->origin[i], from->angle);
     if (b->flags & MBSRI_SEEN) lay_motion(run, i);
 }
 

@@ -1,6 +1,5 @@
-/* What the sweeps over several states keep of a body, and hand on; along the body's own axes, unless
- * said otherwise.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* What the sweeps over several states keep of a body, and hand on; along the body's own axes,
+ * unless said otherwise. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_BATCH_STATE_H
 #define MBSRI_BATCH_STATE_H
 
@@ -17,21 +16,22 @@ typedef struct column {
 
 /* Of a body in one evaluation. */
 typedef struct body_state {
-    lanes c, s;   /* cos, sin of theta */
-    vec c_w, c_v; /* acceleration without u' and the predecessor's */
-    column
-        column; /* of a joint of one axis; before that, and in inverse dynamics, (L, p) of the body */
+    lanes c, s;    /* cos, sin of theta */
+    vec c_w, c_v;  /* acceleration without u' and the predecessor's */
+    column column; /* of a joint of one axis; before that, and in inverse dynamics, (L, p) of the
+                      body */
 } body_state;
 
-/* How a body moves, for its successors; kept for those that do not follow at once. K = [A_w]x + [omega]x^2
- * is what the acceleration A_v + K x of a point x of the body needs. */
+/* How a body moves, for its successors; kept for those that do not follow at once. K = [A_w]x +
+ * [omega]x^2 is what the acceleration A_v + K x of a point x of the body needs. */
 typedef struct motion {
     vec omega, A_w, A_v;
     sym squared; /* [omega]x^2 */
     mat K;
 } motion;
 
-/* Of a joint with a quaternion: its rates are along its own axes, to which R turns from the body's. */
+/* Of a joint with a quaternion: its rates are along its own axes, to which R turns from the body's.
+ */
 typedef struct ball_state {
     mat R;
     column column[3];
@@ -45,8 +45,8 @@ typedef struct carry {
     lanes kappa, spread;
 } carry;
 
-/* In the world: axes of a body, its origin and that one's velocity, and its angle in the plane; in trees with
- * bodies that are seen. */
+/* In the world: axes of a body, its origin and that one's velocity, and its angle in the plane; in
+ * trees with bodies that are seen. */
 typedef struct site {
     mat R;
     vec r, v, rho; /* rho: from the predecessor's origin */

@@ -1,8 +1,9 @@
 /* Frame B of one body as seen from frame A of another, in space.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Along A's axes R_A: e the place of B's origin, theta its rotation vector, R_A^T R_B = exp [theta]x.
- * With x the place of B's origin, s = x - r_a its arm on the body of A, s_B that on the body of B:
+ * Along A's axes R_A: e the place of B's origin, theta its rotation vector, R_A^T R_B = exp
+ * [theta]x. With x the place of B's origin, s = x - r_a its arm on the body of A, s_B that on the
+ * body of B:
  *
  *   e' = R_A^T (v_b + w_b x s_B - v_a - w_a x s)        theta' = J^-1(theta) R_A^T (w_b - w_a)
  *
@@ -24,7 +25,7 @@ typedef struct bushing {
     double arm_b[3], arm_a[3];      /* of the place of B's origin */
 } bushing;
 
-static void prepare(const mbsr_closure_args *args, bushing *w)
+static void prepare_bushing(const mbsr_closure_args *args, bushing *w)
 {
     const double *param = args->closure->param;
     const mbsri_end b = mbsri_end_of(args->body + B), a = mbsri_end_of(args->body + A);
@@ -47,7 +48,7 @@ static void prepare(const mbsr_closure_args *args, bushing *w)
 static int position(const mbsr_closure_args *args, double *g)
 {
     bushing w;
-    prepare(args, &w);
+    prepare_bushing(args, &w);
     for (int k = 0; k < args->closure->option[ROWS]; ++k) {
         const int entry = args->closure->option[ENTRY + k];
         g[k] = entry < 3 ? w.theta[entry] : w.e[entry - 3];
@@ -59,7 +60,7 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
     bushing w;
-    prepare(args, &w);
+    prepare_bushing(args, &w);
     for (int k = 0; k < args->closure->option[ROWS]; ++k) {
         const int entry = args->closure->option[ENTRY + k];
         double along[3], back[3], moment[3], unit[3] = {0.0, 0.0, 0.0};

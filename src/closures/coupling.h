@@ -10,7 +10,8 @@
 /* Whether a closure is one of mbsr_closure_coupling: its coordinates are option[k] of body[k]. */
 bool mbsri_is_linear_coupling(const mbsr_closure_def *def);
 
-/* Takes out term k, whose coordinate stands still at a value. Returns the size of what it adds to g. */
+/* Takes out term k, whose coordinate stands still at a value. Returns the size of what it adds to
+ * g. */
 double mbsri_coupling_hold(mbsr_closure_def *def, int k, double value);
 
 /* g of a coupling without terms, and whether it changes with time. */

@@ -25,7 +25,7 @@ typedef struct span {
     double s, sdot, sddot;
 } span;
 
-static int prepare(const mbsr_closure_args *args, span *w)
+static int prepare_span(const mbsr_closure_args *args, span *w)
 {
     double s[3][MBSR_CLOSURE_ROWS];
     const int status = mbsri_closure_motion(args, s[0], s[1], s[2]);
@@ -45,7 +45,7 @@ static int prepare(const mbsr_closure_args *args, span *w)
 static int position(const mbsr_closure_args *args, double *g)
 {
     span w;
-    const int status = prepare(args, &w);
+    const int status = prepare_span(args, &w);
     const double length = mbsri_norm3(w.d);
     g[0] = 0.5 * (length - w.s) * (length + w.s) / w.l;
     return status;
@@ -54,7 +54,7 @@ static int position(const mbsr_closure_args *args, double *g)
 static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
 {
     span w;
-    const int status = prepare(args, &w);
+    const int status = prepare_span(args, &w);
     double e[3], back[3], moment[3];
     for (int k = 0; k < 3; ++k) e[k] = w.d[k] / w.l;
     for (int k = 0; k < 3; ++k) back[k] = -e[k];
@@ -65,8 +65,8 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return status;
 }
 
-/* Derivatives for Newton systems of a row with the direction e = d / size, or with the unit vector along
- * d where its length gives the size: de = (dd - e e . dd) / size. */
+/* Derivatives for Newton systems of a row with the direction e = d / size, or with the unit vector
+ * along d where its length gives the size: de = (dd - e e . dd) / size. */
 static void add_tangents(const mbsr_closure_args *args, const span *w, const double e[3],
                          double size, bool unit, double lambda, const mbsr_closure_tangent *out)
 {
@@ -106,7 +106,7 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
 {
     span w;
     double e[3];
-    const int status = prepare(args, &w);
+    const int status = prepare_span(args, &w);
     for (int k = 0; k < 3; ++k) e[k] = w.d[k] / w.l;
     if (!status) add_tangents(args, &w, e, w.l, false, lambda[0], out);
     return status;
@@ -115,7 +115,7 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
 static int drift(const mbsr_closure_args *args, double *gt)
 {
     span w;
-    const int status = prepare(args, &w);
+    const int status = prepare_span(args, &w);
     gt[0] = -w.s * w.sdot / w.l;
     return status;
 }
@@ -123,7 +123,7 @@ static int drift(const mbsr_closure_args *args, double *gt)
 static int bias(const mbsr_closure_args *args, double *out)
 {
     span w;
-    const int status = prepare(args, &w);
+    const int status = prepare_span(args, &w);
     double a_P[3], a_Q[3], v_P[3], v_Q[3], sum = -w.sdot * w.sdot - w.s * w.sddot;
     mbsri_end_centripetal(&w.a, w.s_P, a_P);
     mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
@@ -180,7 +180,7 @@ mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
 
 static int prepare_length(const mbsr_closure_args *args, span *w, double *length, double e[3])
 {
-    const int status = prepare(args, w);
+    const int status = prepare_span(args, w);
     w->d[2] = w->a.r[2] + w->s_P[2] - w->b.r[2] - w->s_Q[2];
     *length = mbsri_norm3(w->d);
     if (status || !(*length > 0.0)) return status ? status : MBSR_DEGENERATE_FORCE;

@@ -1,10 +1,10 @@
 /* Weld, ball or pin, and rows along directions of the root or of a body.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P - r_Q,
- * e a direction that turns with the root, or with body b (angular velocity w_0), phi the rotation vector of E = R_a
- * R_b^T in the world. Rows, their rates, and the derivatives of these where all accelerations are
- * zero:
+ * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P -
+ * r_Q, e a direction that turns with the root, or with body b (angular velocity w_0), phi the
+ * rotation vector of E = R_a R_b^T in the world. Rows, their rates, and the derivatives of these
+ * where all accelerations are zero:
  *
  *   e . d - s(t)     e . (v_P - v_Q) + (e x d) . w_0 - s'
  *                    e . (w_a x (w_a x s_P) - w_b x (w_b x s_Q))
@@ -17,8 +17,8 @@
  *   e . phi' + (e x phi) . w_0,    phi' = L w_a - L^T w_b,    L = 1 - phi x / 2 + c phi x (phi x),
  *   c = (1 - x cot x) / theta^2,  x = theta / 2,  theta = |phi|
  *
- * Where rows along axes of the root have a gap, what they exert on two bodies that move does not add up to
- * nothing: stiff ones lie along the axes of body b, where it does. */
+ * Where rows along axes of the root have a gap, what they exert on two bodies that move does not
+ * add up to nothing: stiff ones lie along the axes of body b, where it does. */
 #include "closures/rows.h"
 #include "closures/stock.h"
 
@@ -95,7 +95,7 @@ static void relative_turn(const mbsr_closure_args *args, pair *w)
     for (int k = 0; k < 3; ++k) w->phi[k] = factor * quaternion[1 + k];
 }
 
-static void prepare(const mbsr_closure_args *args, pair *w)
+static void prepare_pair(const mbsr_closure_args *args, pair *w)
 {
     static const mbsr_force_body at_rest = {.space = MBSR_SPACE_FIXED};
     w->a = mbsri_end_of(args->body);
@@ -116,7 +116,7 @@ static int position(const mbsr_closure_args *args, double *g)
     double s[MBSR_CLOSURE_ROWS], ignored[2][MBSR_CLOSURE_ROWS];
     const int status = mbsri_closure_motion(args, s, ignored[0], ignored[1]);
     if (status) return status;
-    prepare(args, &w);
+    prepare_pair(args, &w);
     for (int k = 0; k < w.rows; ++k)
         g[k] = mbsri_dot3(w.direction[k], w.turn[k] ? w.phi : w.d) - s[k];
     return MBSR_OK;
@@ -144,8 +144,8 @@ static bool any_stiff(const mbsr_closure_args *args)
     return false;
 }
 
-static void add_turn(const mbsr_closure_args *args, const pair *w, int k,
-                     const mbsr_closure_jacobian *out)
+static void add_turn_row(const mbsr_closure_args *args, const pair *w, int k,
+                         const mbsr_closure_jacobian *out)
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
     double by_a[3], by_b[3];
@@ -180,10 +180,10 @@ static void add_place(const mbsr_closure_args *args, const pair *w, int k,
 static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
 {
     pair w;
-    prepare(args, &w);
+    prepare_pair(args, &w);
     for (int k = 0; k < w.rows; ++k) {
         if (w.turn[k])
-            add_turn(args, &w, k, out);
+            add_turn_row(args, &w, k, out);
         else
             add_place(args, &w, k, out);
     }
@@ -201,7 +201,7 @@ typedef struct change {
     double along[3];                                 /* turn of the directions */
 } change;
 
-static void displace(const mbsr_closure_args *args, const pair *w, change *c)
+static void displace_pair(const mbsr_closure_args *args, const pair *w, change *c)
 {
     static const double none[3] = {0.0, 0.0, 0.0};
     const bool first = c->k == 0, second = c->k == 1;
@@ -250,8 +250,8 @@ static void place_shifted(const mbsr_closure_args *args, const pair *w, const su
     mbsri_end_load(args, w->with, moment, zero, c->at, out);
 }
 
-/* Rows e . d: with the sum F of their forces, on a (s_P x F, F), on b the opposite at Q, and F x d on
- * what the directions turn with. */
+/* Rows e . d: with the sum F of their forces, on a (s_P x F, F), on b the opposite at Q, and F x d
+ * on what the directions turn with. */
 static void place_turned(const mbsr_closure_args *args, const pair *w, const sums *s,
                          const change *c, const mbsr_closure_tangent *out)
 {
@@ -283,8 +283,8 @@ static void place_turned(const mbsr_closure_args *args, const pair *w, const sum
     mbsri_end_load(args, w->with, moment, zero, c->at, out);
 }
 
-/* Of what a row e . phi of a closure with stiff rows reads of the bodies' angular velocities: e^T L by w_a,
- * -e^T L^T by w_b, e x phi by w_0. */
+/* Of what a row e . phi of a closure with stiff rows reads of the bodies' angular velocities: e^T L
+ * by w_a, -e^T L^T by w_b, e x phi by w_0. */
 typedef struct reading {
     double by_a[3], by_b[3], by_root[3];
 } reading;
@@ -321,7 +321,7 @@ static double read_turns(const pair *w, const reading *r)
 }
 
 /* phi' where the bodies turn with these angular velocities, a or b NULL for none. */
-static void turn_of(const pair *w, const double *a, const double *b, double dphi[3])
+static void turn_between(const pair *w, const double *a, const double *b, double dphi[3])
 {
     double other[3], back[3] = {0.0, 0.0, 0.0};
     mbsri_zero(3, dphi);
@@ -337,7 +337,7 @@ static void turn_tangent(const mbsr_closure_args *args, const pair *w, const dou
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
     double dphi[3];
-    turn_of(w, c->k == 0 ? c->turn : NULL, c->k == 1 ? c->turn : NULL, dphi);
+    turn_between(w, c->k == 0 ? c->turn : NULL, c->k == 1 ? c->turn : NULL, dphi);
     for (int i = 0; i < w->rows; ++i) {
         if (!w->turn[i]) continue;
         reading r = reading_change(w, w->direction[i], dphi, c->along);
@@ -356,14 +356,14 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
     pair w;
     change c;
     const bool turns = has_turn(args) && any_stiff(args);
-    prepare(args, &w);
+    prepare_pair(args, &w);
     const sums s = sums_of(&w, lambda);
     for (c.k = 0; c.k < 2; ++c.k) {
         for (int r = 0; out->column[c.k] >= 0 && mbsri_end_shift(args, c.k, r, c.turn, c.shift);
              ++r) {
             c.at = out->column[c.k] + r;
             c.shifts = mbsri_dot3(c.turn, c.turn) == 0.0;
-            displace(args, &w, &c);
+            displace_pair(args, &w, &c);
             if (c.shifts)
                 place_shifted(args, &w, &s, &c, out);
             else
@@ -390,10 +390,10 @@ static int bias(const mbsr_closure_args *args, double *out)
     double ignored[2][MBSR_CLOSURE_ROWS], sddot[MBSR_CLOSURE_ROWS];
     const int status = mbsri_closure_motion(args, ignored[0], ignored[1], sddot);
     if (status) return status;
-    prepare(args, &w);
+    prepare_pair(args, &w);
     double a_P[3], a_Q[3], v_P[3], v_Q[3], once[3], twice[3], turn[3];
     const bool exact = any_stiff(args);
-    if (exact) turn_of(&w, w.a.w, w.b.w, turn);
+    if (exact) turn_between(&w, w.a.w, w.b.w, turn);
     mbsri_end_centripetal(&w.a, w.s_P, a_P);
     mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
     mbsri_end_velocity(&w.a, w.s_P, v_P);

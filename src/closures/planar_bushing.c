@@ -1,8 +1,8 @@
 /* Frame B of one body as seen from frame A of another, in the plane.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Rows g = T e of e = (x, y, angle) along A's axes a_x, a_y; whole turns count. With s the arm of B's
- * origin on the body of A, s_B that on the body of B, and n = z x the direction:
+ * Rows g = T e of e = (x, y, angle) along A's axes a_x, a_y; whole turns count. With s the arm of
+ * B's origin on the body of A, s_B that on the body of B, and n = z x the direction:
  *
  *   x' = a_x . (v_b - v_a) + (s_B x a_x) w_b - (s x a_x) w_a        angle' = w_b - w_a */
 #include "closures/rows.h"
@@ -19,15 +19,15 @@ typedef struct bushing {
     double arm_b[3], arm_a[3];
 } bushing;
 
-static double angle_of(const mbsr_closure_args *args, int k, int frame)
+static double end_angle(const mbsr_closure_args *args, int k, int frame)
 {
     const mbsr_force_body *body = args->body + k;
     return (body->space == MBSR_SPACE_PLANAR ? body->p[2] : 0.0) + args->closure->param[frame + 2];
 }
 
-static void prepare(const mbsr_closure_args *args, bushing *w)
+static void prepare_planar_bushing(const mbsr_closure_args *args, bushing *w)
 {
-    const double *param = args->closure->param, angle = angle_of(args, A, FRAME_A);
+    const double *param = args->closure->param, angle = end_angle(args, A, FRAME_A);
     const mbsri_end b = mbsri_end_of(args->body + B), a = mbsri_end_of(args->body + A);
     const double on_b[3] = {param[FRAME_B], param[FRAME_B + 1], 0.0},
                  on_a[3] = {param[FRAME_A], param[FRAME_A + 1], 0.0};
@@ -44,13 +44,13 @@ static void prepare(const mbsr_closure_args *args, bushing *w)
         w->e[k] = w->arm_a[k] - at[k];
     }
     mbsri_unrotate3(w->axes, w->e, w->e);
-    w->e[2] = angle_of(args, B, FRAME_B) - angle;
+    w->e[2] = end_angle(args, B, FRAME_B) - angle;
 }
 
 static int position(const mbsr_closure_args *args, double *g)
 {
     bushing w;
-    prepare(args, &w);
+    prepare_planar_bushing(args, &w);
     for (int k = 0; k < args->closure->option[0]; ++k)
         g[k] = mbsri_dot3(args->closure->param + MIX + 3 * k, w.e);
     return MBSR_OK;
@@ -59,7 +59,7 @@ static int position(const mbsr_closure_args *args, double *g)
 static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
 {
     bushing w;
-    prepare(args, &w);
+    prepare_planar_bushing(args, &w);
     for (int k = 0; k < args->closure->option[0]; ++k) {
         const double *T = args->closure->param + MIX + 3 * k;
         double along[3], moment[3];

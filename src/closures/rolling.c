@@ -6,10 +6,12 @@
  *
  *   k = c + rho,    ball: rho = -R n,    disc: rho = -R m / |m|,  m = n - (n . a) a
  *
- * Position row: n . (k - Q) = 0. Since n . rho has its smallest value there, its rate is n . (v_a(k)
- * - v_b(k)) with the velocities of the points of both bodies at k. All velocity rows are e . (v_a(k)
- * - v_b(k)) with e = n, and e = x, y of the frame. Where all accelerations are zero their derivative
- * is
+ * Position row: n . (k - Q) = 0. Since n . rho has its smallest value there, its rate is n .
+ * (v_a(k)
+ * - v_b(k)) with the velocities of the points of both bodies at k. All velocity rows are e .
+ * (v_a(k)
+ * - v_b(k)) with e = n, and e = x, y of the frame. Where all accelerations are zero their
+ * derivative is
  *
  *   (w_b x e) . (v_a(k) - v_b(k)) + e . (w_a x (k' - v_a) - w_b x (k' - v_b))
  *
@@ -69,7 +71,7 @@ static int lowest(const double n[3], const double a[3], const double ndot[3], co
     return MBSR_OK;
 }
 
-static int prepare(const mbsr_closure_args *args, contact *w)
+static int prepare_contact(const mbsr_closure_args *args, contact *w)
 {
     const double *param = args->closure->param, radius = param[RADIUS];
     double arm[3], foot[3], rho[3], rho_dot[3], n_dot[3];
@@ -108,7 +110,7 @@ static int prepare(const mbsr_closure_args *args, contact *w)
 static int position(const mbsr_closure_args *args, double *g)
 {
     contact w;
-    const int status = prepare(args, &w);
+    const int status = prepare_contact(args, &w);
     if (!status) g[0] = w.height;
     return status;
 }
@@ -116,7 +118,7 @@ static int position(const mbsr_closure_args *args, double *g)
 static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
 {
     contact w;
-    const int status = prepare(args, &w);
+    const int status = prepare_contact(args, &w);
     for (int k = 0; k < w.rows && !status; ++k) {
         double arm[3], moment[3], back[3];
         for (int j = 0; j < 3; ++j) arm[j] = w.k[j] - w.a.r[j];
@@ -141,7 +143,7 @@ static int drift(const mbsr_closure_args *args, double *gt)
 static int bias(const mbsr_closure_args *args, double *out)
 {
     contact w;
-    const int status = prepare(args, &w);
+    const int status = prepare_contact(args, &w);
     if (status) return status;
     double arm[3], v_a[3], v_b[3], relative[3], turned[3], away[3], by_a[3], by_b[3];
     for (int j = 0; j < 3; ++j) arm[j] = w.k[j] - w.a.r[j];
@@ -194,7 +196,7 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
 static int touching(const mbsr_closure_args *args, double x[3])
 {
     contact w;
-    const int status = prepare(args, &w);
+    const int status = prepare_contact(args, &w);
     if (!status) mbsri_copy(3, w.k, x);
     return status;
 }

@@ -18,7 +18,8 @@ mbsr_closure_def mbsri_closure_bushing(int a, const double A[12], int b, const d
 mbsr_closure_def mbsri_closure_planar_bushing(int a, const double A[3], int b, const double B[3],
                                               int count, const double *T);
 
-/* Rows of a weld or ball with springs between two bodies that move are along the axes of the second. */
+/* Rows of a weld or ball with springs between two bodies that move are along the axes of the
+ * second. */
 void mbsri_stiff_axes(mbsr_closure_def *def);
 
 #endif

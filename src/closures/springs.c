@@ -10,7 +10,7 @@
 
 #include "algebra/principal.h"
 
-static bool read(const mbsr_force_def *force, mbsri_spring *spring)
+static bool read_spring(const mbsr_force_def *force, mbsri_spring *spring)
 {
     *spring = (mbsri_spring){0};
     return mbsri_read_point_spring(force, spring) || mbsri_read_axis_spring(force, spring) ||
@@ -54,7 +54,7 @@ int mbsri_spring_check(const mbsr_force_def *force, char text[MBSR_TEXT_SIZE])
                             "as_closure is %d, neither 0, MBSR_SPRING_SETTLED nor "
                             "MBSR_SPRING_LOOSE",
                             force->as_closure);
-    if (!read(force, &spring))
+    if (!read_spring(force, &spring))
         return mbsri_refuse(text, MBSR_ERR_VALUE,
                             "as_closure is set, but this is no spring that can be a closure");
     if (spring.beyond)
@@ -129,7 +129,7 @@ mbsr_closure_def mbsri_spring_closure(const mbsr_force_def *force, const int bod
 {
     mbsri_spring s;
     mbsr_closure_def def = mbsr_default_closure_def();
-    if (!read(force, &s)) return def;
+    if (!read_spring(force, &s)) return def;
     switch (s.kind) {
     case MBSRI_POINT_SPRING:
         def = point_spring(&s, body,

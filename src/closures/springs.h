@@ -7,7 +7,8 @@
 
 #include <mbsrank/closure.h>
 
-/* Refuses an element that asks to be a closure and cannot, as far as it shows without its bodies. */
+/* Refuses an element that asks to be a closure and cannot, as far as it shows without its bodies.
+ */
 int mbsri_spring_check(const mbsr_force_def *force, char text[MBSR_TEXT_SIZE]);
 
 /* Such an element on these bodies as a closure; its name is left to the caller. */

@@ -21,11 +21,12 @@ mbsri_end mbsri_end_of(const mbsr_force_body *body);
 void mbsri_end_add(const mbsr_closure_args *args, int k, const double a[3], const double l[3],
                    int row, const mbsr_closure_jacobian *out);
 
-/* Displacement along column r of body k: a small turn about its origin, and a shift. False: it has no
- * such column. */
+/* Displacement along column r of body k: a small turn about its origin, and a shift. False: it has
+ * no such column. */
 bool mbsri_end_shift(const mbsr_closure_args *args, int k, int r, double turn[3], double shift[3]);
 
-/* Adds to column `at` of the derivatives of loop forces a moment about body k's origin and a force. */
+/* Adds to column `at` of the derivatives of loop forces a moment about body k's origin and a force.
+ */
 void mbsri_end_load(const mbsr_closure_args *args, int k, const double moment[3],
                     const double force[3], int at, const mbsr_closure_tangent *out);
 
@@ -41,8 +42,8 @@ int mbsri_point_of_first(const mbsr_closure_args *args, double x[3]);
 /* Whether both of the first two bodies lie in the plane (a root at rest lies in both). */
 bool mbsri_flat(const mbsr_closure_args *args);
 
-/* For tables: one position row; as many as option[0] says; rows whose derivatives do not move; drifts
- * and biases that are zero. */
+/* For tables: one position row; as many as option[0] says; rows whose derivatives do not move;
+ * drifts and biases that are zero. */
 int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *held);
 int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *held);
 int mbsri_constant_rows(const mbsr_closure_args *args, const double *lambda,

@@ -159,7 +159,8 @@ static int bend(mbsr_derivatives *w)
     return status;
 }
 
-/* The linearised inverse dynamics at the state, with the loop forces `lambda` where there are closures. */
+/* The linearised inverse dynamics at the state, with the loop forces `lambda` where there are
+ * closures. */
 static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
                      const double *udot, const double *lambda)
 {
@@ -205,7 +206,7 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
     forget(w);
     if (!q || !u || !udot)
         return refuse(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
-    int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, w->solution);
+    int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, w->solution);
     if (!status) status = linearise(w, t, q, u, udot, NULL);
     if (status) return take_error(w, status);
     if (tau) mbsri_copy((size_t)w->model->nu, w->solution, tau);
@@ -348,8 +349,8 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
     return MBSR_OK;
 }
 
-/* Of forward dynamics: right = K^-T (w, w_lambda), the weights of the rows of inverse dynamics (their negative) and of
- * the rows' second derivatives. */
+/* Of forward dynamics: right = K^-T (w, w_lambda), the weights of the rows of inverse dynamics
+ * (their negative) and of the rows' second derivatives. */
 static void solve_back(mbsr_derivatives *w, const double *by, const double *by_lambda)
 {
     const mbsr_model *m = w->model;

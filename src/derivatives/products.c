@@ -1,16 +1,20 @@
 /* Linearised inverse dynamics and its transpose.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Root to leaves x, the perturbations of pose, V and A of each body; then forces by them, of elements and closures; leaves
- * to root the changes of reactions mu, and what they make of joint forces:
+ * Root to leaves x, the perturbations of pose, V and A of each body; then forces by them, of
+ * elements and closures; leaves to root the changes of reactions mu, and what they make of joint
+ * forces:
  *
- *   z = (x_pi, dq, du)     x = X z - (0, 0, J du')     mu = P x + f - sum (H^T mu)_j + B z of the predecessor
+ *   z = (x_pi, dq, du)     x = X z - (0, 0, J du')
+ *       mu = P x + f - sum (H^T mu)_j + B z of the predecessor
  *   load = own z + J^T mu - tau + armature du'
  *
- * The transpose runs through the same from its end to its beginning. Matrices of the linearised momentum form have rows of
- * momenta, their rates and reactions one below the other: here the last of them count.
+ * The transpose runs through the same from its end to its beginning. Matrices of the linearised
+ * momentum form have rows of momenta, their rates and reactions one below the other: here the last
+ * of them count.
  *
- * reads X, P, B, own, J, H of mbsri_terms;  cost: (e + 2 d) (e_pi + 2 d_pi + nq + n) and so on a body, both ways */
+ * reads X, P, B, own, J, H of mbsri_terms;  cost: (e + 2 d) (e_pi + 2 d_pi + nq + n) and so on a
+ * body, both ways */
 #include "derivatives/record.h"
 
 #include "algebra/dense.h"
@@ -132,7 +136,8 @@ static void add_elements(mbsr_derivatives *w, const double *dq, const double *du
     }
 }
 
-/* Place, rate and acceleration of a closure's columns; or their gradients, added to those of bodies and joints. */
+/* Place, rate and acceleration of a closure's columns; or their gradients, added to those of bodies
+ * and joints. */
 typedef struct reading {
     double *place, *rate, *bend;
 } reading;

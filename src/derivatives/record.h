@@ -24,8 +24,8 @@ struct mbsr_derivatives {
     bool redundant; /* and some rows depend on others */
     mbsri_fronts fronts;
     double *memory;
-    /* vectors of one product: x of bodies, their reactions, q and u of joints (in the caller's order, the forces of
-     * elements in that of the sweeps) */
+    /* vectors of one product: x of bodies, their reactions, q and u of joints (in the caller's
+     * order, the forces of elements in that of the sweeps) */
     double *motion, *mu, *dq, *torque, *load;
     double *in, *out;               /* of one joint, element or closure */
     double *right, *solution;       /* nu */
@@ -34,13 +34,14 @@ struct mbsr_derivatives {
     double *work;
 };
 
-/* Along dq (nq), du and du' (nu, by the caller's order): the change of J^T mu - tau into load, of second derivatives of
- * the closures' rows into rows, of the forces of stiff rows into lambda, where others stay. */
+/* Along dq (nq), du and du' (nu, by the caller's order): the change of J^T mu - tau into load, of
+ * second derivatives of the closures' rows into rows, of the forces of stiff rows into lambda,
+ * where others stay. */
 void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const double *du,
                                const double *dudot, double *load);
 
-/* The transpose: w of load (nu), `rows` and `weight` of the rows and of the forces of stiff rows; adds nothing: writes
- * dq (nq), du, du' (nu). */
+/* The transpose: w of load (nu), `rows` and `weight` of the rows and of the forces of stiff rows;
+ * adds nothing: writes dq (nq), du, du' (nu). */
 void mbsri_derivatives_adjoint(mbsr_derivatives *w, const double *load, double *dq, double *du,
                                double *dudot);
 

@@ -45,8 +45,8 @@ static int catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
 int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage needed,
                 const char *function)
 {
-    static const char *const stage[] = {"", "mbsr_positions", "mbsr_velocities", "mbsr_forces",
-                                        "mbsr_backward"};
+    static const char *const stage[] = {"", "mbsr_stage_positions", "mbsr_stage_velocities",
+                                        "mbsr_stage_forces", "mbsr_stage_backward"};
     if (!d) return MBSR_ERR_NULL;
     if (!m || !arguments) {
         return mbsri_fail(&d->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,

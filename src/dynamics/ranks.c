@@ -6,6 +6,7 @@
 #include "recursion/group.h"
 
 #include <mbsrank/dynamics.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 

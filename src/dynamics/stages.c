@@ -10,16 +10,17 @@
 
 #include <mbsrank/dynamics.h>
 
-int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, const double *q)
+int mbsr_stage_positions(const mbsr_model *model, mbsr_data *data, double t, const double *q)
 {
-    const int status = mbsri_enter(model, data, q != NULL, MBSRI_STAGE_NONE, "mbsr_positions");
+    const int status =
+        mbsri_enter(model, data, q != NULL, MBSRI_STAGE_NONE, "mbsr_stage_positions");
     return status ? status : mbsri_positions(model, data, t, q);
 }
 
-int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u)
+int mbsr_stage_velocities(const mbsr_model *model, mbsr_data *data, const double *u)
 {
     const int status =
-        mbsri_enter(model, data, u != NULL, MBSRI_STAGE_POSITIONS, "mbsr_velocities");
+        mbsri_enter(model, data, u != NULL, MBSRI_STAGE_POSITIONS, "mbsr_stage_velocities");
     return status ? status : mbsri_velocities(model, data, u);
 }
 
@@ -43,15 +44,15 @@ int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q)
     return status ? status : mbsri_check_result(model, data, (size_t)model->nq, q, name);
 }
 
-int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
+int mbsr_stage_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
 {
-    const int status = mbsri_enter(model, data, true, MBSRI_STAGE_VELOCITIES, "mbsr_forces");
+    const int status = mbsri_enter(model, data, true, MBSRI_STAGE_VELOCITIES, "mbsr_stage_forces");
     return status ? status : mbsri_forces(model, data, tau);
 }
 
-int mbsr_backward(const mbsr_model *model, mbsr_data *data)
+int mbsr_stage_backward(const mbsr_model *model, mbsr_data *data)
 {
-    const int status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, "mbsr_backward");
+    const int status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, "mbsr_stage_backward");
     return status ? status : mbsri_backward(model, data);
 }
 
@@ -65,11 +66,12 @@ static int forward(const mbsr_model *m, mbsr_data *d, const double *udot, double
     return mbsri_check_result(m, d, nu, residual, function);
 }
 
-int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, double *residual)
+int mbsr_stage_forward(const mbsr_model *model, mbsr_data *data, const double *udot,
+                       double *residual)
 {
     const int status =
-        mbsri_enter_tree(model, data, udot && residual, MBSRI_STAGE_BACKWARD, "mbsr_forward");
-    return status ? status : forward(model, data, udot, residual, "mbsr_forward");
+        mbsri_enter_tree(model, data, udot && residual, MBSRI_STAGE_BACKWARD, "mbsr_stage_forward");
+    return status ? status : forward(model, data, udot, residual, "mbsr_stage_forward");
 }
 
 int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, const double *q,
@@ -85,9 +87,9 @@ int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, 
     return status ? status : forward(model, data, udot, residual, "mbsr_recursive_residual");
 }
 
-int mbsr_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot)
+int mbsr_stage_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot)
 {
-    static const char name[] = "mbsr_accelerations";
+    static const char name[] = "mbsr_stage_accelerations";
     const mbsr_model *m = model;
     mbsr_data *d = data;
     int status = mbsri_enter(m, d, udot != NULL, MBSRI_STAGE_FORCES, name);

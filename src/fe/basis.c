@@ -1,9 +1,10 @@
 /* The modes of the reduced body: see basis.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * All is made orthonormal in K, the normal modes first, the static ones by what the normal ones leave of them, so
- * that W^T K W = 1 and flexibilities at loaded markers are exact whatever the mass is; then W^T M W y = mu y, and modes are
- * Z = W y with omega^2 = 1 / mu. Parts without any mass are those of mu = 0. */
+ * All is made orthonormal in K, the normal modes first, the static ones by what the normal ones
+ * leave of them, so that W^T K W = 1 and flexibilities at loaded markers are exact whatever the
+ * mass is; then W^T M W y = mu y, and modes are Z = W y with omega^2 = 1 / mu. Parts without any
+ * mass are those of mu = 0. */
 #include "fe/basis.h"
 
 #include "algebra/dense.h"
@@ -26,7 +27,7 @@ typedef struct stage {
     double *G, *w, *work; /* most x most, most, of eigenproblems */
 } stage;
 
-static int no_memory(const mbsri_fe_body *body)
+static int no_memory_for_modes(const mbsri_fe_body *body)
 {
     return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
                          "mbsr_fe_reduce: no memory for the modes of %d dofs", body->n);
@@ -54,7 +55,7 @@ int mbsri_fe_count_loads(const mbsri_fe_body *body)
 /* ---- static modes ---- */
 
 /* Largest |R| beside the largest |F| of the same column. */
-static double compare(size_t n, int c, const double *R, const double *F)
+static double compare_columns(size_t n, int c, const double *R, const double *F)
 {
     double worst = 0.0;
     for (int k = 0; k < c; ++k) {
@@ -68,7 +69,8 @@ static double compare(size_t n, int c, const double *R, const double *F)
     return worst;
 }
 
-/* X (n x c), loads, become deflections seen from the root; refined once, which also tells what was lost. F, R: n x c. */
+/* X (n x c), loads, become deflections seen from the root; refined once, which also tells what was
+ * lost. F, R: n x c. */
 static int deflect(stage *t, int c, double *X, double *F, double *R)
 {
     const mbsri_fe_body *body = t->body;
@@ -76,16 +78,16 @@ static int deflect(stage *t, int c, double *X, double *F, double *R)
     mbsri_fe_atb(body->n, 6, c, body->T, X, t->s->six);
     mbsri_fe_ab(body->n, 6, c, -1.0, t->s->C, t->s->six, 1.0, X);
     mbsri_copy(size, X, F);
-    if (!mbsri_fe_deflect(t->s, t->s->C, c, X)) return no_memory(body);
+    if (!mbsri_fe_deflect(t->s, t->s->C, c, X)) return no_memory_for_modes(body);
     mbsri_sparse_multiply(&body->K, c, X, R);
     for (size_t k = 0; k < size; ++k) R[k] = F[k] - R[k];
-    const double worst = compare(t->n, c, R, F);
+    const double worst = compare_columns(t->n, c, R, F);
     if (!(worst <= missed + loose * body->rigid))
         return MBSRI_FE_REFUSE(
             "a static mode misses its load by %.2g of it: K has a mechanism or is "
             "nearly singular once the body is held; are all parts joined?",
             worst);
-    if (!mbsri_fe_deflect(t->s, t->s->C, c, R)) return no_memory(body);
+    if (!mbsri_fe_deflect(t->s, t->s->C, c, R)) return no_memory_for_modes(body);
     for (size_t k = 0; k < size; ++k) X[k] += R[k];
     return MBSR_OK;
 }
@@ -97,7 +99,7 @@ static int attach(stage *t, double *X)
     const size_t block = t->n * MBSRI_FE_BLOCK;
     double *F = mbsri_arena_take(body->arena, block * sizeof *F),
            *R = mbsri_arena_take(body->arena, block * sizeof *R);
-    if (!R) return no_memory(body);
+    if (!R) return no_memory_for_modes(body);
     int count = 0;
     for (int k = 0; k < body->markers; ++k) {
         for (int c = first_load(body, k); c < 6 && is_loaded(body, k); ++c) {
@@ -124,7 +126,7 @@ static void energies(stage *t, int c, const double *W, double *e)
         e[k] = mbsri_dot((int)t->n, W + t->n * (size_t)k, t->KW + t->n * (size_t)k);
 }
 
-static void scale(size_t n, double factor, double *x)
+static void scale_vector(size_t n, double factor, double *x)
 {
     for (size_t k = 0; k < n; ++k) x[k] *= factor;
 }
@@ -151,7 +153,8 @@ static int orthonormalise(stage *t, int *c, double *W)
     return MBSR_OK;
 }
 
-/* X (n x *c) less what W (n x m) has of it, and scaled; those of which nothing is left are left out. */
+/* X (n x *c) less what W (n x m) has of it, and scaled; those of which nothing is left are left
+ * out. */
 static void leave_rest(stage *t, int m, const double *W, int *c, double *X)
 {
     double *whole = t->w, *rest = t->work;
@@ -168,14 +171,14 @@ static void leave_rest(stage *t, int m, const double *W, int *c, double *X)
         if (!(rest[k] > left * whole[k])) continue;
         double *to = X + t->n * (size_t)(*c)++;
         if (to != X + t->n * (size_t)k) mbsri_copy(t->n, X + t->n * (size_t)k, to);
-        scale(t->n, 1.0 / sqrt(rest[k]), to);
+        scale_vector(t->n, 1.0 / sqrt(rest[k]), to);
     }
 }
 
 /* ---- modes ---- */
 
 /* Modes of W (n x m), by frequency, with their scales. */
-static int diagonalise(stage *t, int m, mbsri_fe_basis *b)
+static int diagonalise_modes(stage *t, int m, mbsri_fe_basis *b)
 {
     mbsri_sparse_multiply(&t->body->M, m, t->W, t->KW);
     mbsri_fe_atb((int)t->n, m, m, t->W, t->KW, t->G);
@@ -193,7 +196,7 @@ static int diagonalise(stage *t, int m, mbsri_fe_basis *b)
             if (fabs(z[k]) > 1.000001 * fabs(largest)) largest = z[k];
         }
         const double length = b->massless[a] ? 1.0 : 1.0 / sqrt(mu);
-        scale(t->n, largest < 0.0 ? -length : length, z);
+        scale_vector(t->n, largest < 0.0 ? -length : length, z);
     }
     return MBSR_OK;
 }
@@ -216,11 +219,11 @@ int mbsri_fe_make_basis(mbsri_fe_statics *s, const mbsri_fe_modes *modes, mbsri_
     b->Z = mbsri_arena_take(body->arena, t.n * most * sizeof *b->Z);
     b->mu = mbsri_arena_take(body->arena, most * sizeof *b->mu);
     b->massless = mbsri_arena_take(body->arena, most * sizeof *b->massless);
-    if (!b->massless) return no_memory(body);
+    if (!b->massless) return no_memory_for_modes(body);
     mbsri_copy(t.n * (size_t)normal, modes->U, t.W);
     mbsri_fe_see_from(s, s->C, normal, t.W);
     for (int k = 0; k < normal; ++k) /* phi^T K phi = omega^2 */
-        scale(t.n, 1.0 / modes->omega[k], t.W + t.n * (size_t)k);
+        scale_vector(t.n, 1.0 / modes->omega[k], t.W + t.n * (size_t)k);
     int status = orthonormalise(&t, &normal, t.W);
     double *X = t.W + t.n * (size_t)normal;
     if (!status) status = attach(&t, X);
@@ -229,5 +232,5 @@ int mbsri_fe_make_basis(mbsri_fe_statics *s, const mbsri_fe_modes *modes, mbsri_
     leave_rest(&t, normal, t.W, &fixed, X);
     status = orthonormalise(&t, &fixed, X);
     b->dependent = b->loads - fixed;
-    return status ? status : diagonalise(&t, normal + fixed, b);
+    return status ? status : diagonalise_modes(&t, normal + fixed, b);
 }

@@ -20,7 +20,7 @@ const char *mbsri_fe_label(const mbsri_fe_body *body, int dof, char *buffer)
     return buffer;
 }
 
-static int no_memory(const mbsri_fe_body *body)
+static int no_memory_for_body(const mbsri_fe_body *body)
 {
     return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
                          "mbsr_fe_reduce: no memory for %d nodes and %d dofs", body->nodes,
@@ -40,7 +40,7 @@ static int by_id(const void *a, const void *b)
 }
 
 /* Place of a node in def->x; -1: there is none of this id. */
-static int find(const mbsri_fe_body *body, const place *sorted, int id)
+static int find_node(const mbsri_fe_body *body, const place *sorted, int id)
 {
     if (!sorted) return id >= 0 && id < body->nodes ? id : -1;
     int low = 0, high = body->nodes - 1;
@@ -67,7 +67,7 @@ static int check_nodes(mbsri_fe_body *body, place **sorted)
     }
     if (!def->id) return MBSR_OK;
     *sorted = mbsri_arena_take(body->arena, (size_t)body->nodes * sizeof **sorted);
-    if (!*sorted) return no_memory(body);
+    if (!*sorted) return no_memory_for_body(body);
     for (int k = 0; k < body->nodes; ++k) (*sorted)[k] = (place){def->id[k], k};
     qsort(*sorted, (size_t)body->nodes, sizeof **sorted, by_id);
     for (int k = 1; k < body->nodes; ++k) {
@@ -90,7 +90,7 @@ static int name_dofs(mbsri_fe_body *body, const place *sorted)
             "and dof_direction what they are",
             body->n, body->nodes);
     for (int k = 0; k < body->n; ++k) {
-        body->node[k] = def->dof_node ? find(body, sorted, def->dof_node[k]) : k / each;
+        body->node[k] = def->dof_node ? find_node(body, sorted, def->dof_node[k]) : k / each;
         body->direction[k] = def->dof_node ? def->dof_direction[k] : k % each;
         if (body->node[k] < 0)
             return MBSRI_FE_REFUSE("dof_node[%d] is %d, and there is no such node", k,
@@ -133,7 +133,7 @@ static int map_dofs(mbsri_fe_body *body)
 /* ---- markers ---- */
 
 /* S (3 x 3, symmetric) <- S^-1; false: it has none. */
-static bool invert(double S[9])
+static bool invert_3x3(double S[9])
 {
     double C[9];
     for (int j = 0; j < 3; ++j) {
@@ -150,7 +150,7 @@ static bool invert(double S[9])
     return true;
 }
 
-static const char *name_of(const mbsri_fe_body *body, int marker)
+static const char *name_of_marker(const mbsri_fe_body *body, int marker)
 {
     const char *name = body->def->marker[marker].name;
     return name ? name : "";
@@ -162,16 +162,17 @@ static int see_marker(mbsri_fe_body *body, const place *sorted, int k)
     const mbsr_fe_marker *given = body->def->marker + k;
     mbsri_fe_marker *marker = body->marker + k;
     if (given->nodes < 1 || !given->node)
-        return MBSRI_FE_REFUSE("marker[%d] '%s' has %d nodes", k, name_of(body, k),
+        return MBSRI_FE_REFUSE("marker[%d] '%s' has %d nodes", k, name_of_marker(body, k),
                                given->node ? given->nodes : 0);
     marker->nodes = given->nodes;
     marker->node = mbsri_arena_take(body->arena, (size_t)given->nodes * sizeof *marker->node);
-    if (!marker->node) return no_memory(body);
+    if (!marker->node) return no_memory_for_body(body);
     for (int l = 0; l < given->nodes; ++l) {
-        const int at = marker->node[l] = find(body, sorted, given->node[l]);
+        const int at = marker->node[l] = find_node(body, sorted, given->node[l]);
         if (at < 0 || body->dof[6 * (size_t)at] < 0)
-            return MBSRI_FE_REFUSE("marker[%d] '%s' names node %d, which %s", k, name_of(body, k),
-                                   given->node[l], at < 0 ? "is not there" : "has no dofs");
+            return MBSRI_FE_REFUSE("marker[%d] '%s' names node %d, which %s", k,
+                                   name_of_marker(body, k), given->node[l],
+                                   at < 0 ? "is not there" : "has no dofs");
         for (int c = 0; c < 3; ++c)
             marker->x[c] += body->def->x[3 * (size_t)at + (size_t)c] / given->nodes;
     }
@@ -179,7 +180,7 @@ static int see_marker(mbsri_fe_body *body, const place *sorted, int k)
     if (k == 0 && !marker->turns)
         return MBSRI_FE_REFUSE("marker[0] '%s', the root, is one node without rotations; take the "
                                "average of three or more nodes around it",
-                               name_of(body, k));
+                               name_of_marker(body, k));
     return MBSR_OK;
 }
 
@@ -196,10 +197,10 @@ static int measure_set(mbsri_fe_body *body, int k)
             for (int b = 0; b < 3; ++b) marker->S[3 * a + b] -= d[a] * d[b];
         }
     }
-    if (invert(marker->S)) return MBSR_OK;
+    if (invert_3x3(marker->S)) return MBSR_OK;
     return MBSRI_FE_REFUSE("the %d nodes of marker[%d] '%s' lie on a line, so that its rotation is "
                            "not determined; add a node beside it",
-                           marker->nodes, k, name_of(body, k));
+                           marker->nodes, k, name_of_marker(body, k));
 }
 
 static int see_markers(mbsri_fe_body *body, const place *sorted)
@@ -221,7 +222,7 @@ static int see_markers(mbsri_fe_body *body, const place *sorted)
 }
 
 /* a x b */
-static void cross(const double a[3], const double b[3], double c[3])
+static void cross_product(const double a[3], const double b[3], double c[3])
 {
     c[0] = a[1] * b[2] - a[2] * b[1];
     c[1] = a[2] * b[0] - a[0] * b[2];
@@ -229,7 +230,7 @@ static void cross(const double a[3], const double b[3], double c[3])
 }
 
 /* S v, S 3 x 3 symmetric */
-static void turn(const double S[9], const double v[3], double w[3])
+static void multiply_3x3(const double S[9], const double v[3], double w[3])
 {
     for (int c = 0; c < 3; ++c) w[c] = mbsri_dot(3, S + 3 * c, v);
 }
@@ -245,27 +246,27 @@ void mbsri_fe_motion(const mbsri_fe_body *body, int k, const double *u, double m
         const double d[3] = {x[0] - marker->x[0], x[1] - marker->x[1], x[2] - marker->x[2]};
         const double move[3] = {u[dof[0]], u[dof[1]], u[dof[2]]};
         double moment[3];
-        cross(d, move, moment);
+        cross_product(d, move, moment);
         for (int c = 0; c < 3; ++c) {
             motion[3 + c] += move[c] / marker->nodes;
             sum[c] += moment[c];
             if (marker->nodes == 1 && marker->turns) motion[c] = u[dof[3 + c]];
         }
     }
-    if (marker->nodes > 1) turn(marker->S, sum, motion);
+    if (marker->nodes > 1) multiply_3x3(marker->S, sum, motion);
 }
 
 void mbsri_fe_load(const mbsri_fe_body *body, int k, const double load[6], double *f)
 {
     const mbsri_fe_marker *marker = body->marker + k;
     double w[3];
-    turn(marker->S, load, w);
+    multiply_3x3(marker->S, load, w);
     for (int l = 0; l < marker->nodes; ++l) {
         const int *dof = body->dof + 6 * (size_t)marker->node[l];
         const double *x = body->x + 3 * (size_t)marker->node[l];
         const double d[3] = {x[0] - marker->x[0], x[1] - marker->x[1], x[2] - marker->x[2]};
         double force[3] = {0.0, 0.0, 0.0};
-        if (marker->nodes > 1) cross(w, d, force);
+        if (marker->nodes > 1) cross_product(w, d, force);
         for (int c = 0; c < 3; ++c) {
             f[dof[c]] += load[3 + c] / marker->nodes + force[c];
             if (marker->nodes == 1 && marker->turns) f[dof[3 + c]] += load[c];
@@ -284,7 +285,7 @@ static void fill_rigid(mbsri_fe_body *body)
         for (int a = 0; a < 3; ++a) {
             const double axis[3] = {a == 0, a == 1, a == 2};
             double move[3];
-            cross(axis, x, move);
+            cross_product(axis, x, move);
             body->T[n * (size_t)a + (size_t)k] = c < 3 ? move[c] : axis[c - 3];
             body->T[n * (size_t)(3 + a) + (size_t)k] = c < 3 ? axis[c] : 0.0;
         }
@@ -300,7 +301,7 @@ static int check_free(mbsri_fe_body *body, const char *name, const mbsri_sparse 
     const size_t n = (size_t)body->n;
     double *f = mbsri_arena_take(body->arena, n * sizeof *f),
            *size = mbsri_arena_take(body->arena, n * sizeof *size);
-    if (!size) return no_memory(body);
+    if (!size) return no_memory_for_body(body);
     *largest = 0.0;
     for (int c = 0; c < 6; ++c) {
         const double *t = body->T + n * (size_t)c;
@@ -356,7 +357,7 @@ int mbsri_fe_body_make(mbsri_fe_body *body)
     body->x = mbsri_arena_take(body->arena, 3 * nodes * sizeof *body->x);
     body->T = mbsri_arena_take(body->arena, 6 * n * sizeof *body->T);
     body->marker = mbsri_arena_take(body->arena, (size_t)body->markers * sizeof *body->marker);
-    if (!body->marker) return no_memory(body);
+    if (!body->marker) return no_memory_for_body(body);
     status = check_nodes(body, &sorted);
     if (!status) status = name_dofs(body, sorted);
     if (!status) status = map_dofs(body);

@@ -15,7 +15,7 @@ typedef struct massive {
     double *G; /* (4 + 3 count) x (4 + 3 count): mbsri_fe_gram */
 } massive;
 
-static int no_memory(const mbsri_fe_body *body)
+static int no_memory_for_data(const mbsri_fe_body *body)
 {
     return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
                          "mbsr_fe_reduce: no memory for the modal data of %d dofs", body->n);
@@ -36,7 +36,7 @@ static int congruence(const mbsri_fe_body *body, const mbsri_fe_basis *basis, do
         mbsri_fe_atb(body->n, (int)size, (int)size, W, MW, B);
     }
     mbsri_arena_close(&scratch);
-    return MW ? MBSR_OK : no_memory(body);
+    return MW ? MBSR_OK : no_memory_for_data(body);
 }
 
 static int pick(const mbsri_fe_body *body, const mbsri_fe_basis *basis, massive *m)
@@ -44,20 +44,21 @@ static int pick(const mbsri_fe_body *body, const mbsri_fe_basis *basis, massive 
     const size_t n = (size_t)body->n;
     *m = (massive){.count = 0};
     m->mode = mbsri_arena_take(body->arena, (size_t)basis->count * sizeof *m->mode);
-    if (!m->mode) return no_memory(body);
+    if (!m->mode) return no_memory_for_data(body);
     for (int a = 0; a < basis->count; ++a) {
         if (!basis->massless[a]) m->mode[m->count++] = a;
     }
     const size_t count = (size_t)m->count, size = 4 + 3 * count;
     m->Z = mbsri_arena_take(body->arena, n * count * sizeof *m->Z);
     m->G = mbsri_arena_take(body->arena, size * size * sizeof *m->G);
-    if (!m->G) return no_memory(body);
+    if (!m->G) return no_memory_for_data(body);
     for (size_t a = 0; a < count; ++a)
         mbsri_copy(n, basis->Z + n * (size_t)m->mode[a], m->Z + n * a);
     return MBSR_OK;
 }
 
-/* Lumped mass: fields Phi A with the traces of P one and zero, as M has them; A = (traces)^-1/2 changes them least. */
+/* Lumped mass: fields Phi A with the traces of P one and zero, as M has them; A = (traces)^-1/2
+ * changes them least. */
 static int match_masses(const mbsri_fe_body *body, massive *m)
 {
     const int c = m->count, size = 4 + 3 * c;
@@ -67,7 +68,7 @@ static int match_masses(const mbsri_fe_body *body, massive *m)
            *w = mbsri_arena_take(body->arena, (size_t)c * sizeof *w),
            *work = mbsri_arena_take(body->arena, mbsri_fe_eigen_work(c) * sizeof *work),
            *row = mbsri_arena_take(body->arena, all * sizeof *row);
-    if (!row) return no_memory(body);
+    if (!row) return no_memory_for_data(body);
     for (int b = 0; b < c; ++b) {
         for (int a = 0; a < c; ++a) {
             const double *P = m->G + all * (size_t)(4 + 3 * b) + 4 + 3 * a;
@@ -105,7 +106,8 @@ static int match_masses(const mbsri_fe_body *body, massive *m)
 }
 
 /* Ct0, P0 and P of modes with mass; Mf is the traces. */
-static void spread(const massive *m, mbsr_flex_def *def, double *Ct0, double *P0, double *P)
+static void spread_with_mass(const massive *m, mbsr_flex_def *def, double *Ct0, double *P0,
+                             double *P)
 {
     const size_t size = 4 + 3 * (size_t)m->count, rows = 3 * (size_t)def->modes;
     def->mass = m->G[0];
@@ -132,7 +134,7 @@ static int stiffness_and_damping(const mbsri_fe_body *body, const mbsri_fe_basis
     double highest = isfinite(body->def->cutoff) ? body->def->cutoff : 0.0;
     if (body->D.n > 0) {
         double *DZ = mbsri_arena_take(body->arena, n * (size_t)c * sizeof *DZ);
-        if (!DZ) return no_memory(body);
+        if (!DZ) return no_memory_for_data(body);
         mbsri_sparse_multiply(&body->D, c, basis->Z, DZ);
         mbsri_fe_atb(body->n, c, c, basis->Z, DZ, D);
     }
@@ -171,7 +173,7 @@ int mbsri_fe_make_data(const mbsri_fe_body *body, const mbsri_fe_mass *mass,
     double *data =
         mbsri_arena_take(body->arena, (12 * c + 11 * c * c + 6 * c * markers) * sizeof *data);
     mbsr_flex_marker *marker = mbsri_arena_take(body->arena, markers * sizeof *marker);
-    if (!data || !marker) return no_memory(body);
+    if (!data || !marker) return no_memory_for_data(body);
     double *Ct0 = data, *P0 = Ct0 + 3 * c, *P = P0 + 9 * c, *K = P + 9 * c * c, *D = K + c * c,
            *Phi = D + c * c;
     int status = congruence(body, basis, B);
@@ -182,7 +184,7 @@ int mbsri_fe_make_data(const mbsri_fe_body *body, const mbsri_fe_mass *mass,
     if (status) return status;
     mbsr_flex_def def = mbsr_default_flex_def();
     def.modes = basis->count;
-    spread(&m, &def, Ct0, P0, P);
+    spread_with_mass(&m, &def, Ct0, P0, P);
     for (int k = 0; k < body->markers; ++k, Phi += 6 * c) {
         fill_marker(body, basis, k, Phi, Phi + 3 * c);
         marker[k] =

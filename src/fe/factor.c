@@ -63,7 +63,8 @@ static int make_dense(mbsri_factor *f, const mbsri_sparse *A, const double *shif
 #ifdef MBSR_WITH_CHOLMOD
 
 /* A with shift, in a matrix of CHOLMOD's own; NULL: no memory. */
-static cholmod_sparse *copy(const mbsri_sparse *A, const double *shift, cholmod_common *common)
+static cholmod_sparse *copy_shifted(const mbsri_sparse *A, const double *shift,
+                                    cholmod_common *common)
 {
     const size_t n = (size_t)A->n, entries = (size_t)A->start[A->n];
     cholmod_sparse *S = cholmod_allocate_sparse(n, n, entries, 1, 1, -1, CHOLMOD_REAL, common);
@@ -105,7 +106,7 @@ static int check_pivots(const mbsri_factor *f, const mbsri_sparse *A, const doub
 static int make_sparse(mbsri_factor *f, const mbsri_sparse *A, const double *shift, int *column)
 {
     cholmod_common *common = &f->common;
-    cholmod_sparse *S = copy(A, shift, common);
+    cholmod_sparse *S = copy_shifted(A, shift, common);
     if (S) f->sparse = cholmod_analyze(S, common);
     if (f->sparse) cholmod_factorize(S, f->sparse, common);
     cholmod_free_sparse(&S, common);
@@ -114,7 +115,7 @@ static int make_sparse(mbsri_factor *f, const mbsri_sparse *A, const double *shi
     return check_pivots(f, A, shift, column);
 }
 
-static void start(mbsri_factor *f)
+static void start_cholmod(mbsri_factor *f)
 {
     cholmod_start(&f->common);
     f->common.print = 0;
@@ -155,7 +156,7 @@ int mbsri_factor_make(const mbsr_allocator *allocator, mbsr_fe_solver solver, co
     f->arena = arena;
     f->n = A->n;
 #ifdef MBSR_WITH_CHOLMOD
-    start(f);
+    start_cholmod(f);
     const int status = solver == MBSR_FE_SPARSE ? make_sparse(f, A, shift, column)
                                                 : make_dense(f, A, shift, column);
 #else

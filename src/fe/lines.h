@@ -21,10 +21,12 @@ typedef struct mbsri_lines {
 /* The next line that is neither empty nor a comment; false: there is none. */
 bool mbsri_next_line(mbsri_lines *lines);
 
-/* The next word of the line, words being separated by blanks and commas; one that is too long is cut. */
+/* The next word of the line, words being separated by blanks and commas; one that is too long is
+ * cut. */
 bool mbsri_next_word(mbsri_lines *lines, char word[MBSRI_WORD]);
 
-/* Numbers of the line; false: there is none that is finite (then an error text has been written). */
+/* Numbers of the line; false: there is none that is finite (then an error text has been written).
+ */
 bool mbsri_next_number(mbsri_lines *lines, const char *what, double *value);
 bool mbsri_next_integer(mbsri_lines *lines, const char *what, int *value);
 

@@ -1,10 +1,11 @@
 /* Where the mass is: see mass.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Of solids M = Ms x 1, and int g h = g^T Ms h for all fields of the shape functions. Elsewhere mass is lumped: the
- * blocks on the diagonal of M as particles m_k and tensors Theta_k, all scaled by one factor to the whole mass. A tensor
- * is a cloud about its node with int d d^T = tr(Theta) / 2 1 - Theta = sum n_l n_l^T, in which a field g(x) varies
- * by its slope: x by d, a mode by psi x d. Both are Gram matrices, so that M(s) is positive semi-definite for all s. */
+ * Of solids M = Ms x 1, and int g h = g^T Ms h for all fields of the shape functions. Elsewhere
+ * mass is lumped: the blocks on the diagonal of M as particles m_k and tensors Theta_k, all scaled
+ * by one factor to the whole mass. A tensor is a cloud about its node with int d d^T = tr(Theta) /
+ * 2 1 - Theta = sum n_l n_l^T, in which a field g(x) varies by its slope: x by d, a mode by psi x
+ * d. Both are Gram matrices, so that M(s) is positive semi-definite for all s. */
 #include "fe/mass.h"
 
 #include "algebra/dense.h"
@@ -17,7 +18,7 @@
 static const double equal = 1e-9;      /* blocks of solids; mass along the axes */
 static const double indefinite = 1e-9; /* of M scaled to unit diagonal */
 
-static int no_memory(const mbsri_fe_body *body)
+static int no_memory_for_mass(const mbsri_fe_body *body)
 {
     return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
                          "mbsr_fe_reduce: no memory for the mass of %d nodes", body->nodes);
@@ -80,18 +81,19 @@ static int see_solid(const mbsri_fe_body *body, mbsri_fe_mass *mass)
     }
     mbsri_arena_close(&scratch);
     mass->solid = good && solid;
-    return good ? MBSR_OK : no_memory(body);
+    return good ? MBSR_OK : no_memory_for_mass(body);
 }
 
 /* ---- definiteness ---- */
 
-/* A, of which row k belongs to dof[k], positive semi-definite: with a little more on its diagonal it has a factor. */
+/* A, of which row k belongs to dof[k], positive semi-definite: with a little more on its diagonal
+ * it has a factor. */
 static int check_definite(const mbsri_fe_body *body, mbsr_fe_solver solver, const mbsri_sparse *A,
                           const int *dof)
 {
     char label[MBSRI_FE_LABEL];
     double *shift = mbsri_arena_take(body->arena, (size_t)A->n * sizeof *shift);
-    if (!shift) return no_memory(body);
+    if (!shift) return no_memory_for_mass(body);
     for (int j = 0; j < A->n; ++j) {
         const double m = at_diagonal(A, j);
         if (m < 0.0)
@@ -109,7 +111,7 @@ static int check_definite(const mbsri_fe_body *body, mbsr_fe_solver solver, cons
     int column;
     const int status = mbsri_factor_make(&body->def->allocator, solver, A, shift, &factor, &column);
     mbsri_factor_destroy(factor);
-    if (status == MBSR_ERR_NO_MEMORY) return no_memory(body);
+    if (status == MBSR_ERR_NO_MEMORY) return no_memory_for_mass(body);
     if (status)
         return MBSRI_FE_REFUSE("M is indefinite: its elimination comes to a mass below zero at %s, "
                                "where it is %g",
@@ -123,7 +125,7 @@ static int check_axes(const mbsri_fe_body *body)
     const size_t n = (size_t)body->n;
     const double *T = body->T + 3 * n;
     double m[9], *MT = mbsri_arena_take(body->arena, 3 * n * sizeof *MT);
-    if (!MT) return no_memory(body);
+    if (!MT) return no_memory_for_mass(body);
     mbsri_sparse_multiply(&body->M, 3, T, MT);
     mbsri_fe_atb(body->n, 3, 3, T, MT, m);
     for (int k = 0; k < 9; ++k) {
@@ -157,7 +159,7 @@ static int lump(const mbsri_fe_body *body, mbsri_fe_mass *mass)
     double *Theta = mbsri_arena_take(body->arena, 9 * nodes * sizeof *Theta),
            *Mt = mbsri_arena_take(body->arena, n * sizeof *Mt);
     mass->lumped = mbsri_arena_take(body->arena, 10 * nodes * sizeof *Theta);
-    if (!mass->lumped) return no_memory(body);
+    if (!mass->lumped) return no_memory_for_mass(body);
     double sum = 0.0;
     for (int j = 0; j < M->n; ++j) {
         const int node = body->node[j], b = body->direction[j] - 3;
@@ -189,7 +191,7 @@ int mbsri_fe_mass_make(const mbsri_fe_body *body, mbsr_fe_solver solver, mbsri_f
     *mass = (mbsri_fe_mass){.solid = false};
     const size_t most = (size_t)(body->n > body->nodes ? body->n : body->nodes);
     int *dof = mbsri_arena_take(body->arena, most * sizeof *dof);
-    if (!dof) return no_memory(body);
+    if (!dof) return no_memory_for_mass(body);
     int status = see_solid(body, mass);
     if (status) return status;
     const int rows = mass->solid ? body->nodes : body->n;
@@ -264,5 +266,5 @@ int mbsri_fe_gram(const mbsri_fe_body *body, const mbsri_fe_mass *mass, int c, c
         }
     }
     mbsri_arena_close(&scratch);
-    return part ? MBSR_OK : no_memory(body);
+    return part ? MBSR_OK : no_memory_for_mass(body);
 }

@@ -1,14 +1,16 @@
 /* Normal modes: see modes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A = Q K^-1 Q^T M, with Q = 1 - T L^T, is symmetric in the inner product of M, and its largest eigenvalues are
- * theta = 1 / omega^2. Blocks V_1 = A (random), V_2, ... are made M-orthonormal against all before,
+ * A = Q K^-1 Q^T M, with Q = 1 - T L^T, is symmetric in the inner product of M, and its largest
+ * eigenvalues are theta = 1 / omega^2. Blocks V_1 = A (random), V_2, ... are made M-orthonormal
+ * against all before,
  *
  *   A V_j = V_1 H_1j + ... + V_j H_jj + W,   W = V_j+1 B,   G = W^T M W
  *
- * and H = V^T M A V has the Ritz values theta, with residuals |A V y - theta V y| = |W y_j| in the norm of M. All
- * earlier vectors are kept and orthogonalised against twice, so that no eigenvalue shows up a second time; a few solves
- * for each mode are enough, where subspace iteration needs several times as many. */
+ * and H = V^T M A V has the Ritz values theta, with residuals |A V y - theta V y| = |W y_j| in the
+ * norm of M. All earlier vectors are kept and orthogonalised against twice, so that no eigenvalue
+ * shows up a second time; a few solves for each mode are enough, where subspace iteration needs
+ * several times as many. */
 #include "fe/modes.h"
 
 #include "algebra/dense.h"
@@ -87,9 +89,9 @@ static void gram(lanczos *l, int c, double *G)
     mbsri_fe_atb(l->n, c, c, l->W, l->MW, G);
 }
 
-/* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how many, -1: the
- * eigenvalues did not converge. */
-static int normalise(lanczos *l, int c, double least)
+/* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how
+ * many, -1: the eigenvalues did not converge. */
+static int normalise_columns(lanczos *l, int c, double least)
 {
     const size_t n = (size_t)l->n;
     double G[MBSRI_FE_BLOCK * MBSRI_FE_BLOCK], w[MBSRI_FE_BLOCK];
@@ -151,7 +153,8 @@ static bool finished(lanczos *l)
     return false;
 }
 
-/* The block W of c columns joins V; W becomes what A makes of it beyond V, with its Gram matrix in G. */
+/* The block W of c columns joins V; W becomes what A makes of it beyond V, with its Gram matrix in
+ * G. */
 static int take_block(lanczos *l, int c, double *G)
 {
     const size_t n = (size_t)l->n, first = (size_t)l->columns;
@@ -165,7 +168,7 @@ static int take_block(lanczos *l, int c, double *G)
     return find_ritz(l, c, G);
 }
 
-static int iterate(lanczos *l)
+static int lanczos_steps(lanczos *l)
 {
     const mbsri_fe_body *body = l->s->body;
     const size_t n = (size_t)l->n;
@@ -181,7 +184,7 @@ static int iterate(lanczos *l)
     double largest = 0.0;
     for (int k = 0; k < c; ++k) largest = fmax(largest, sqrt(fabs(G[k * (c + 1)])));
     if (!(largest > 0.0)) return MBSR_OK; /* no mass */
-    c = normalise(l, c, rounding * largest);
+    c = normalise_columns(l, c, rounding * largest);
     while (c > 0) {
         int status = take_block(l, c, G);
         if (status) return status;
@@ -189,7 +192,7 @@ static int iterate(lanczos *l)
         status = mbsri_fe_tell(body, "normal modes", (double)l->converged / l->wanted);
         if (status) return status;
         if (l->columns > 20 * l->wanted + 200) return MBSR_NO_CONVERGENCE;
-        c = normalise(l, c, rounding * l->theta[l->columns - 1]);
+        c = normalise_columns(l, c, rounding * l->theta[l->columns - 1]);
     }
     /* nothing is left: all that there are */
     l->converged = c < 0 ? 0 : l->columns < l->wanted ? l->columns : l->wanted;
@@ -233,7 +236,7 @@ int mbsri_fe_find_modes(mbsri_fe_statics *s, const double *L, mbsri_fe_modes *mo
     const size_t block = (size_t)body->n * MBSRI_FE_BLOCK;
     l.W = mbsri_arena_take(body->arena, block * sizeof *l.W);
     l.MW = mbsri_arena_take(body->arena, block * sizeof *l.MW);
-    int status = l.MW && grow(&l) ? iterate(&l) : MBSR_ERR_NO_MEMORY;
+    int status = l.MW && grow(&l) ? lanczos_steps(&l) : MBSR_ERR_NO_MEMORY;
     if (!status) status = hand_over(&l, modes);
     const int basis = l.columns;
     mbsri_arena_close(&l.memory);

@@ -53,7 +53,8 @@ static int read_banner(mbsri_lines *l, int *whole)
     return mbsri_line_ends(l) ? MBSR_OK : MBSR_ERR_FILE;
 }
 
-static int read_entry(mbsri_lines *l, const mbsr_fe_matrix *A, int *row, int *column, double *value)
+static int read_matrix_entry(mbsri_lines *l, const mbsr_fe_matrix *A, int *row, int *column,
+                             double *value)
 {
     if (!mbsri_next_integer(l, "a row", row) || !mbsri_next_integer(l, "a column", column) ||
         !mbsri_next_number(l, "a value", value) || !mbsri_line_ends(l))
@@ -108,7 +109,7 @@ static int read_matrix(mbsri_arena *arena, const mbsr_fe_text *text, const char 
     for (int k = 0; k < entries; ++k) {
         if (!mbsri_next_line(&l))
             return mbsri_refuse_line(&l, "the file ends after %d of %d entries", k, entries);
-        status = read_entry(&l, A, row + k, column + k, value + k);
+        status = read_matrix_entry(&l, A, row + k, column + k, value + k);
         if (status) return status;
     }
     if (mbsri_next_line(&l)) return mbsri_refuse_line(&l, "more than %d entries", entries);
@@ -249,8 +250,8 @@ static int read_markers(mbsri_arena *arena, const mbsr_fe_text *text, mbsr_fe_in
 
 /* ---- all ---- */
 
-static int read(mbsri_arena *arena, const mbsr_fe_files *files, mbsr_fe_input *input,
-                mbsr_error *error)
+static int read_files(mbsri_arena *arena, const mbsr_fe_files *files, mbsr_fe_input *input,
+                      mbsr_error *error)
 {
     mbsr_fe_def *def = &input->def;
     const mbsr_fe_text *const text[3] = {&files->K, &files->M, &files->D};
@@ -272,7 +273,7 @@ static int read(mbsri_arena *arena, const mbsr_fe_files *files, mbsr_fe_input *i
     return status ? status : read_markers(arena, &files->markers, input, error);
 }
 
-static int check(const mbsr_fe_files *files, mbsr_error *error)
+static int check_files(const mbsr_fe_files *files, mbsr_error *error)
 {
     const char *missing = !files->K.text         ? "K"
                           : !files->M.text       ? "M"
@@ -296,7 +297,7 @@ int mbsr_fe_read(const mbsr_fe_files *files, const mbsr_allocator *allocator, mb
     if (!allocator->allocate != !allocator->release)
         return mbsri_fe_fail(error, MBSR_ERR_VALUE,
                              "mbsr_fe_read: allocator has one of its two functions only");
-    int status = check(files, error);
+    int status = check_files(files, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, allocator);
@@ -305,7 +306,7 @@ int mbsr_fe_read(const mbsr_fe_files *files, const mbsr_allocator *allocator, mb
         full->arena = arena;
         full->input.def = mbsr_default_fe_def();
         full->input.def.allocator = *allocator;
-        status = read(&full->arena, files, &full->input, error);
+        status = read_files(&full->arena, files, &full->input, error);
         if (!status)
             *input = &full->input;
         else

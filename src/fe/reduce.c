@@ -17,7 +17,7 @@ mbsr_fe_def mbsr_default_fe_def(void)
 #define REFUSE(...) mbsri_fe_fail(error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
 #define REFUSE_NULL(...) mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_reduce: " __VA_ARGS__)
 
-static int check_numbers(const mbsr_fe_def *def, mbsr_error *error)
+static int check_limits(const mbsr_fe_def *def, mbsr_error *error)
 {
     if (!(def->frequency >= 0.0) || !(def->cutoff >= 0.0))
         return REFUSE("frequency is %g, cutoff %g; neither may be negative", def->frequency,
@@ -35,7 +35,7 @@ static int check_numbers(const mbsr_fe_def *def, mbsr_error *error)
     return MBSR_OK;
 }
 
-static int check(const mbsr_fe_def *def, mbsr_error *error)
+static int check_reduction(const mbsr_fe_def *def, mbsr_error *error)
 {
     if (def->cookie != COOKIE)
         return mbsri_fe_fail(error, MBSR_ERR_NO_DEFAULT,
@@ -54,7 +54,7 @@ static int check(const mbsr_fe_def *def, mbsr_error *error)
             "modes is %d, %d markers are loaded; six modes for each of them and modes may "
             "be at most %d together",
             def->modes, loads, MBSR_MAX_MODES);
-    return check_numbers(def, error);
+    return check_limits(def, error);
 }
 
 static int find_basis(mbsri_fe_statics *s, mbsri_fe_modes *modes, mbsri_fe_basis *basis)
@@ -69,8 +69,8 @@ static int find_basis(mbsri_fe_statics *s, mbsri_fe_modes *modes, mbsri_fe_basis
     return status ? status : mbsri_fe_make_basis(s, modes, basis);
 }
 
-static int reduce(mbsri_fe_body *body, mbsri_fe_statics *s, mbsr_flex **flex,
-                  mbsr_fe_report **report)
+static int reduce_body(mbsri_fe_body *body, mbsri_fe_statics *s, mbsr_flex **flex,
+                       mbsr_fe_report **report)
 {
     mbsri_fe_mass mass;
     mbsri_fe_modes modes;
@@ -105,13 +105,13 @@ int mbsr_fe_reduce(const mbsr_fe_def *def, mbsr_flex **flex, mbsr_fe_report **re
     if (!def || !flex)
         return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_reduce: %s is NULL",
                              !def ? "def" : "flex");
-    int status = check(def, error);
+    int status = check_reduction(def, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &def->allocator);
     mbsri_fe_body body = {.def = def, .arena = &arena, .error = error};
     mbsri_fe_statics statics = {.factor = NULL};
-    status = reduce(&body, &statics, flex, report);
+    status = reduce_body(&body, &statics, flex, report);
     mbsri_factor_destroy(statics.factor);
     mbsri_arena_close(&arena);
     if (status) {

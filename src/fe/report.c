@@ -40,10 +40,11 @@ static void see_modes(const mbsri_fe_basis *basis, const double *D, const double
     }
 }
 
-/* Rows of modes with mass, and the rigid ones, of M(0) and B: the lowest eigenvalue of M(0) scaled to unit diagonal, and the
- * largest difference so scaled. A: size x size of M(0), of which the picked part is left. */
-static bool compare(const mbsri_fe_basis *basis, double *A, const double *B, double *work,
-                    mbsr_fe_report *r)
+/* Rows of modes with mass, and the rigid ones, of M(0) and B: the lowest eigenvalue of M(0) scaled
+ * to unit diagonal, and the largest difference so scaled. A: size x size of M(0), of which the
+ * picked part is left. */
+static bool compare_mass_matrices(const mbsri_fe_basis *basis, double *A, const double *B,
+                                  double *work, mbsr_fe_report *r)
 {
     const int size = 6 + basis->count;
     double *w = work, *rest = work + size, *S = rest + mbsri_fe_eigen_work(size);
@@ -70,8 +71,8 @@ static bool compare(const mbsri_fe_basis *basis, double *A, const double *B, dou
 
 /* ---- text ---- */
 
-static void put(mbsri_writer *w, const char *format, ...) MBSRI_FORMAT(2, 3);
-static void put(mbsri_writer *w, const char *format, ...)
+static void put_line(mbsri_writer *w, const char *format, ...) MBSRI_FORMAT(2, 3);
+static void put_line(mbsri_writer *w, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -88,38 +89,41 @@ static void put_shares(mbsri_writer *w, const double *share, const double *whole
     for (int k = 0; k < 6; ++k) {
         const int c = order[k];
         const double all = whole ? whole[c] : 1.0;
-        put(w, " %7.4f", all > 0.0 ? share[c] / all : 0.0);
+        put_line(w, " %7.4f", all > 0.0 ? share[c] / all : 0.0);
     }
-    put(w, "\n");
+    put_line(w, "\n");
 }
 
 static void write_table(const mbsr_fe_report *r, mbsri_writer *w)
 {
     const double pi = 3.14159265358979323846;
     const double whole[6] = {r->J[0], r->J[4], r->J[8], r->mass, r->mass, r->mass};
-    put(w, "%d dofs, %d nodes; factor by %s: %.4g entries, %d solves\n", r->dofs, r->nodes,
-        r->solver == MBSR_FE_SPARSE ? "CHOLMOD" : "LAPACK", r->entries, r->solves);
-    put(w, "mass %.7g kg, moments of inertia about the root %.5g, %.5g, %.5g kg m^2\n", r->mass,
-        r->J[0], r->J[4], r->J[8]);
-    put(w, "%d normal modes; %d unit loads with static modes, %d of them dependent\n", r->normal,
-        r->loads, r->dependent);
-    put(w, "                                       part of the mass moved along, inertia about\n");
-    put(w, "mode  omega rad/s         Hz  damping        x       y       z       x       y       "
-           "z\n");
+    put_line(w, "%d dofs, %d nodes; factor by %s: %.4g entries, %d solves\n", r->dofs, r->nodes,
+             r->solver == MBSR_FE_SPARSE ? "CHOLMOD" : "LAPACK", r->entries, r->solves);
+    put_line(w, "mass %.7g kg, moments of inertia about the root %.5g, %.5g, %.5g kg m^2\n",
+             r->mass, r->J[0], r->J[4], r->J[8]);
+    put_line(w, "%d normal modes; %d unit loads with static modes, %d of them dependent\n",
+             r->normal, r->loads, r->dependent);
+    put_line(
+        w, "                                       part of the mass moved along, inertia about\n");
+    put_line(w,
+             "mode  omega rad/s         Hz  damping        x       y       z       x       y       "
+             "z\n");
     for (int a = 0; a < r->modes; ++a) {
         const mbsr_fe_mode *mode = r->mode + a;
-        put(w, "%4d %12.6g %10.5g", a, mode->omega, mode->omega / (2.0 * pi));
+        put_line(w, "%4d %12.6g %10.5g", a, mode->omega, mode->omega / (2.0 * pi));
         if (mode->massless) {
-            put(w, "  massless\n");
+            put_line(w, "  massless\n");
         } else {
-            put(w, " %8.4g ", mode->damping);
+            put_line(w, " %8.4g ", mode->damping);
             put_shares(w, mode->effective, whole);
         }
     }
-    put(w, "lost, moved by no mode with mass:     ");
+    put_line(w, "lost, moved by no mode with mass:     ");
     put_shares(w, r->lost, NULL);
-    put(w, "rigid motions cost %.2g; lowest eigenvalue of M(0) %.3g; off the matrices by %.2g\n",
-        r->rigid, r->definite, r->difference);
+    put_line(w,
+             "rigid motions cost %.2g; lowest eigenvalue of M(0) %.3g; off the matrices by %.2g\n",
+             r->rigid, r->definite, r->difference);
 }
 
 /* The table, in memory of the report. */
@@ -137,8 +141,8 @@ static bool make_text(full_report *full)
 
 /* ---- both ---- */
 
-static int fill(full_report *full, const mbsri_fe_statics *s, const mbsri_fe_modes *modes,
-                const mbsri_fe_basis *basis, const mbsr_flex *flex, const double *B)
+static int fill_report(full_report *full, const mbsri_fe_statics *s, const mbsri_fe_modes *modes,
+                       const mbsri_fe_basis *basis, const mbsr_flex *flex, const double *B)
 {
     mbsr_fe_report *r = &full->report;
     mbsr_flex_def data;
@@ -150,7 +154,7 @@ static int fill(full_report *full, const mbsri_fe_statics *s, const mbsri_fe_mod
     mbsr_fe_mode *mode = mbsri_arena_take(&full->arena, count * sizeof *mode);
     if (!omega || !work || !mode) return MBSR_ERR_NO_MEMORY;
     double *A = work, *at_rest = A + all * all, *rest = at_rest + all;
-    if (mbsr_flex_data(flex, &data) || mbsr_flex_mass_matrix(flex, at_rest, A))
+    if (mbsr_flex_definition(flex, &data) || mbsr_flex_mass_matrix(flex, at_rest, A))
         return MBSR_NOT_FINITE;
     mbsri_copy((size_t)modes->count, modes->omega, omega);
     *r = (mbsr_fe_report){.dofs = s->body->n,
@@ -169,7 +173,7 @@ static int fill(full_report *full, const mbsri_fe_statics *s, const mbsri_fe_mod
     mbsri_copy(3, data.c0, r->c0);
     for (size_t k = 0; k < 9; ++k) r->J[k] = A[all * (k / 3) + k % 3];
     see_modes(basis, data.D, B, mode, r->lost);
-    if (!compare(basis, A, B, rest, r)) return MBSR_EIGEN_FAILED;
+    if (!compare_mass_matrices(basis, A, B, rest, r)) return MBSR_EIGEN_FAILED;
     return make_text(full) ? MBSR_OK : MBSR_ERR_NO_MEMORY;
 }
 
@@ -183,7 +187,7 @@ int mbsri_fe_make_report(const mbsri_fe_statics *s, const mbsri_fe_modes *modes,
     int status = MBSR_ERR_NO_MEMORY;
     if (full) {
         full->arena = arena;
-        status = fill(full, s, modes, basis, flex, B);
+        status = fill_report(full, s, modes, basis, flex, B);
         if (!status)
             *report = &full->report;
         else

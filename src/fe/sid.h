@@ -17,7 +17,8 @@ typedef struct mbsri_taylor {
     bool more;  /* it has an m1 that is not zero */
 } mbsri_taylor;
 
-/* The matrices of a file: X(name, shape: rows, columns, whether m1 is wanted, whether it must be there); n: modes. */
+/* The matrices of a file: X(name, shape: rows, columns, whether m1 is wanted, whether it must be
+ * there); n: modes. */
 #define MBSRI_SID_BLOCKS(X)                                                                        \
     X(mdCM, 3, 1, true, true)                                                                      \
     X(J, 6, 1, true, true)                                                                         \
@@ -56,8 +57,8 @@ typedef struct mbsri_sid_integrals {
     double *Ct0, *P0, *P, *Mf; /* 3 n, 9 n, 9 n n, n n */
 } mbsri_sid_integrals;
 
-/* Tries whether these are integrals of a body, and makes them so as far as `change` allows. Writes keep_coupling,
- * keep_strain, keep_rest and changed_P of the report, of which it reads definite. */
+/* Tries whether these are integrals of a body, and makes them so as far as `change` allows. Writes
+ * keep_coupling, keep_strain, keep_rest and changed_P of the report, of which it reads definite. */
 int mbsri_sid_fit(mbsri_arena *arena, mbsr_sid_change change, mbsri_sid_integrals *s,
                   mbsr_sid_report *report, mbsr_error *error);
 

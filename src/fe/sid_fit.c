@@ -1,15 +1,17 @@
 /* Integrals of a SID file made those of a body: see sid.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * G = int (1, x) (1, x)^T is the mass matrix of motions u = a + B x along one axis, C = int (1, x) Phi^T couples modes to
- * them. In Z = G^-1/2 C, column by column for the three axes, rigid motions span a space of six; a mode's mass has four parts,
+ * G = int (1, x) (1, x)^T is the mass matrix of motions u = a + B x along one axis, C = int (1, x)
+ * Phi^T couples modes to them. In Z = G^-1/2 C, column by column for the three axes, rigid motions
+ * span a space of six; a mode's mass has four parts,
  *
  *   Mf = Zr^T Zr  +  Zs^T Zs  +  sum_i S_ii  +  R,     Z = Zr + Zs,   P = Z^T Z + S
  *
- * what moves with rigid motions (Ct and Cr say), with strains (J.m1), the rest of its displacements (Oe.m1, Cr.m1), and inertia
- * of rotations. There is a body exactly if S and R are positive semi-definite. So S loses its negative eigenvalues, and each
- * part in its turn is scaled down by X <- X (B x 1), with the B that changes least, where it is more than what is left
- * of Mf. M(0) knows only the first part. */
+ * what moves with rigid motions (Ct and Cr say), with strains (J.m1), the rest of its displacements
+ * (Oe.m1, Cr.m1), and inertia of rotations. There is a body exactly if S and R are positive
+ * semi-definite. So S loses its negative eigenvalues, and each part in its turn is scaled down by X
+ * <- X (B x 1), with the B that changes least, where it is more than what is left of Mf. M(0) knows
+ * only the first part. */
 #include "fe/sid.h"
 
 #include "algebra/dense.h"
@@ -150,10 +152,10 @@ static void traces_of(int n, int r, const double *X, double *T)
     }
 }
 
-/* Basis Q (n x *m) of what A and B (positive semi-definite) have together, Q^T (A + B) Q = 1 and Q^T B Q = diag(tau), and
- * the dual basis Y, Y^T Q = 1. Q, Y: n x n; X, work: scratch. */
-static int diagonalise(const fit *f, int n, const double *A, const double *B, double *Q, double *Y,
-                       double *tau, int *m, double *X)
+/* Basis Q (n x *m) of what A and B (positive semi-definite) have together, Q^T (A + B) Q = 1 and
+ * Q^T B Q = diag(tau), and the dual basis Y, Y^T Q = 1. Q, Y: n x n; X, work: scratch. */
+static int common_basis(const fit *f, int n, const double *A, const double *B, double *Q, double *Y,
+                        double *tau, int *m, double *X)
 {
     double *scale = tau, root[MBSR_MAX_MODES];
     int kept = 0;
@@ -190,7 +192,8 @@ static int diagonalise(const fit *f, int n, const double *A, const double *B, do
 }
 
 /* W (n x n) = sum_k factor_k Q_k Y_k^T */
-static void combine(int n, int m, const double *Q, const double *Y, const double *factor, double *W)
+static void combine_pairs(int n, int m, const double *Q, const double *Y, const double *factor,
+                          double *W)
 {
     mbsri_zero((size_t)(n * n), W);
     for (int k = 0; k < m; ++k) {
@@ -201,7 +204,7 @@ static void combine(int n, int m, const double *Q, const double *Y, const double
 }
 
 /* X (r x 3 n) <- X (A x 1), A n x n */
-static void mix(int n, int r, const double *A, double *X, double *row)
+static void mix_blocks(int n, int r, const double *A, double *X, double *row)
 {
     for (int k = 0; k < r; ++k) {
         for (int b = 0; b < 3 * n; ++b) row[b] = X[r * b + k];
@@ -215,15 +218,15 @@ static void mix(int n, int r, const double *A, double *X, double *row)
 
 /* ---- the steps ---- */
 
-/* B (n x n) that scales a part of which T (n x n) are the traces down to what is left of Mf; *keep: least factor, 1:
- * nothing is to be scaled. T, X, Q, Y: scratch of n x n besides. */
+/* B (n x n) that scales a part of which T (n x n) are the traces down to what is left of Mf; *keep:
+ * least factor, 1: nothing is to be scaled. T, X, Q, Y: scratch of n x n besides. */
 static int contract(fit *f, const double *T, double *B, double *keep)
 {
     const int n = f->n;
     const size_t square = (size_t)n * (size_t)n;
     double *Q = f->U, *Y = f->V, *X = f->U + square;
     int m;
-    const int status = diagonalise(f, n, f->rest, T, Q, Y, f->w, &m, X);
+    const int status = common_basis(f, n, f->rest, T, Q, Y, f->w, &m, X);
     if (status) return status;
     *keep = 1.0;
     for (int k = 0; k < m; ++k) { /* what is left has 1 - tau, the part tau */
@@ -231,7 +234,7 @@ static int contract(fit *f, const double *T, double *B, double *keep)
         f->w[k] = tau <= 0.5 * (1.0 + rounding) ? 1.0 : sqrt(fmax(1.0 - tau, 0.0) / tau);
         *keep = fmin(*keep, f->w[k]);
     }
-    if (*keep < 1.0) combine(n, m, Q, Y, f->w, B);
+    if (*keep < 1.0) combine_pairs(n, m, Q, Y, f->w, B);
     return MBSR_OK;
 }
 
@@ -243,7 +246,7 @@ static int fit_part(fit *f, int r, double *X, double *keep)
     const int status = contract(f, T, B, keep);
     if (status) return status;
     if (*keep < 1.0) {
-        mix(f->n, r, B, X, f->w);
+        mix_blocks(f->n, r, B, X, f->w);
         traces_of(f->n, r, X, T);
     }
     for (int k = 0; k < f->n * f->n; ++k) f->rest[k] -= T[k];
@@ -268,7 +271,7 @@ static int take_root_of_rest(fit *f)
     return MBSR_OK;
 }
 
-static bool make(fit *f)
+static bool make_fit(fit *f)
 {
     const size_t n = (size_t)f->n, rows = 3 * n, most = rows > 4 ? rows : 4;
     double **const array[] = {&f->Zr, &f->Zs, &f->S, &f->F, &f->rest,
@@ -297,7 +300,7 @@ static void put_together(fit *f)
 }
 
 /* Largest difference of f->T from P beside modal masses. */
-static double compare(const fit *f)
+static double largest_difference_from_P(const fit *f)
 {
     const int n = f->n, rows = 3 * n;
     const double *Mf = f->s->Mf;
@@ -332,7 +335,7 @@ int mbsri_sid_fit(mbsri_arena *arena, mbsr_sid_change change, mbsri_sid_integral
     fit fitted = {.arena = arena, .s = s, .error = error, .n = s->n};
     fit *f = &fitted;
     const size_t n = (size_t)s->n, rows = 3 * n;
-    if (!make(f)) return MBSR_ERR_NO_MEMORY;
+    if (!make_fit(f)) return MBSR_ERR_NO_MEMORY;
     int status = take_root(f);
     if (status) return status;
     couple(f);
@@ -345,7 +348,7 @@ int mbsri_sid_fit(mbsri_arena *arena, mbsr_sid_change change, mbsri_sid_integral
     if (!status) status = fit_part(f, (int)rows, f->F, &r->keep_rest);
     if (status) return status;
     put_together(f);
-    r->changed_P = compare(f);
+    r->changed_P = largest_difference_from_P(f);
     status = judge(f, change, r);
     if (status) return status;
     uncouple(f); /* in any case: what rounding leaves where a field is zero would be of no body */

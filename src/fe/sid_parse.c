@@ -40,7 +40,7 @@ static int next_key(parser *p)
     return MBSR_OK;
 }
 
-static bool is(const parser *p, const char *key)
+static bool has_key(const parser *p, const char *key)
 {
     return mbsri_same_word(p->key, key);
 }
@@ -53,7 +53,7 @@ static int wanted(const parser *p, const char *key)
 static int expect(parser *p, const char *key)
 {
     const int status = next_key(p);
-    return status || is(p, key) ? status : wanted(p, key);
+    return status || has_key(p, key) ? status : wanted(p, key);
 }
 
 /* The text behind the =. */
@@ -113,7 +113,7 @@ static int read_head(parser *p, const char *name, mbsri_taylor *t, bool first, i
     return MBSR_OK;
 }
 
-static int read_entry(parser *p, const char *name, mbsri_taylor *t, int structure)
+static int read_taylor_entry(parser *p, const char *name, mbsri_taylor *t, int structure)
 {
     const bool zeroth = strncmp(p->key, "m0", 2) == 0;
     const int most[3] = {t->rows, zeroth ? t->columns : p->sid->modes, t->columns};
@@ -149,8 +149,8 @@ static int read_matrix(parser *p, const char *name, int rows, int columns, bool 
     int status = read_head(p, name, t, first, &structure);
     while (!status) {
         status = next_key(p);
-        if (status || is(p, end)) break;
-        status = read_entry(p, name, t, structure);
+        if (status || has_key(p, end)) break;
+        status = read_taylor_entry(p, name, t, structure);
     }
     return status;
 }
@@ -172,12 +172,12 @@ static int read_refmod(parser *p)
     for (;;) {
         int status = next_key(p), modes;
         if (status) return status;
-        if (is(p, "endrefmod")) break;
-        if (is(p, "mass")) {
+        if (has_key(p, "endrefmod")) break;
+        if (has_key(p, "mass")) {
             mass = true;
             if (!mbsri_next_number(p->l, "the mass", &p->sid->mass) || !mbsri_line_ends(p->l))
                 return MBSR_ERR_FILE;
-        } else if (is(p, "nelastq")) {
+        } else if (has_key(p, "nelastq")) {
             if (!mbsri_next_integer(p->l, "the number of modes", &modes) || !mbsri_line_ends(p->l))
                 return MBSR_ERR_FILE;
             if (modes != p->sid->modes)
@@ -203,15 +203,15 @@ static int read_node(parser *p)
     for (;;) {
         int status = next_key(p);
         if (status) return status;
-        if (is(p, "endnode")) break;
-        if (is(p, "rframe")) continue;
-        if (is(p, "origin"))
+        if (has_key(p, "endnode")) break;
+        if (has_key(p, "rframe")) continue;
+        if (has_key(p, "origin"))
             status = read_matrix(p, "origin", 3, 1, true, &node->origin);
-        else if (is(p, "phi"))
+        else if (has_key(p, "phi"))
             status = read_matrix(p, "phi", 3, n, false, &node->phi);
-        else if (is(p, "psi"))
+        else if (has_key(p, "psi"))
             status = read_matrix(p, "psi", 3, n, false, &node->psi);
-        else if (is(p, "AP"))
+        else if (has_key(p, "AP"))
             status = read_matrix(p, "AP", 3, 3, false, &node->AP);
         else
             status = wanted(p, "rframe, origin, phi, psi, AP or end node");
@@ -227,8 +227,8 @@ static int read_frame(parser *p)
 {
     for (;;) {
         int status = next_key(p);
-        if (status || is(p, "endframe")) return status;
-        status = is(p, "newnode") ? read_node(p) : wanted(p, "new node or end frame");
+        if (status || has_key(p, "endframe")) return status;
+        status = has_key(p, "newnode") ? read_node(p) : wanted(p, "new node or end frame");
         if (status) return status;
     }
 }
@@ -240,7 +240,7 @@ static int read_block(parser *p)
     mbsri_sid *sid = p->sid;
     const int n = sid->modes;
 #define READ(name, rows, columns, first, must)                                                     \
-    if (is(p, #name)) return read_matrix(p, #name, rows, columns, first, &sid->name);
+    if (has_key(p, #name)) return read_matrix(p, #name, rows, columns, first, &sid->name);
     MBSRI_SID_BLOCKS(READ)
 #undef READ
     return mbsri_refuse_line(p->l, "'%.40s' is nothing that a SID file has", p->key);
@@ -295,12 +295,12 @@ int mbsri_sid_parse(mbsri_arena *arena, mbsri_lines *lines, mbsri_sid *sid)
     if (!status) status = expect(&p, "newmodal");
     while (!status) {
         status = next_key(&p);
-        if (status || is(&p, "endmodal")) break;
-        if (is(&p, "refmod")) {
+        if (status || has_key(&p, "endmodal")) break;
+        if (has_key(&p, "refmod")) {
             refmod = true;
             status = read_refmod(&p);
         } else {
-            status = is(&p, "frame") ? read_frame(&p) : read_block(&p);
+            status = has_key(&p, "frame") ? read_frame(&p) : read_block(&p);
         }
     }
     if (!status) status = expect(&p, "endpart");

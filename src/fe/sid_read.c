@@ -4,7 +4,8 @@
  *   c0 = mdCM.m0,  Ct0 = Ct.m0,  Mf = Me,  K = Ke,  D = De,  N0 = tr(J) / 2 1 - J
  *   P0_a + P0_a^T = tr(J1) / 2 1 - J1,  J1 = d J / d q_a,      axial(P0_a) = Cr.m0
  *   axial(P_ba) = d Cr_a / d q_b,      symmetric part of P_ba:  d Oe_a / d q_b
- *   row a of Oe = -(Eyy + Ezz), -(Exx + Ezz), -(Exx + Eyy), Exy + Eyx, Eyz + Ezy, Exz + Ezx  of E_a = int rho Phi_a^T
+ *   row a of Oe = -(Eyy + Ezz), -(Exx + Ezz), -(Exx + Eyy), Exy + Eyx, Eyz + Ezy, Exz + Ezx
+ *       of E_a = int rho Phi_a^T
  *
  * Gr and Ge follow from these and are not looked at. */
 #include "algebra/dense.h"
@@ -48,7 +49,7 @@ static void tensor(const double v[6], double A[9])
 }
 
 /* E of its symmetric part S2 = E + E^T and a = axial(E); column-major. */
-static void join(const double S2[9], const double a[3], double E[9])
+static void matrix_of_parts(const double S2[9], const double a[3], double E[9])
 {
     for (int k = 0; k < 9; ++k) E[k] = 0.5 * S2[k];
     for (int c = 0; c < 3; ++c) {
@@ -81,7 +82,7 @@ static void first_order(reader *r)
         }
         tensor(sid->J.m1 ? sid->J.m1 + 6 * a : zero, S2);
         moments(S2);
-        join(S2, axial, r->s.P0 + 9 * a);
+        matrix_of_parts(S2, axial, r->s.P0 + 9 * a);
     }
 }
 
@@ -134,14 +135,14 @@ static void second_order(reader *r)
                 }
                 from_oe(one, S2);
             }
-            join(S2, axial, E); /* P_ba: block of rows b, columns a */
+            matrix_of_parts(S2, axial, E); /* P_ba: block of rows b, columns a */
             for (int k = 0; k < 9; ++k)
                 r->s.P[(size_t)rows * (size_t)(3 * a + k / 3) + (size_t)(3 * b + k % 3)] = E[k];
         }
     }
 }
 
-static bool fill(reader *r)
+static bool fill_integrals(reader *r)
 {
     mbsri_sid_integrals *s = &r->s;
     const size_t n = (size_t)r->sid.modes;
@@ -255,7 +256,7 @@ static int check_masses(const reader *r)
 
 /* ---- results ---- */
 
-static int create(reader *r, mbsr_flex **flex)
+static int create_flex(reader *r, mbsr_flex **flex)
 {
     const mbsri_sid *sid = &r->sid;
     mbsr_flex_def def = mbsr_default_flex_def();
@@ -330,20 +331,21 @@ static int make_report(const reader *r, mbsr_sid_report **report)
     return MBSR_OK;
 }
 
-static int read(reader *r, mbsr_flex **flex, mbsr_sid_report **report)
+static int read_sid(reader *r, mbsr_flex **flex, mbsr_sid_report **report)
 {
     int status = mbsri_sid_parse(r->arena, &r->lines, &r->sid);
-    if (!status && !fill(r)) status = MBSR_ERR_NO_MEMORY;
+    if (!status && !fill_integrals(r)) status = MBSR_ERR_NO_MEMORY;
     if (!status) status = check_masses(r);
     if (!status) status = see_definiteness(r);
     if (status) return status;
     see_relations(r);
     status = mbsri_sid_fit(r->arena, r->opt->change, &r->s, &r->report, r->error);
-    if (!status) status = create(r, flex);
+    if (!status) status = create_flex(r, flex);
     return status || !report ? status : make_report(r, report);
 }
 
-static int check(const char *text, const mbsr_sid_opt *opt, mbsr_flex **flex, mbsr_error *error)
+static int check_sid_arguments(const char *text, const mbsr_sid_opt *opt, mbsr_flex **flex,
+                               mbsr_error *error)
 {
     if (!text || !flex)
         return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_sid_read: %s is NULL",
@@ -368,7 +370,7 @@ int mbsr_sid_read(const char *text, size_t size, const char *name, const mbsr_si
     if (flex) *flex = NULL;
     if (report) *report = NULL;
     if (!opt) opt = &standard;
-    int status = check(text, opt, flex, error);
+    int status = check_sid_arguments(text, opt, flex, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->allocator);
@@ -381,7 +383,7 @@ int mbsr_sid_read(const char *text, size_t size, const char *name, const mbsr_si
                           .error = error},
                 .opt = opt,
                 .error = error};
-    status = read(&r, flex, report);
+    status = read_sid(&r, flex, report);
     mbsri_arena_close(&arena);
     if (!status) return MBSR_OK;
     mbsr_flex_destroy(*flex);

@@ -19,8 +19,8 @@ typedef struct writer {
     const mbsr_flex_def *d;
 } writer;
 
-static void put(writer *w, const char *format, ...) MBSRI_FORMAT(2, 3);
-static void put(writer *w, const char *format, ...)
+static void put_text(writer *w, const char *format, ...) MBSRI_FORMAT(2, 3);
+static void put_text(writer *w, const char *format, ...)
 {
     char line[512];
     va_list arguments;
@@ -33,7 +33,7 @@ static void put(writer *w, const char *format, ...)
 /* "   key   =   value" */
 static void put_key(writer *w, const char *key, int value)
 {
-    put(w, "%s     %-22s=%5d\n", w->indent, key, value);
+    put_text(w, "%s     %-22s=%5d\n", w->indent, key, value);
 }
 
 static void put_value(writer *w, const char *entry, double value)
@@ -42,7 +42,7 @@ static void put_value(writer *w, const char *entry, double value)
     mbsri_fe_print(number, sizeof number, "%.16E", value);
     char *exponent = strchr(number, 'E');
     if (exponent) *exponent = 'D';
-    put(w, "%s     %-22s=%s%s\n", w->indent, entry, value < 0.0 ? "" : " ", number);
+    put_text(w, "%s     %-22s=%s%s\n", w->indent, entry, value < 0.0 ? "" : " ", number);
 }
 
 static void put0(writer *w, int i, int j, double value)
@@ -64,7 +64,7 @@ static void put1(writer *w, int i, int k, int j, double value)
 static void open_matrix(writer *w, const char *name, int order, int rows, int columns)
 {
     enum { FULL = 3 };
-    put(w, "%s%s\n", w->indent, name);
+    put_text(w, "%s%s\n", w->indent, name);
     put_key(w, "order", order);
     put_key(w, "nrow", rows);
     put_key(w, "ncol", columns);
@@ -75,7 +75,7 @@ static void open_matrix(writer *w, const char *name, int order, int rows, int co
 
 static void close_matrix(writer *w, const char *name)
 {
-    put(w, "%send %s\n", w->indent, name);
+    put_text(w, "%send %s\n", w->indent, name);
 }
 
 /* A (rows x columns) without first derivatives. */
@@ -182,7 +182,7 @@ static void put_gyroscopic(writer *w)
 }
 
 /* d(exp([psi]x) R) / ds = [psi]x R */
-static double turned(const double psi[3], const double *column, int i)
+static double turned_column(const double psi[3], const double *column, int i)
 {
     const int p = (i + 1) % 3, q = (i + 2) % 3;
     return psi[p] * column[q] - psi[q] * column[p];
@@ -192,8 +192,8 @@ static void put_node(writer *w, int k)
 {
     const mbsr_flex_marker *marker = w->d->marker + k;
     const int n = w->d->modes;
-    put(w, "                new node                        =%5d\n", k + 1);
-    put(w, "                     rframe                     =    body ref\n");
+    put_text(w, "                new node                        =%5d\n", k + 1);
+    put_text(w, "                     rframe                     =    body ref\n");
     w->indent = "                     ";
     open_matrix(w, "origin", 1, 3, 1);
     for (int i = 0; i < 3; ++i) put0(w, i, 0, marker->frame.x[i]);
@@ -208,31 +208,32 @@ static void put_node(writer *w, int k)
     for (int a = 0; a < n; ++a) {
         for (int l = 0; l < 9; ++l)
             put1(w, l % 3, a, l / 3,
-                 turned(marker->Psi + 3 * a, marker->frame.R + 3 * (l / 3), l % 3));
+                 turned_column(marker->Psi + 3 * a, marker->frame.R + 3 * (l / 3), l % 3));
     }
     close_matrix(w, "AP");
-    put(w, "                end node\n");
+    put_text(w, "                end node\n");
 }
 
 static void put_file(writer *w, const char *name)
 {
     const mbsr_flex_def *d = w->d;
-    put(w, "%5d%5d : nodes, modes; without geometric stiffening\n part\n", d->markers, d->modes);
-    put(w, "      new modal                                 = ");
+    put_text(w, "%5d%5d : nodes, modes; without geometric stiffening\n part\n", d->markers,
+             d->modes);
+    put_text(w, "      new modal                                 = ");
     for (int k = 0; k < 80 && name[k] && name[k] != '\n' && name[k] != '\r'; ++k)
         mbsri_write(&w->text, name + k, 1);
-    put(w, "\n           refmod\n");
+    put_text(w, "\n           refmod\n");
     w->indent = "           ";
     put_value(w, "mass", d->mass);
     put_key(w, "nelastq", d->modes);
     for (int a = 0; a < d->modes; ++a) {
         const double M = d->Mf[a * (d->modes + 1)];
-        put(w, "                ielastq (%4d)         = mode %d%s\n", a + 1, a + 1,
-            M > 0.0 ? "" : ", massless");
+        put_text(w, "                ielastq (%4d)         = mode %d%s\n", a + 1, a + 1,
+                 M > 0.0 ? "" : ", massless");
     }
-    put(w, "           end refmod\n           frame\n");
+    put_text(w, "           end refmod\n           frame\n");
     for (int k = 0; k < d->markers; ++k) put_node(w, k);
-    put(w, "           end frame\n");
+    put_text(w, "           end frame\n");
     w->indent = "           ";
     put_mass(w);
     put_gyroscopic(w);
@@ -240,7 +241,7 @@ static void put_file(writer *w, const char *name)
     close_matrix(w, "ksigma");
     put_matrix(w, "Ke", d->modes, d->modes, d->K);
     put_matrix(w, "De", d->modes, d->modes, d->D);
-    put(w, "      end modal\n end part\n");
+    put_text(w, "      end modal\n end part\n");
 }
 
 int mbsr_sid_write(const mbsr_flex *flex, const char *name, const mbsr_allocator *allocator,
@@ -256,7 +257,7 @@ int mbsr_sid_write(const mbsr_flex *flex, const char *name, const mbsr_allocator
     if (!allocator->allocate != !allocator->release)
         return mbsri_fe_fail(error, MBSR_ERR_VALUE,
                              "mbsr_sid_write: allocator has one of its two functions only");
-    (void)mbsr_flex_data(flex, &d);
+    (void)mbsr_flex_definition(flex, &d);
     if (d.dependent > 0)
         return mbsri_fe_fail(
             error, MBSR_ERR_VALUE,

@@ -1,7 +1,8 @@
 /* Symmetric sparse matrices: see sparse.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Entries are sorted by two passes of counting, first by row, then by column, and equal ones are added. */
+ * Entries are sorted by two passes of counting, first by row, then by column, and equal ones are
+ * added. */
 #include "fe/sparse.h"
 
 #include "algebra/dense.h"
@@ -28,7 +29,7 @@ static bool open_triplets(mbsri_arena *arena, size_t count, triplets *t)
     return t->value != NULL;
 }
 
-static void add(triplets *t, int row, int column, double value)
+static void add_triplet(triplets *t, int row, int column, double value)
 {
     t->row[t->count] = row;
     t->column[t->count] = column;
@@ -127,9 +128,10 @@ static int check_entry(const char *name, int n, int row, int column, double valu
     return MBSR_OK;
 }
 
-/* Shares the entries out: those below the diagonal, those above it transposed; the diagonal to both. */
-static int share_out(const char *name, const mbsr_fe_matrix *A, triplets *lower, triplets *upper,
-                     mbsr_error *error)
+/* Shares the entries out: those below the diagonal, those above it transposed; the diagonal to
+ * both. */
+static int split_triangles(const char *name, const mbsr_fe_matrix *A, triplets *lower,
+                           triplets *upper, mbsr_error *error)
 {
     int j = 0;
     for (int k = 0; k < (int)A->entries; ++k) {
@@ -138,8 +140,8 @@ static int share_out(const char *name, const mbsr_fe_matrix *A, triplets *lower,
         const int status = check_entry(name, A->rows, row, column, A->value[k], error);
         if (status) return status;
         if (A->value[k] == 0.0) continue;
-        if (row >= column) add(lower, row, column, A->value[k]);
-        if (row <= column) add(upper, column, row, A->value[k]);
+        if (row >= column) add_triplet(lower, row, column, A->value[k]);
+        if (row <= column) add_triplet(upper, column, row, A->value[k]);
     }
     return MBSR_OK;
 }
@@ -157,8 +159,8 @@ static double look_up(const mbsri_sparse *A, int row, int column, int *k)
 }
 
 /* A, the lower triangle, against B, the upper one transposed. */
-static int compare(const char *name, const mbsri_sparse *A, const mbsri_sparse *B,
-                   mbsr_error *error)
+static int compare_triangles(const char *name, const mbsri_sparse *A, const mbsri_sparse *B,
+                             mbsr_error *error)
 {
     for (int side = 0; side < 2; ++side) {
         const mbsri_sparse *one = side ? B : A, *two = side ? A : B;
@@ -196,22 +198,22 @@ static int check_side(const char *name, const triplets *lower, const triplets *u
                   name, lower->row[k], lower->column[k], upper->column[l], upper->row[l], name);
 }
 
-static int build(mbsri_arena *arena, mbsri_arena *scratch, const char *name,
-                 const mbsr_fe_matrix *given, mbsri_sparse *A, mbsr_error *error)
+static int build_columns(mbsri_arena *arena, mbsri_arena *scratch, const char *name,
+                         const mbsr_fe_matrix *given, mbsri_sparse *A, mbsr_error *error)
 {
     triplets lower, upper;
     mbsri_sparse B;
     int status = MBSR_ERR_NO_MEMORY;
     if (open_triplets(scratch, given->entries, &lower) &&
         open_triplets(scratch, given->entries, &upper))
-        status = share_out(name, given, &lower, &upper, error);
+        status = split_triangles(name, given, &lower, &upper, error);
     if (!status && !given->whole) status = check_side(name, &lower, &upper, error);
     if (status) return status;
     const bool use_upper = !given->whole && off_diagonal(&upper) < upper.count;
     if (!assemble(arena, given->rows, use_upper ? &upper : &lower, A)) return MBSR_ERR_NO_MEMORY;
     if (!given->whole) return MBSR_OK;
     if (!assemble(scratch, given->rows, &upper, &B)) return MBSR_ERR_NO_MEMORY;
-    return compare(name, A, &B, error);
+    return compare_triangles(name, A, &B, error);
 }
 
 int mbsri_sparse_build(mbsri_arena *arena, const char *name, const mbsr_fe_matrix *given,
@@ -221,7 +223,7 @@ int mbsri_sparse_build(mbsri_arena *arena, const char *name, const mbsr_fe_matri
     int status = check_shape(name, given, error);
     if (status) return status;
     mbsri_arena_open(&scratch, &arena->allocator);
-    status = build(arena, &scratch, name, given, A, error);
+    status = build_columns(arena, &scratch, name, given, A, error);
     mbsri_arena_close(&scratch);
     if (status == MBSR_ERR_NO_MEMORY)
         return mbsri_fe_fail(error, status, "mbsr_fe_reduce: no memory for %s of %zu entries", name,
@@ -272,7 +274,7 @@ bool mbsri_sparse_extract(mbsri_arena *arena, const mbsri_sparse *A, const int *
     for (int j = 0; j < A->n && good; ++j) {
         for (int k = A->start[j]; k < A->start[j + 1]; ++k) {
             const int a = place[A->row[k]], b = place[j];
-            if (a >= 0 && b >= 0) add(&t, a > b ? a : b, a > b ? b : a, A->value[k]);
+            if (a >= 0 && b >= 0) add_triplet(&t, a > b ? a : b, a > b ? b : a, A->value[k]);
         }
     }
     good = good && assemble(arena, n, &t, part);

@@ -1,9 +1,10 @@
 /* Deflections of a body that nothing holds: see statics.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Springs on six dofs E, with E^T T regular, make K definite, and carry nothing when the loads are balanced:
- * T^T f = 0 gives T^T E alpha E^T u = 0, so E^T u = 0 and K u = f. They fill nothing in, and one factor serves for
- * static modes and for normal modes of the held and of the free body alike. */
+ * Springs on six dofs E, with E^T T regular, make K definite, and carry nothing when the loads are
+ * balanced: T^T f = 0 gives T^T E alpha E^T u = 0, so E^T u = 0 and K u = f. They fill nothing in,
+ * and one factor serves for static modes and for normal modes of the held and of the free body
+ * alike. */
 #include "fe/statics.h"
 
 #include "algebra/dense.h"
@@ -12,8 +13,9 @@
 
 #include <math.h>
 
-/* Shifts of K on the diagonal at six dofs that hold the body, chosen by Gram and Schmidt over the rows of T with lengths
- * divided by that of the body: always the dof that moves most in what is left. Returns how many it found. */
+/* Shifts of K on the diagonal at six dofs that hold the body, chosen by Gram and Schmidt over the
+ * rows of T with lengths divided by that of the body: always the dof that moves most in what is
+ * left. Returns how many it found. */
 static int support(const mbsri_fe_body *body, double *row, double *shift)
 {
     const size_t n = (size_t)body->n;
@@ -46,7 +48,7 @@ static int support(const mbsri_fe_body *body, double *row, double *shift)
     return 6;
 }
 
-static int no_memory(const mbsri_fe_body *body)
+static int no_memory_for_factor(const mbsri_fe_body *body)
 {
     return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
                          "mbsr_fe_reduce: no memory for the factor of K, %d dofs", body->n);
@@ -58,7 +60,7 @@ static int factor_stiffness(mbsri_fe_statics *s)
     const size_t n = (size_t)body->n;
     double *row = mbsri_arena_take(body->arena, 6 * n * sizeof *row),
            *shift = mbsri_arena_take(body->arena, n * sizeof *shift);
-    if (!shift) return no_memory(body);
+    if (!shift) return no_memory_for_factor(body);
     const int held = support(body, row, shift);
     if (held < 6)
         return MBSRI_FE_REFUSE("the nodes allow %d independent rigid motions of 6; those with "
@@ -68,7 +70,7 @@ static int factor_stiffness(mbsri_fe_statics *s)
     char label[MBSRI_FE_LABEL];
     const int status =
         mbsri_factor_make(&body->def->allocator, s->solver, &body->K, shift, &s->factor, &column);
-    if (status == MBSR_ERR_NO_MEMORY) return no_memory(body);
+    if (status == MBSR_ERR_NO_MEMORY) return no_memory_for_factor(body);
     if (status)
         return MBSRI_FE_REFUSE("K has a mechanism or is indefinite: %s has no stiffness once the "
                                "body is held (K is %g there); are all parts joined?",
@@ -84,7 +86,7 @@ static int relieve(mbsri_fe_statics *s)
     const size_t n = (size_t)body->n;
     double *MT = mbsri_arena_take(body->arena, 6 * n * sizeof *MT), J[36], inverse[36], size[6];
     s->relief = mbsri_arena_take(body->arena, 6 * n * sizeof *MT);
-    if (!s->relief) return no_memory(body);
+    if (!s->relief) return no_memory_for_factor(body);
     mbsri_sparse_multiply(&body->M, 6, body->T, MT);
     mbsri_fe_atb(body->n, 6, 6, body->T, MT, J);
     for (int k = 0; k < 36; ++k) inverse[k] = k % 7 == 0;
@@ -113,7 +115,7 @@ int mbsri_fe_statics_make(const mbsri_fe_body *body, int columns, mbsri_fe_stati
             body->n);
     s->C = mbsri_arena_take(body->arena, 6 * n * sizeof *s->C);
     s->six = mbsri_arena_take(body->arena, 6 * (size_t)columns * sizeof *s->six);
-    if (!s->six) return no_memory(body);
+    if (!s->six) return no_memory_for_factor(body);
     for (int k = 0; k < 6; ++k) {
         double load[6] = {0.0};
         load[k] = 1.0;

@@ -1,15 +1,15 @@
 /* The model of a scene: bodies with their joints, springs, actuators and closures.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Joints of one body move it in turn, each by an axis that the ones before it have moved, with q - ref
- * from where the body is drawn:
+ * Joints of one body move it in turn, each by an axis that the ones before it have moved, with q -
+ * ref from where the body is drawn:
  *
  *   T = T_body P_1 R(q_1 - ref_1) P_1^-1 P_2 R(q_2 - ref_2) P_2^-1 ...,   P_k: to the anchor
  *
  * Those with one anchor are one compound joint, in whose coordinates the constant parts R(-ref) are
- * carried behind all axes: R(a, q - ref) = R(a, q) K with K = R(a, -ref), K R(b, x) = R(K b, x) K. Another
- * anchor, a ball, or an axis along which those before it turn or slide already, as drawn, begins a body without mass in
- * between. */
+ * carried behind all axes: R(a, q - ref) = R(a, q) K with K = R(a, -ref), K R(b, x) = R(K b, x) K.
+ * Another anchor, a ball, or an axis along which those before it turn or slide already, as drawn,
+ * begins a body without mass in between. */
 #include "files/build.h"
 
 #include "files/build_parts.h"
@@ -130,7 +130,7 @@ static bool grow(chain *c, const mbsri_scene_joint *j)
     if (j->joint.ref != 0.0) {
         const double back[3] = {-j->joint.ref * j->axis[0], -j->joint.ref * j->axis[1],
                                 -j->joint.ref * j->axis[2]};
-        const mbsr_frame R = hinge ? mbsr_frame_turned(NULL, j->axis, -j->joint.ref) : at(back);
+        const mbsr_frame R = hinge ? mbsr_frame_rotated(NULL, j->axis, -j->joint.ref) : at(back);
         c->K = mbsr_frame_product(&c->K, &R);
     }
     return true;

@@ -1,8 +1,9 @@
 /* Actuators of a scene.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A servo, whose gain is that of its spring, may give its damping as a ratio r > 0 of the critical one. With the mass M_k
- * that coordinate k moves as drawn, all others held, and its part g_k in the length,
+ * A servo, whose gain is that of its spring, may give its damping as a ratio r > 0 of the critical
+ * one. With the mass M_k that coordinate k moves as drawn, all others held, and its part g_k in the
+ * length,
  *
  *   damping = 2 r sqrt(gain sum M_k / g_k^2) */
 #include "files/build_parts.h"
@@ -44,8 +45,8 @@ static void count_carriers(const mbsri_scene *s, int site, int *users)
         for (int k = 0; k < b[at].joints; ++k) users[b[at].first + k] += 2;
 }
 
-/* For each joint, and behind these for each tendon, 1 where one actuator alone acts on it, on nothing else; more where
- * others do or act on others as well. NULL: no memory. */
+/* For each joint, and behind these for each tendon, 1 where one actuator alone acts on it, on
+ * nothing else; more where others do or act on others as well. NULL: no memory. */
 static int *count_users(const mbsri_scene *s)
 {
     const mbsri_scene_actuator *list = s->actuators.items;
@@ -74,7 +75,8 @@ static void narrow(mbsr_file_actuator *a, const double range[2], double factor)
     memcpy(a->force_range, own, sizeof own);
 }
 
-/* What joints and tendons take of all their actuators; where it is not that of one alone there is a finding. */
+/* What joints and tendons take of all their actuators; where it is not that of one alone there is a
+ * finding. */
 static void limit_forces(mbsri_scene *s, const int *users)
 {
     mbsri_scene_actuator *list = s->actuators.items;

@@ -120,8 +120,8 @@ static double drawn_length(const mbsri_scene *s, const mbsri_scene_tendon *t,
     return length;
 }
 
-/* Lengths of rest of tendons along sites that have none, while sites are on bodies as drawn. Where a joint is
- * drawn elsewhere than its spring rests nothing is known of them. */
+/* Lengths of rest of tendons along sites that have none, while sites are on bodies as drawn. Where
+ * a joint is drawn elsewhere than its spring rests nothing is known of them. */
 bool mbsri_scene_settle(mbsri_scene *s)
 {
     mbsri_scene_tendon *t = s->tendons.items;

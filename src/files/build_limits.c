@@ -1,15 +1,16 @@
 /* Limits and dry friction of joints as force elements.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A stop returns like a damped oscillator of the mass M that the coordinate moves as drawn, all others held, with the time
- * constant T and the ratio of damping z of the file (solreflimit, solimplimit: k = 1 / (T z)^2 / d, with d the largest
- * impedance; else T = 0.02 s, z = 1), and yields to the weight W of what it carries by no more than a hundredth of the
- * range w:
+ * A stop returns like a damped oscillator of the mass M that the coordinate moves as drawn, all
+ * others held, with the time constant T and the ratio of damping z of the file (solreflimit,
+ * solimplimit: k = 1 / (T z)^2 / d, with d the largest impedance; else T = 0.02 s, z = 1), and
+ * yields to the weight W of what it carries by no more than a hundredth of the range w:
  *
  *   K = max(M k, 100 W / w),   D = 2 z sqrt(K M)
  *
- * A coordinate that moves no mass counts with the least mass of those of its kind that do, else with 1 kg or 1 kg m^2. Dry
- * friction is smooth below a thousandth of the range (a turn or a metre where there is none) per second. */
+ * A coordinate that moves no mass counts with the least mass of those of its kind that do, else
+ * with 1 kg or 1 kg m^2. Dry friction is smooth below a thousandth of the range (a turn or a metre
+ * where there is none) per second. */
 #include "files/build_parts.h"
 #include "files/weights.h"
 

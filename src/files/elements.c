@@ -8,7 +8,8 @@
 
 /* ---- laws ----
  *
- * param: gain, bias (3), rest (2), range of the control (2), of the force (2). option: which ranges hold. */
+ * param: gain, bias (3), rest (2), range of the control (2), of the force (2). option: which ranges
+ * hold. */
 enum { GAIN, BIAS, REST = 4, CONTROL = 6, FORCE = 8, TERMS = MBSRI_LAW_PARAMS };
 enum { CONTROL_HOLDS = 1, FORCE_HOLDS = 2 };
 

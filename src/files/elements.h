@@ -8,8 +8,8 @@
 
 #include <stdbool.h>
 
-/* F = gain w + bias[0] + bias[1] x + bias[2] l', w and F each no further than its range, x = l beyond rest[0] .. rest[1],
- * measured from there (0 between; {0, 0}: x = l). */
+/* F = gain w + bias[0] + bias[1] x + bias[2] l', w and F each no further than its range, x = l
+ * beyond rest[0] .. rest[1], measured from there (0 between; {0, 0}: x = l). */
 typedef struct mbsri_law {
     double gain, bias[3], rest[2];
     bool control_limited, force_limited;
@@ -38,11 +38,13 @@ enum { MBSRI_TRANSMISSION_MOST = 10 };
 
 mbsr_force_def mbsri_force_transmission(const mbsri_transmission *t);
 
-/* One read back; coordinate and factor have room for MBSRI_TRANSMISSION_MOST. False: it is another element. */
+/* One read back; coordinate and factor have room for MBSRI_TRANSMISSION_MOST. False: it is another
+ * element. */
 bool mbsri_transmission_of(const mbsr_force_def *def, mbsri_transmission *t, int *coordinate,
                            double *factor);
 
-/* q[coordinate[0]] of body[0] - ref[0] = polynomial of q[coordinate[1]] of body[1] - ref[1], of degree 4. */
+/* q[coordinate[0]] of body[0] - ref[0] = polynomial of q[coordinate[1]] of body[1] - ref[1], of
+ * degree 4. */
 mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinate[2],
                                           const double ref[2], const double power[5]);
 bool mbsri_polynomial_of(const mbsr_closure_def *def, int coordinate[2], double ref[2],

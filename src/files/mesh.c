@@ -78,7 +78,8 @@ static const char *read_binary(mbsri_arena *arena, const char *text, size_t size
 
 /* ---- lines of text ---- */
 
-/* The next line without its end, in a buffer of its own; false: none is left. Longer ones are cut. */
+/* The next line without its end, in a buffer of its own; false: none is left. Longer ones are cut.
+ */
 static bool next_line(const char **text, const char *end, char line[512])
 {
     if (*text >= end) return false;

@@ -12,13 +12,14 @@ typedef struct mbsri_triangle {
     double corner[3][3];
 } mbsri_triangle;
 
-/* The triangles of a file, behind those that are there. The kind is told by the contents, and by the name for MSH: STL
- * with numbers or as bytes, else OBJ, whose faces may have more than three corners; of points without faces it is their
- * convex hull. NULL, or why there are none. */
+/* The triangles of a file, behind those that are there. The kind is told by the contents, and by
+ * the name for MSH: STL with numbers or as bytes, else OBJ, whose faces may have more than three
+ * corners; of points without faces it is their convex hull. NULL, or why there are none. */
 const char *mbsri_mesh_read(mbsri_arena *arena, const char *text, size_t size, const char *name,
                             mbsri_list *triangles);
 
-/* The same of lists of numbers: points, and for each triangle the numbers of three of them, from 0 (NULL: the hull). */
+/* The same of lists of numbers: points, and for each triangle the numbers of three of them, from 0
+ * (NULL: the hull). */
 const char *mbsri_mesh_of_numbers(mbsri_arena *arena, const char *points, const char *faces,
                                   mbsri_list *triangles);
 
@@ -34,7 +35,8 @@ typedef enum mbsri_mesh_inertia {
     MBSRI_MESH_SHELL   /* of the surface itself */
 } mbsri_mesh_inertia;
 
-/* At density 1: volume (m^3), or of a shell its area (m^2); centre; tensor about it (xx, yy, zz, xy, xz, yz). */
+/* At density 1: volume (m^3), or of a shell its area (m^2); centre; tensor about it (xx, yy, zz,
+ * xy, xz, yz). */
 typedef struct mbsri_mesh_solid {
     double volume, centre[3], tensor[6];
 } mbsri_mesh_solid;

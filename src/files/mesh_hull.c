@@ -1,9 +1,10 @@
 /* Convex hulls of points: see mesh_hull.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * From a tetrahedron on, the point that is farthest outside of a triangle (of several the one farthest from its centre, which is
- * a corner of the hull in any case) takes the place of all triangles that it sees: with the edges where these end it spans new
- * ones. Points within 1e-10 of the size above a plane count as on it. */
+ * From a tetrahedron on, the point that is farthest outside of a triangle (of several the one
+ * farthest from its centre, which is a corner of the hull in any case) takes the place of all
+ * triangles that it sees: with the edges where these end it spans new ones. Points within 1e-10 of
+ * the size above a plane count as on it. */
 #include "files/mesh_hull.h"
 
 #include <math.h>
@@ -56,7 +57,8 @@ static double distance(const double a[3], const double b[3])
     return sqrt(dot(d, d));
 }
 
-/* Of the points outside the farthest one; of several that are as far that farthest from the centre. */
+/* Of the points outside the farthest one; of several that are as far that farthest from the centre.
+ */
 static void find_farthest(hull *h, facet *f)
 {
     double centre[3], most = h->near, away = 0.0;

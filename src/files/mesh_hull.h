@@ -5,12 +5,14 @@
 
 #include "files/arena.h"
 
-/* A triangle of a hull by the numbers of its points, seen from outside the other way round than a clock. */
+/* A triangle of a hull by the numbers of its points, seen from outside the other way round than a
+ * clock. */
 typedef struct mbsri_hull_side {
     int corner[3];
 } mbsri_hull_side;
 
-/* The convex hull of points, three numbers each, into a list of mbsri_hull_side. NULL, or why there is none. */
+/* The convex hull of points, three numbers each, into a list of mbsri_hull_side. NULL, or why there
+ * is none. */
 const char *mbsri_hull(mbsri_arena *arena, const double *points, int count, mbsri_list *sides);
 
 #endif

@@ -1,14 +1,15 @@
 /* What surfaces of triangles enclose: see mesh.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Over pyramids from a point P to the triangles (a, b, c) seen from there, with the volume V = a . (b x c) / 6 each,
+ * Over pyramids from a point P to the triangles (a, b, c) seen from there, with the volume V = a .
+ * (b x c) / 6 each,
  *
  *   volume V,   first moment V / 4 (a + b + c),
  *   second moments V / 20 ((a + b + c)(a + b + c)^T + a a^T + b b^T + c c^T)
  *
- * Of a closed surface the sums do not depend on P. The kind "legacy" of MuJoCo takes |V|: first with P at the centroid
- * of the surface, which gives the centre, then with P at that centre, which gives volume and tensor. Of a shell V is the
- * area, and the divisors are 3 and 12. */
+ * Of a closed surface the sums do not depend on P. The kind "legacy" of MuJoCo takes |V|: first
+ * with P at the centroid of the surface, which gives the centre, then with P at that centre, which
+ * gives volume and tensor. Of a shell V is the area, and the divisors are 3 and 12. */
 #include "files/mesh.h"
 
 #include <math.h>

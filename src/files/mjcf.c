@@ -1,8 +1,8 @@
 /* MJCF: the file as a whole, with its includes, defaults and options.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Sections may stand several times and in any order; they are read in the order in which they need each
- * other. */
+ * Sections may stand several times and in any order; they are read in the order in which they need
+ * each other. */
 #include "files/colours.h"
 #include "files/mjcf_include.h"
 #include "files/mjcf_parts.h"

@@ -1,10 +1,11 @@
-/* Models that a file of MJCF attaches: their elements stand in it, under other names, before anything else is read.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Models that a file of MJCF attaches: their elements stand in it, under other names, before
+ * anything else is read. SPDX-License-Identifier: BSD-3-Clause
  *
- * <attach model body prefix> is a frame with the body of that name from the file of <asset><model name file>; with `frame`
- * instead of `body` it has what stands in that frame, and with neither all of the world. Names and references get the
- * prefix; so do classes, whose main one is PREFIXmain. With the world, and with a body as well, come assets, and of the other
- * sections those elements that name nothing outside of what is attached. Options of the model do not count. */
+ * <attach model body prefix> is a frame with the body of that name from the file of <asset><model
+ * name file>; with `frame` instead of `body` it has what stands in that frame, and with neither all
+ * of the world. Names and references get the prefix; so do classes, whose main one is PREFIXmain.
+ * With the world, and with a body as well, come assets, and of the other sections those elements
+ * that name nothing outside of what is attached. Options of the model do not count. */
 #include "files/mjcf_copies.h"
 #include "files/mjcf_include.h"
 #include "files/xml_make.h"
@@ -72,7 +73,8 @@ static bool is_complete(mbsri_copies *c, const mbsri_element *e)
     return true;
 }
 
-/* A copy of an element of a section, with a class in any case, and with the name that its file gives it. */
+/* A copy of an element of a section, with a class in any case, and with the name that its file
+ * gives it. */
 static bool copy_into(mbsri_copies *c, const mbsri_element *e, const char *main, mbsri_element *to)
 {
     mbsri_arena *arena = c->m->s->arena;
@@ -189,7 +191,8 @@ static const asset *find_asset(const host *h, const char *name)
     return NULL;
 }
 
-/* Where it comes from: the tree, and in it the body or frame; NULL: all of its world. False: refused. */
+/* Where it comes from: the tree, and in it the body or frame; NULL: all of its world. False:
+ * refused. */
 static bool read_source(const host *h, const mbsri_element *e, const mbsri_element **root,
                         const mbsri_element **source, const char **class)
 {

@@ -134,7 +134,7 @@ mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3])
 {
     const double axis[3] = {-z[1], z[0], 0.0}, sine = length_of(2, axis),
                  across[3] = {1.0, 0.0, 0.0}, angle = atan2(sine, z[2]);
-    return mbsr_frame_turned(x, sine > 1e-10 * length_of(3, z) ? axis : across, angle);
+    return mbsr_frame_rotated(x, sine > 1e-10 * length_of(3, z) ? axis : across, angle);
 }
 
 static mbsr_frame by_euler(const char sequence[4], const double x[3], const double angle[3])
@@ -145,7 +145,7 @@ static mbsr_frame by_euler(const char sequence[4], const double x[3], const doub
         const bool fixed = letter >= 'X' && letter <= 'Z';
         double axis[3] = {0.0};
         axis[letter - (fixed ? 'X' : 'x')] = 1.0;
-        const mbsr_frame turn = mbsr_frame_turned(NULL, axis, angle[k]);
+        const mbsr_frame turn = mbsr_frame_rotated(NULL, axis, angle[k]);
         frame = fixed ? mbsr_frame_product(&turn, &frame) : mbsr_frame_product(&frame, &turn);
     }
     memcpy(frame.x, x, sizeof frame.x);
@@ -190,7 +190,7 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame)
     if (way < 0) return true;
     bool good = way == 4 || length_of(way == 1 ? 3 : sizes[way], given) > 0.0;
     if (good && way == 0) *frame = mbsr_frame_quaternion(x, given);
-    if (good && way == 1) *frame = mbsr_frame_turned(x, given, unit * given[3]);
+    if (good && way == 1) *frame = mbsr_frame_rotated(x, given, unit * given[3]);
     if (good && way == 2) good = by_axes(frame, given);
     if (good && way == 3) *frame = mbsri_mjcf_along(x, given);
     if (way == 4) {

@@ -31,7 +31,8 @@ static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind 
            mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
 }
 
-/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second is the largest. */
+/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second
+ * is the largest. */
 static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint *j)
 {
     double impedance[5] = {0.9, 0.95};
@@ -246,7 +247,8 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
     return true;
 }
 
-/* A free body that carries none may count from its principal axes: then all that is fixed to it is moved there. */
+/* A free body that carries none may count from its principal axes: then all that is fixed to it is
+ * moved there. */
 static void align(mbsri_mjcf *m, int body, const mbsr_frame *principal)
 {
     mbsri_scene_body *b = mbsri_scene_bodies(m->s) + body;
@@ -260,7 +262,7 @@ static void align(mbsri_mjcf *m, int body, const mbsr_frame *principal)
     mbsr_file_shape *shapes = m->s->shapes.items;
     mbsr_file_site *sites = m->s->sites.items;
     b->frame = mbsr_frame_product(&b->frame, principal);
-    b->inertia = mbsr_inertia_moved(&back, b->inertia);
+    b->inertia = mbsr_inertia_in_frame(&back, b->inertia);
     for (int k = m->s->shapes.count; k-- > 0 && shapes[k].body == body;)
         shapes[k].frame = mbsr_frame_product(&back, &shapes[k].frame);
     for (int k = m->s->sites.count; k-- > 0 && sites[k].body == body;)

@@ -1,13 +1,15 @@
 /* Composites of MJCF: a cable, written out as bodies before anything else is read.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The cable runs along points x_0 .. x_n: those of `vertex`, or by `curve` in each coordinate, with s = i / n,
+ * The cable runs along points x_0 .. x_n: those of `vertex`, or by `curve` in each coordinate, with
+ * s = i / n,
  *
  *   s: size[0] s,   cos(s): size[1] cos(pi size[2] s),   sin(s): size[1] sin(pi size[2] s),   0: 0
  *
- * Edge i is a body at x_i with its x axis along the edge and its y axis along a normal, which the turn of one edge to the
- * next carries on; where the first two edges are in line there is none, and x is turned to each edge. Each body has a ball
- * joint, the first one as `initial` says. Defaults of the file do not hold for what a composite makes. */
+ * Edge i is a body at x_i with its x axis along the edge and its y axis along a normal, which the
+ * turn of one edge to the next carries on; where the first two edges are in line there is none, and
+ * x is turned to each edge. Each body has a ball joint, the first one as `initial` says. Defaults
+ * of the file do not hold for what a composite makes. */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
 #include "files/xml_make.h"
@@ -162,7 +164,7 @@ static double turn_edge(cable *c, int i, double q[4])
         const double sine = normalise(across),
                      cosine = other[0] * axis[0][0] + other[1] * axis[0][1] + other[2] * axis[0][2];
         if (sine > 0.0) {
-            const mbsr_frame turn = mbsr_frame_turned(NULL, across, atan2(sine, cosine));
+            const mbsr_frame turn = mbsr_frame_rotated(NULL, across, atan2(sine, cosine));
             double n[3] = {0.0};
             for (int k = 0; k < 3; ++k)
                 for (int l = 0; l < 3; ++l) n[l] += turn.R[3 * k + l] * c->normal[k];
@@ -190,7 +192,8 @@ static const char *name_of(const cable *c, const char *letter, int i)
     return mbsri_arena_join(c->m->s->arena, c->prefix, letter, place);
 }
 
-/* An element in a body, with what a child of the composite says, without the defaults of the file. */
+/* An element in a body, with what a child of the composite says, without the defaults of the file.
+ */
 static mbsri_element *add(const cable *c, mbsri_element *body, const char *kind, const char *name)
 {
     mbsri_arena *arena = c->m->s->arena;

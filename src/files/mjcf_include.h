@@ -5,7 +5,8 @@
 
 #include "files/scene.h"
 
-/* Another file of XML, which element e names, by a path that stays valid; NULL: refused, or no memory. */
+/* Another file of XML, which element e names, by a path that stays valid; NULL: refused, or no
+ * memory. */
 mbsri_element *mbsri_mjcf_load(mbsri_scene *s, const mbsri_element *e, const char *path);
 
 /* In the place of each <include> in a tree what is in that file, seen from a folder. */

@@ -1,9 +1,9 @@
 /* Meshes of MJCF: where their files are, what they enclose, shapes that are fitted to them.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A mesh is read when its mass or its size is needed, once, and not kept. Fitted shapes have the inertia box of the
- * mesh, half edges sqrt(3/2 (I_b + I_c - I_a) / V), or the box around it, along its principal axes, of which the first
- * has the largest moment. */
+ * A mesh is read when its mass or its size is needed, once, and not kept. Fitted shapes have the
+ * inertia box of the mesh, half edges sqrt(3/2 (I_b + I_c - I_a) / V), or the box around it, along
+ * its principal axes, of which the first has the largest moment. */
 #include "files/mjcf_parts.h"
 #include "files/solids.h"
 

@@ -111,8 +111,9 @@ bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attri
                         int most, double *to, int *count);
 bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to);
 
-/* The numbers k, a, b of a spring or damper with the force k x + a x^2 + b x^3, of a damper a x |x|: a finding where they
- * are more than the one, or for springs than k and `cubic` (NULL: not taken). */
+/* The numbers k, a, b of a spring or damper with the force k x + a x^2 + b x^3, of a damper a x
+ * |x|: a finding where they are more than the one, or for springs than k and `cubic` (NULL: not
+ * taken). */
 bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
                     double *cubic);
 
@@ -149,13 +150,15 @@ mbsri_mjcf_mesh *mbsri_mjcf_find_mesh(const mbsri_mjcf *m, const char *name);
 /* What it encloses; NULL, or why that is not known. */
 const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
 
-/* Size and frame of a shape that has a mesh; *known false: it cannot be fitted, as a finding says. */
+/* Size and frame of a shape that has a mesh; *known false: it cannot be fitted, as a finding says.
+ */
 bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
                            bool *known);
 
 /* ---- what a file means, before it is read ---- */
 
-/* One more model, in a folder seen from that of the file, with the options that hold where it says nothing. */
+/* One more model, in a folder seen from that of the file, with the options that hold where it says
+ * nothing. */
 bool mbsri_mjcf_add_compiler(mbsri_mjcf *m, const char *home, int *number);
 bool mbsri_mjcf_read_compiler(mbsri_mjcf *m, const mbsri_element *e);
 
@@ -171,8 +174,8 @@ bool mbsri_mjcf_composites(mbsri_mjcf *m, mbsri_element *root);
 /* Writes replicas out. */
 bool mbsri_mjcf_replicate(mbsri_mjcf *m, mbsri_element *root);
 
-/* All of it, for the model of a tree and those that it attaches: what it includes, its compiler's options, composites,
- * attached models, replicas. */
+/* All of it, for the model of a tree and those that it attaches: what it includes, its compiler's
+ * options, composites, attached models, replicas. */
 bool mbsri_mjcf_expand(mbsri_mjcf *m, mbsri_element *root);
 
 /* A finding for each section and attribute that nobody reads and that may matter. */

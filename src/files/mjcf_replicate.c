@@ -1,13 +1,13 @@
 /* Replicas in MJCF: written out before anything else is read.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Replica i of <replicate count offset euler sep> is a frame with its elements, whose names end in sep and i, with as many
- * digits as count has. It is turned by i euler and stands at
+ * Replica i of <replicate count offset euler sep> is a frame with its elements, whose names end in
+ * sep and i, with as many digits as count has. It is turned by i euler and stands at
  *
  *   x_0 = 0,   x_(i+1) = x_i + R(i euler) offset
  *
- * Elements of other sections that refer to one of these names are there once for each replica, behind the others of their
- * section. Inner replicas come first. */
+ * Elements of other sections that refer to one of these names are there once for each replica,
+ * behind the others of their section. Inner replicas come first. */
 #include "files/mjcf_copies.h"
 #include "files/numbers.h"
 #include "files/xml_make.h"
@@ -66,7 +66,8 @@ static mbsri_element *frame_of(mbsri_mjcf *m, const mbsri_element *e, int i, con
     return frame;
 }
 
-/* Elements of a section that refer to what stands in replicas: removed, and made again for each of these. */
+/* Elements of a section that refer to what stands in replicas: removed, and made again for each of
+ * these. */
 static bool copy_section(replicas *r, mbsri_element *section)
 {
     mbsri_list found = {.count = 0};

@@ -8,7 +8,8 @@
 
 /* ---- equalities ---- */
 
-/* The body that an attribute names; `world` may be missing. *known false: it is part of a soft body. */
+/* The body that an attribute names; `world` may be missing. *known false: it is part of a soft
+ * body. */
 static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, bool world,
                    int *body, bool *known)
 {
@@ -40,7 +41,8 @@ static bool read_sites(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equali
     return true;
 }
 
-/* Adds factor times the length of a fixed tendon, less that as drawn; *known false: it is none that the model has. */
+/* Adds factor times the length of a fixed tendon, less that as drawn; *known false: it is none that
+ * the model has. */
 static bool add_length(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, double factor,
                        mbsri_scene_equality *q, bool *known)
 {

@@ -108,7 +108,8 @@ static bool find_actuator(const mbsri_mjcf *m, const mbsri_element *e, mbsr_file
     return false;
 }
 
-/* The frame that a name of that type means: of a site, a body or its centre of mass, a geom that is no mesh. */
+/* The frame that a name of that type means: of a site, a body or its centre of mass, a geom that is
+ * no mesh. */
 static bool find_frame(const mbsri_mjcf *m, const char *type, const char *name, bool turned,
                        int *body, mbsr_frame *frame)
 {

@@ -59,7 +59,8 @@ static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *sh
     return true;
 }
 
-/* Volume, tensor and frame at the centre of a mesh, its principal axes there; false: not known, as a finding says. */
+/* Volume, tensor and frame at the centre of a mesh, its principal axes there; false: not known, as
+ * a finding says. */
 static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
                        mbsr_frame *frame, mbsr_frame *principal, double *volume, double tensor[6])
 {

@@ -1,5 +1,5 @@
-/* The vocabulary of MJCF: which attributes the readers follow, and which say nothing of a model's motion.
- * SPDX-License-Identifier: BSD-3-Clause
+/* The vocabulary of MJCF: which attributes the readers follow, and which say nothing of a model's
+ * motion. SPDX-License-Identifier: BSD-3-Clause
  *
  * Whatever else an element has is named by a finding. */
 #include "files/mjcf_parts.h"
@@ -142,7 +142,8 @@ static void check_defaults(mbsri_mjcf *m, const mbsri_element *list, int depth)
     }
 }
 
-/* Sections that the readers below do not know, and that say more than how things look or what is sensed. */
+/* Sections that the readers below do not know, and that say more than how things look or what is
+ * sensed. */
 static void find_sections(mbsri_mjcf *m, const mbsri_element *root)
 {
     static const char *const known[] = {"compiler", "option", "size",   "visual",    "statistic",

@@ -19,8 +19,8 @@ static const char *skip_space(const char *s)
     return s;
 }
 
-/* Where the number ends; its digits as a whole number times 10^exponent where they are few (`small`).
- * NULL: no number. */
+/* Where the number ends; its digits as a whole number times 10^exponent where they are few
+ * (`small`). NULL: no number. */
 static const char *scan(const char *s, uint64_t *digits, int *exponent, bool *small)
 {
     int count = 0, seen = 0, shift = 0;

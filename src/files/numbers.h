@@ -5,8 +5,8 @@
 
 #include <stdbool.h>
 
-/* A decimal number at *text, which moves behind it and behind white space; false: there is none, or it
- * is beyond what a double holds. NaN and infinity are none. */
+/* A decimal number at *text, which moves behind it and behind white space; false: there is none, or
+ * it is beyond what a double holds. NaN and infinity are none. */
 bool mbsri_read_number(const char **text, double *value);
 
 /* Exactly `least` to `most` numbers and nothing else; returns how many, -1: not so. */

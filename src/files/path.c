@@ -1,8 +1,8 @@
 /* Tendons along points of bodies: see path.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * e_k is the unit vector from point k to the next one, L the sum of their distances. With the force f = -k x - d L'
- * on L, x what L is beyond the lengths of rest, point k feels f (e_{k-1} - e_k). */
+ * e_k is the unit vector from point k to the next one, L the sum of their distances. With the force
+ * f = -k x - d L' on L, x what L is beyond the lengths of rest, point k feels f (e_{k-1} - e_k). */
 #include "files/path.h"
 
 #include <math.h>

@@ -9,8 +9,8 @@
 
 enum { MBSRI_PATH_MOST = 9 };
 
-/* Along straight lines from point to point (body axes, m), no force between the two lengths of rest; `count` from 2 to
- * MBSRI_PATH_MOST, bodies in space or the ground. */
+/* Along straight lines from point to point (body axes, m), no force between the two lengths of
+ * rest; `count` from 2 to MBSRI_PATH_MOST, bodies in space or the ground. */
 mbsr_force_def mbsri_force_path(int count, const int *body, const double (*point)[3],
                                 double stiffness, double damping, const double rest[2]);
 

@@ -1,9 +1,9 @@
 /* SDF: worlds and models with what they include, from version 1.5 on.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * What has a pose becomes a node, by its name with those of its models before it; poses, joints and bodies come after all
- * nodes are known. Included files are models of SDF in the folder of the file or of a package; a folder stands for the
- * file that its model.config names last. */
+ * What has a pose becomes a node, by its name with those of its models before it; poses, joints and
+ * bodies come after all nodes are known. Included files are models of SDF in the folder of the file
+ * or of a package; a folder stands for the file that its model.config names last. */
 #include "files/sdf_parts.h"
 #include "files/urdf_parts.h"
 

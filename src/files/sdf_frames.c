@@ -1,9 +1,10 @@
 /* Poses of SDF: where what has one is, and which link it is fixed to.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The pose of a link or model is relative to its model, of a frame to what it is attached to (its model), of a joint to its
- * child, of a shape to its link, unless the attribute relative_to names another one. The pose of a model with a placement
- * frame P places that frame: T_model = T_pose T_P^-1, with T_P as seen from the model. */
+ * The pose of a link or model is relative to its model, of a frame to what it is attached to (its
+ * model), of a joint to its child, of a shape to its link, unless the attribute relative_to names
+ * another one. The pose of a model with a placement frame P places that frame: T_model = T_pose
+ * T_P^-1, with T_P as seen from the model. */
 #include "files/sdf_parts.h"
 #include "files/urdf_parts.h"
 

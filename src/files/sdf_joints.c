@@ -1,8 +1,9 @@
 /* Joints of SDF: their axes, limits, springs.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Axes are told along those of the joint, or of what expressed_in names; a universal joint and a revolute2 turn about `axis`,
- * then `axis2`. A screw advances by screw_thread_pitch / (2 pi), or by -1 / thread_pitch before version 1.10, per rad. */
+ * Axes are told along those of the joint, or of what expressed_in names; a universal joint and a
+ * revolute2 turn about `axis`, then `axis2`. A screw advances by screw_thread_pitch / (2 pi), or by
+ * -1 / thread_pitch before version 1.10, per rad. */
 #include "files/sdf_parts.h"
 #include "files/urdf_parts.h"
 

@@ -82,7 +82,8 @@ bool mbsri_sdf_link(mbsri_sdf *f, const mbsri_element *e, int model, const char 
 /* The nodes of a file, with those that it includes. */
 bool mbsri_sdf_collect(mbsri_sdf *f, const mbsri_element *root);
 
-/* The joints of a node into the scene, for the body with that frame in the world, which it carries. */
+/* The joints of a node into the scene, for the body with that frame in the world, which it carries.
+ */
 bool mbsri_sdf_joints(mbsri_sdf *f, int node, const mbsr_frame *body);
 
 /* The direction of an axis of a joint along the axes of a body with that frame in the world. */

@@ -1,11 +1,13 @@
 /* Joints of SDF that follow others.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A mimicking axis has q = multiplier (q_leader - reference) + offset. A gearbox with a reference body keeps
+ * A mimicking axis has q = multiplier (q_leader - reference) + offset. A gearbox with a reference
+ * body keeps
  *
  *   theta_2 = -ratio theta_1
  *
- * for the angles of its parent about `axis` and of its child about `axis2` from that body, where hinges join them to it. */
+ * for the angles of its parent about `axis` and of its child about `axis2` from that body, where
+ * hinges join them to it. */
 #include "files/sdf_parts.h"
 
 #include <math.h>
@@ -63,7 +65,8 @@ static bool add_mimic(mbsri_sdf *f, const mbsri_names *names, int node, int axis
 
 /* ---- gearboxes ---- */
 
-/* Adds factor times the angle of link b from link a about an axis of a gearbox; false: no hinge joins them. */
+/* Adds factor times the angle of link b from link a about an axis of a gearbox; false: no hinge
+ * joins them. */
 static bool add_angle(mbsri_sdf *f, const mbsri_names *names, int node, int a, int b, int axis,
                       double factor, mbsri_scene_sum *sum)
 {

@@ -1,10 +1,11 @@
 /* The links of SDF as a tree of bodies.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The first joint of the file whose child a link is carries it; a link that none carries is free, or part of the world where
- * its model is static. Any other joint closes a loop: a fixed one by a weld, a ball by its point, all others by a body
- * without mass that hangs on the parent by the joint, and is welded to the child. So does a joint whose child has its
- * parent on it. Bodies come depth first, children in the order of the file. */
+ * The first joint of the file whose child a link is carries it; a link that none carries is free,
+ * or part of the world where its model is static. Any other joint closes a loop: a fixed one by a
+ * weld, a ball by its point, all others by a body without mass that hangs on the parent by the
+ * joint, and is welded to the child. So does a joint whose child has its parent on it. Bodies come
+ * depth first, children in the order of the file. */
 #include "files/sdf_parts.h"
 #include "files/urdf_parts.h"
 
@@ -114,7 +115,8 @@ static closing closing_of(const mbsri_sdf_node *n)
     return type && strcmp(type, "ball") == 0 ? CLOSED_BY_POINT : CLOSED_BY_BODY;
 }
 
-/* The bodies without mass on a link, or on the world, by which loops are closed; where their children are as drawn. */
+/* The bodies without mass on a link, or on the world, by which loops are closed; where their
+ * children are as drawn. */
 static bool add_cuts(tree *t, int at, int parent)
 {
     mbsri_sdf *f = t->f;

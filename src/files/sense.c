@@ -3,10 +3,12 @@
  *
  * As seen from a frame with origin y, axes R_0, velocity w and spin omega_0,
  *
- *   point R_0^T (x - y),   velocity R_0^T (v - w - omega_0 x (x - y)),   spin R_0^T (omega - omega_0)
+ *   point R_0^T (x - y),   velocity R_0^T (v - w - omega_0 x (x - y)),
+ *       spin R_0^T (omega - omega_0)
  *
- * Of the bodies of a subtree, with masses m, centres c, velocities v there and tensors I: centre sum m c / sum m = C, its
- * velocity V likewise, momentum about C: sum (I omega + m (c - C) x (v - V)). */
+ * Of the bodies of a subtree, with masses m, centres c, velocities v there and tensors I: centre
+ * sum m c / sum m = C, its velocity V likewise, momentum about C: sum (I omega + m (c - C) x (v -
+ * V)). */
 #include "files/solids.h"
 
 #include <mbsrank/dynamics.h>

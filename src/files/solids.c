@@ -146,7 +146,7 @@ mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *fram
     const bool diagonal = tensor[3] == 0.0 && tensor[4] == 0.0 && tensor[5] == 0.0;
     mbsr_inertia inertia = mbsr_inertia_rigid_unchecked(mass, NULL, tensor);
     if (diagonal) inertia.lost = 0.0;
-    return mbsr_inertia_moved(frame, inertia);
+    return mbsr_inertia_in_frame(frame, inertia);
 }
 
 bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,

@@ -5,21 +5,23 @@
 
 #include "files/scene.h"
 
-/* Mass and tensor (xx, yy, zz, xy, xz, yz) about the centre of mass, which is the origin of `frame`, along
- * its axes. Tensors that no distribution of mass has stay what they are, negative moments among them. */
+/* Mass and tensor (xx, yy, zz, xy, xz, yz) about the centre of mass, which is the origin of
+ * `frame`, along its axes. Tensors that no distribution of mass has stay what they are, negative
+ * moments among them. */
 mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *frame,
                          const double tensor[6]);
 
-/* The same as a file states it for element e: a finding where no body has such a tensor, refused where the mass is
- * negative. */
+/* The same as a file states it for element e: a finding where no body has such a tensor, refused
+ * where the mass is negative. */
 bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,
                         const mbsr_frame *frame, const double tensor[6], mbsr_inertia *inertia);
 
-/* Mass, centre and tensor about it along the body's axes of a rigid body, of such a tensor too. False: it is another
- * inertia; one that is not given counts as zero. */
+/* Mass, centre and tensor about it along the body's axes of a rigid body, of such a tensor too.
+ * False: it is another inertia; one that is not given counts as zero. */
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6]);
 
-/* The eigenvalues of such a tensor, descending, and their directions as columns of a rotation, the one that MuJoCo finds. */
+/* The eigenvalues of such a tensor, descending, and their directions as columns of a rotation, the
+ * one that MuJoCo finds. */
 void mbsri_principal(const double tensor[6], double moments[3], double axes[9]);
 
 /* The same eigenvalues, ascending. */

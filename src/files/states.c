@@ -41,7 +41,8 @@ static void multiply(const double a[4], const double b[4], double ab[4])
     ab[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0];
 }
 
-/* Free joints: (x, Q) and (v, W along the body's axes) there, (Q, x) and (w, v) along the axes of `from` here. */
+/* Free joints: (x, Q) and (v, W along the body's axes) there, (Q, x) and (w, v) along the axes of
+ * `from` here. */
 static void free_from_mujoco(const mbsr_frame *from, const double *p, const double *v, double *q,
                              double *u)
 {

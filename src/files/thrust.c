@@ -20,8 +20,8 @@ static void turn(const double R[9], const double x[3], double y[3])
 
 /* ---- thrust ----
  *
- * param: the law, where the force acts (3), force (3) and moment (3) of F = 1 along the axes of the body, then for reading
- * back the quaternion of the frame (4). */
+ * param: the law, where the force acts (3), force (3) and moment (3) of F = 1 along the axes of the
+ * body, then for reading back the quaternion of the frame (4). */
 enum { POINT = MBSRI_LAW_PARAMS, ALONG = POINT + 3, ABOUT = ALONG + 3, QUATERNION = ABOUT + 3 };
 
 /* The wrench of F = 1 at the origin of the body, moment first: what moves l. */

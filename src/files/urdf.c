@@ -1,8 +1,8 @@
 /* URDF: links and joints of a robot.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Direct children of <robot> count alone: transmissions and extensions of simulators have links and joints
- * of their own. Bodies come depth first, children in the order of the file. */
+ * Direct children of <robot> count alone: transmissions and extensions of simulators have links and
+ * joints of their own. Bodies come depth first, children in the order of the file. */
 #include "files/colours.h"
 #include "files/names.h"
 #include "files/numbers.h"
@@ -435,7 +435,8 @@ static bool add_mimic(robot *r, const hinge *h, const mbsri_element *mimic)
     return true;
 }
 
-/* Elements that are neither of URDF nor of the usual extensions, which say nothing of a model's motion. */
+/* Elements that are neither of URDF nor of the usual extensions, which say nothing of a model's
+ * motion. */
 static void find_others(mbsri_scene *s, const mbsri_element *root)
 {
     static const char *const known[][14] = {

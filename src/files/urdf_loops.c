@@ -1,8 +1,9 @@
 /* Loops of URDF: extensions that several programs share.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * <loop> and <loop_constraint> have places on a predecessor and a successor whose origins coincide; so has <loop_joint>, on
- * link1 and link2. A <coupling> of ratio c relates the joints from the nearest common predecessor p of both links:
+ * <loop> and <loop_constraint> have places on a predecessor and a successor whose origins coincide;
+ * so has <loop_joint>, on link1 and link2. A <coupling> of ratio c relates the joints from the
+ * nearest common predecessor p of both links:
  *
  *   c (sum of q from p to the predecessor) = sum of q from p to the successor */
 #include "files/names.h"

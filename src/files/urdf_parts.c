@@ -7,9 +7,9 @@
 mbsr_frame mbsri_rpy_frame(const double x[3], const double rpy[3])
 {
     static const double axes[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-    mbsr_frame frame = mbsr_frame_turned(x, axes[2], rpy[2]);
+    mbsr_frame frame = mbsr_frame_rotated(x, axes[2], rpy[2]);
     for (int k = 1; k >= 0; --k) {
-        const mbsr_frame turn = mbsr_frame_turned(NULL, axes[k], rpy[k]);
+        const mbsr_frame turn = mbsr_frame_rotated(NULL, axes[k], rpy[k]);
         frame = mbsr_frame_product(&frame, &turn);
     }
     return frame;

@@ -5,15 +5,16 @@
 
 #include "files/scene.h"
 
-/* The place that xyz and rpy of an element give; e may be NULL: the identity. Refusals name `of`. */
+/* The place that xyz and rpy of an element give; e may be NULL: the identity. Refusals name `of`.
+ */
 bool mbsri_urdf_place(mbsri_scene *s, const mbsri_element *of, const mbsri_element *e,
                       mbsr_frame *frame);
 
 /* The frame of x and angles of roll, pitch and yaw. */
 mbsr_frame mbsri_rpy_frame(const double x[3], const double rpy[3]);
 
-/* The path of a mesh: file:// is left out, and what package:// or model:// names has the folder of its package where that is
- * known. name may be NULL; NULL: no memory, or no name. */
+/* The path of a mesh: file:// is left out, and what package:// or model:// names has the folder of
+ * its package where that is known. name may be NULL; NULL: no memory, or no name. */
 const char *mbsri_package_path(mbsri_scene *s, const char *name);
 
 /* A joint of the scene with the name of an element; NULL: no memory. */

@@ -1,13 +1,13 @@
 /* What joints carry: see weights.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A body with all that hangs on it has m, f = integral of x, S = integral of x x^T about the origin of its frame; in the
- * frame (R, p) on its parent
+ * A body with all that hangs on it has m, f = integral of x, S = integral of x x^T about the origin
+ * of its frame; in the frame (R, p) on its parent
  *
  *   f' = R f + m p,   S' = R S R^T + R f p^T + p (R f)^T + m p p^T
  *
- * A slide carries m; a hinge along the unit vector a through the anchor c carries tr S_c - a^T S_c a, where S_c is S about
- * c. */
+ * A slide carries m; a hinge along the unit vector a through the anchor c carries tr S_c - a^T S_c
+ * a, where S_c is S about c. */
 #include "files/weights.h"
 
 #include "files/solids.h"

@@ -142,7 +142,7 @@ static void name_joints(mbsri_writer *w, mbsri_names *names, const mbsr_file_joi
 static mbsr_frame turned_by(const mbsr_axis *axis, double q)
 {
     const double *a = axis->direction;
-    if (axis->kind == MBSR_AXIS_ROTATION) return mbsr_frame_turned(NULL, a, q);
+    if (axis->kind == MBSR_AXIS_ROTATION) return mbsr_frame_rotated(NULL, a, q);
     return mbsr_frame_at(q * a[0], q * a[1], q * a[2]);
 }
 
@@ -175,7 +175,8 @@ static void draw_body(mbsri_writer *w, int k)
 
 /* ---- joints with several anchors in one body ---- */
 
-/* Whether the reader made this body to carry a joint of another one, whose only predecessor it is. */
+/* Whether the reader made this body to carry a joint of another one, whose only predecessor it is.
+ */
 static bool is_between(const mbsri_writer *w, int k, int child)
 {
     const char *name = mbsr_body_name(w->model, k), *of = mbsr_body_name(w->model, child);
@@ -195,7 +196,8 @@ static void count_children(const mbsri_writer *w, int *children)
         if (w->def[k].parent != MBSR_GROUND) ++children[w->def[k].parent];
 }
 
-/* Axes and anchors of body k and of those whose joints stand before its own, seen from its one successor. */
+/* Axes and anchors of body k and of those whose joints stand before its own, seen from its one
+ * successor. */
 static void carry_joints(mbsri_writer *w, int k, const mbsr_frame *child)
 {
     const mbsr_frame back = mbsr_frame_inverse(child);

@@ -312,7 +312,8 @@ static void begin_body(mbsri_writer *w, int k)
     write_shapes_and_sites(w, k);
 }
 
-/* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of body 0. */
+/* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of
+ * body 0. */
 static bool link_children(mbsri_writer *w, int **first, int **next)
 {
     const size_t size = ((size_t)w->bodies + 1) * sizeof **first;

@@ -56,7 +56,8 @@ bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def)
     return gap > 1e-9 * size;
 }
 
-/* MJCF tells the point on the first body; that on the other is where it is as drawn, else both are sites. */
+/* MJCF tells the point on the first body; that on the other is where it is as drawn, else both are
+ * sites. */
 static void write_connect(mbsri_writer *w, const mbsr_closure_def *def, int id)
 {
     mbsri_begin(&w->text, "connect");

@@ -16,15 +16,15 @@ typedef struct mbsri_text {
 /* As it stands. */
 void mbsri_put(mbsri_text *t, const char *s, size_t length);
 
-/* An element on a line of its own: mbsri_begin, attributes, then mbsri_end if there is nothing in it, or
- * mbsri_into, what is in it, and mbsri_out. */
+/* An element on a line of its own: mbsri_begin, attributes, then mbsri_end if there is nothing in
+ * it, or mbsri_into, what is in it, and mbsri_out. */
 void mbsri_begin(mbsri_text *t, const char *element);
 void mbsri_end(mbsri_text *t);
 void mbsri_into(mbsri_text *t);
 void mbsri_out(mbsri_text *t, const char *element);
 
-/* Attributes; by mbsri_set_text a value that is NULL or "" is left out. Numbers have 17 digits, and a point
- * whatever the locale. */
+/* Attributes; by mbsri_set_text a value that is NULL or "" is left out. Numbers have 17 digits, and
+ * a point whatever the locale. */
 void mbsri_set_attribute(mbsri_text *t, const char *name, const char *value);
 void mbsri_set_text(mbsri_text *t, const char *name, const char *value);
 void mbsri_set_numbers(mbsri_text *t, const char *name, int n, const double *values);

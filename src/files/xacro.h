@@ -9,8 +9,9 @@
 
 #include "files/scene.h"
 
-/* What limits an expansion: none in use comes near. Elements, macros, properties and expressions in each
- * other; work, roughly the bytes that it takes; bytes of one text that an expression makes; other files. */
+/* What limits an expansion: none in use comes near. Elements, macros, properties and expressions in
+ * each other; work, roughly the bytes that it takes; bytes of one text that an expression makes;
+ * other files. */
 enum {
     MBSRI_XACRO_DEPTH = 1000,
     MBSRI_XACRO_WORK = 1 << 27,

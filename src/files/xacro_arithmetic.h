@@ -5,8 +5,8 @@
 
 #include "files/xacro_call.h"
 
-/* "+", "-", "*", "/", "//", "%", "**". Whole numbers have 64 bits, beyond which they are refused, as is what is not
- * finite though its operands are. False: refused. */
+/* "+", "-", "*", "/", "//", "%", "**". Whole numbers have 64 bits, beyond which they are refused,
+ * as is what is not finite though its operands are. False: refused. */
 bool mbsri_arithmetic(mbsri_xacro *x, const char *mark, const mbsri_value *a, const mbsri_value *b,
                       mbsri_value *out);
 

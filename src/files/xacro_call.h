@@ -29,12 +29,13 @@ typedef struct mbsri_function {
     double (*two)(double, double);
 } mbsri_function;
 
-/* The function of a table that has this name and is in one of these modules (0: whatever module); NULL: none. */
+/* The function of a table that has this name and is in one of these modules (0: whatever module);
+ * NULL: none. */
 const mbsri_function *mbsri_function_find(const mbsri_function *table, size_t count, int where,
                                           const char *name);
 
-/* Argument k as a number or string; and what argument 0 consists of, a sequence, a string or the keys of a
- * dictionary, as a list. False: refused. */
+/* Argument k as a number or string; and what argument 0 consists of, a sequence, a string or the
+ * keys of a dictionary, as a list. False: refused. */
 bool mbsri_call_number(mbsri_xacro *x, const mbsri_call *c, int k, double *number);
 bool mbsri_call_string(mbsri_xacro *x, const mbsri_call *c, int k, const char **string);
 bool mbsri_call_items(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out);

@@ -5,7 +5,8 @@
 
 #include "files/xacro_value.h"
 
-/* Names are those of the scope, then those that xacro offers; without a scope the latter alone. False: refused. */
+/* Names are those of the scope, then those that xacro offers; without a scope the latter alone.
+ * False: refused. */
 bool mbsri_xacro_evaluate(mbsri_xacro *x, struct mbsri_scope *scope, const char *text,
                           mbsri_value *value);
 

@@ -1,8 +1,9 @@
 /* The elements of a file of xacro: see xacro_expand.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * What an element becomes is added to the element `to`: elements of the model with the values of their attributes, those
- * of xacro as what they stand for. What the prefix xacro means is not asked from its declaration. */
+ * What an element becomes is added to the element `to`: elements of the model with the values of
+ * their attributes, those of xacro as what they stand for. What the prefix xacro means is not asked
+ * from its declaration. */
 #include "files/xacro_expand.h"
 
 #include "files/xacro_load.h"
@@ -38,7 +39,8 @@ static bool expand_children(mbsri_xacro *x, const mbsri_element *e, mbsri_scope 
 
 /* ---- elements of the model ---- */
 
-/* Whether XML may have these characters, in UTF-8: what YAML and arguments give was not seen by the parser of XML. */
+/* Whether XML may have these characters, in UTF-8: what YAML and arguments give was not seen by the
+ * parser of XML. */
 static bool is_text(const char *text)
 {
     for (const unsigned char *s = (const unsigned char *)text; *s;) {

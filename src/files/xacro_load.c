@@ -14,7 +14,8 @@ typedef struct loaded {
 
 /* ---- where files may be ---- */
 
-/* A path without "." and without ".." but at its beginning; "" is the folder where the program runs. */
+/* A path without "." and without ".." but at its beginning; "" is the folder where the program
+ * runs. */
 static char *tidy(mbsri_xacro *x, const char *path)
 {
     const bool absolute = *path == '/';

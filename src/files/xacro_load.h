@@ -5,9 +5,9 @@
 
 #include "files/xacro_value.h"
 
-/* The root of an included file, which is read once; NULL where it is missing and optional. A path that leaves the model's
- * folder and those of the packages is refused, unless option `outside` allows it, by its text: links of the file system
- * are not seen. False: refused. */
+/* The root of an included file, which is read once; NULL where it is missing and optional. A path
+ * that leaves the model's folder and those of the packages is refused, unless option `outside`
+ * allows it, by its text: links of the file system are not seen. False: refused. */
 bool mbsri_xacro_include(mbsri_xacro *x, const char *path, bool optional,
                          const mbsri_element **root);
 

@@ -20,7 +20,8 @@ static const char *end_of_braces(const char *s, char mark)
     return s ? s + 1 : NULL;
 }
 
-/* Behind a default: ${...}, $(...), or a word in which quotes may hold white space; NULL: quotes that do not end. */
+/* Behind a default: ${...}, $(...), or a word in which quotes may hold white space; NULL: quotes
+ * that do not end. */
 static const char *end_of_default(const char *s)
 {
     const char *end = NULL;

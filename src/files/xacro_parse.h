@@ -1,5 +1,5 @@
-/* An expression of xacro as a tree: the expressions of Python but for lambda, comprehensions, dictionaries
- * in braces, operators on bits, and keywords in calls other than dict().
+/* An expression of xacro as a tree: the expressions of Python but for lambda, comprehensions,
+ * dictionaries in braces, operators on bits, and keywords in calls other than dict().
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FILES_XACRO_PARSE_H
 #define MBSRI_FILES_XACRO_PARSE_H

@@ -12,7 +12,8 @@
 
 enum { NUMBER = 40 };
 
-/* The fewest digits, at most 17, that are read as this number, and the power of ten of the first. */
+/* The fewest digits, at most 17, that are read as this number, and the power of ten of the first.
+ */
 static void find_digits(double x, char digits[NUMBER], int *exponent)
 {
     char text[NUMBER];

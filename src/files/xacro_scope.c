@@ -139,7 +139,8 @@ static bool substitute(mbsri_xacro *x, const char *inner, mbsri_value *value)
     return value->of.string != NULL;
 }
 
-/* Where the first piece of a text ends: ${...}, $(...), "$${" or what is none of these; NULL: refused. */
+/* Where the first piece of a text ends: ${...}, $(...), "$${" or what is none of these; NULL:
+ * refused. */
 static const char *end_of_piece(mbsri_xacro *x, const char *s)
 {
     if (*s != '$') return s + strcspn(s, "$");

@@ -1,8 +1,9 @@
 /* Scopes of xacro with their properties and macros, and texts with ${...} and $(...).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A scope is the file's, a namespace's or a call's of a macro. It sees what the scopes around it have, which are those of
- * the call, not of the definition. A property is evaluated when it is used first, in the scope where it stands. */
+ * A scope is the file's, a namespace's or a call's of a macro. It sees what the scopes around it
+ * have, which are those of the call, not of the definition. A property is evaluated when it is used
+ * first, in the scope where it stands. */
 #ifndef MBSRI_FILES_XACRO_SCOPE_H
 #define MBSRI_FILES_XACRO_SCOPE_H
 
@@ -22,7 +23,8 @@ mbsri_scope *mbsri_scope_open(mbsri_xacro *x, mbsri_scope *parent, bool is_names
 /* Numbers a name that is not there; false: refused. */
 bool mbsri_scope_name(mbsri_xacro *x, mbsri_names *names, const char *name, int number);
 
-/* A property; `lazy`: its text is evaluated when it is used. Blocks are under "*name" and "**name". False: refused. */
+/* A property; `lazy`: its text is evaluated when it is used. Blocks are under "*name" and "**name".
+ * False: refused. */
 bool mbsri_scope_set(mbsri_xacro *x, mbsri_scope *scope, const char *name, const mbsri_value *value,
                      bool lazy);
 

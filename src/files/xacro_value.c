@@ -67,7 +67,8 @@ static int order_of(double a, double b)
     return a < b ? -1 : a > b ? 1 : 0;
 }
 
-/* Of numbers; false: one is none. NaN is refused where order counts: it cannot come up by arithmetic. */
+/* Of numbers; false: one is none. NaN is refused where order counts: it cannot come up by
+ * arithmetic. */
 static bool compare_numbers(const mbsri_value *a, const mbsri_value *b, int *order)
 {
     int64_t i, j;

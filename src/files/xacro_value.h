@@ -97,8 +97,8 @@ const char *mbsri_value_text(mbsri_xacro *x, const mbsri_value *v);
 bool mbsri_text_whole(const char *text, int64_t *whole);
 bool mbsri_text_real(const char *text, double *real);
 
-/* What a property or parameter with this text is: without quotes around it, a number, a truth value, or the
- * text. Other values stay as they are. */
+/* What a property or parameter with this text is: without quotes around it, a number, a truth
+ * value, or the text. Other values stay as they are. */
 mbsri_value mbsri_value_literal(mbsri_xacro *x, const mbsri_value *v);
 
 /* Whether an element stays: numbers, "true", "False" and the like. False: it is no truth value. */

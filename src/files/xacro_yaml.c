@@ -1,8 +1,9 @@
 /* YAML as values: see xacro_yaml.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A block is what stands further to the right than the line it belongs to. It is a list if it begins with "- ", a map if
- * its first line has a key, else a scalar or brackets. The items of a list may begin in the column of its key. */
+ * A block is what stands further to the right than the line it belongs to. It is a list if it
+ * begins with "- ", a map if its first line has a key, else a scalar or brackets. The items of a
+ * list may begin in the column of its key. */
 #include "files/xacro_yaml.h"
 
 #include "files/xacro_yaml_scalar.h"
@@ -132,7 +133,8 @@ static const char *end_of_quotes(const char *s)
     return NULL;
 }
 
-/* Behind a word without quotes: at ": ", " #", the end of the line, in brackets also at , [ ] { }. */
+/* Behind a word without quotes: at ": ", " #", the end of the line, in brackets also at , [ ] { }.
+ */
 static const char *end_of_plain(const char *s, bool brackets)
 {
     const char *end = s;
@@ -170,7 +172,8 @@ static bool read_scalar(yaml *y, bool brackets, mbsri_value *value)
     return quoted || mbsri_yaml_resolve(y->x, text, value);
 }
 
-/* The place of the value of a key, which is added unless it is there: then the last value counts. NULL: refused. */
+/* The place of the value of a key, which is added unless it is there: then the last value counts.
+ * NULL: refused. */
 static mbsri_value *place_of(yaml *y, mbsri_value *map, const mbsri_value *key)
 {
     const mbsri_value none = {.kind = MBSRI_NOTHING};

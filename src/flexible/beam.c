@@ -1,8 +1,8 @@
 /* Modal data of a beam: see flex.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Mass off the axis, at +-sqrt(2) radius, a quarter at each of four points of the section, gives the section its
- * moments; so all integrals are those of one field over one mass. */
+ * Mass off the axis, at +-sqrt(2) radius, a quarter at each of four points of the section, gives
+ * the section its moments; so all integrals are those of one field over one mass. */
 #include "flexible/beam_modes.h"
 #include "flexible/beam_shortening.h"
 
@@ -26,7 +26,7 @@ enum { POINTS = MBSRI_BEAM_POINTS, MOST_ELEMENTS = 40 };
 
 /* ---- what is given ---- */
 
-static int check_numbers(const mbsr_beam_def *def, mbsr_error *error)
+static int check_section(const mbsr_beam_def *def, mbsr_error *error)
 {
     const struct {
         const char *name;
@@ -52,7 +52,7 @@ static int check_numbers(const mbsr_beam_def *def, mbsr_error *error)
     return MBSR_OK;
 }
 
-static int check_def(const mbsr_beam_def *def, mbsr_error *error)
+static int check_beam(const mbsr_beam_def *def, mbsr_error *error)
 {
     if (def->cookie != MBSRI_COOKIE)
         return REFUSE(MBSR_ERR_NO_DEFAULT,
@@ -76,7 +76,7 @@ static int check_def(const mbsr_beam_def *def, mbsr_error *error)
     if (!def->allocator.allocate != !def->allocator.release)
         return REFUSE(MBSR_ERR_VALUE,
                       "mbsr_flex_beam: allocator has one of its two functions only");
-    return check_numbers(def, error);
+    return check_section(def, error);
 }
 
 /* ---- elements ---- */
@@ -94,8 +94,8 @@ static int section(const mbsr_beam_def *def, double offset[4][3])
     return points;
 }
 
-/* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in terms of the
- * 12 dofs of the element. */
+/* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in
+ * terms of the 12 dofs of the element. */
 typedef struct beam_point {
     double weight, x;
     double shift[3][12], turn[3][12];
@@ -120,7 +120,7 @@ static void point_of(const mbsr_beam_def *def, int e, int k, beam_point *point)
 }
 
 /* Place of a dof among the free ones; -1: it is none. */
-static int place(const mbsri_beam *b, int dof)
+static int index_of_dof(const mbsri_beam *b, int dof)
 {
     for (int k = 0; k < b->free; ++k) {
         if (b->dof[k] == dof) return k;
@@ -132,7 +132,8 @@ static int place(const mbsri_beam *b, int dof)
 static void add_square(const mbsri_beam *b, int e, double factor, const double x[12], double *A)
 {
     int at[12];
-    for (int k = 0; k < 12; ++k) at[k] = x[k] != 0.0 ? place(b, MBSRI_BEAM_NODE * e + k) : -1;
+    for (int k = 0; k < 12; ++k)
+        at[k] = x[k] != 0.0 ? index_of_dof(b, MBSRI_BEAM_NODE * e + k) : -1;
     for (int j = 0; j < 12; ++j) {
         for (int k = 0; k < 12 && at[j] >= 0; ++k) {
             if (at[k] >= 0) A[at[j] * b->free + at[k]] += factor * x[j] * x[k];
@@ -141,7 +142,7 @@ static void add_square(const mbsri_beam *b, int e, double factor, const double x
 }
 
 /* Displacement at a point off the axis: shift + turn x offset. */
-static void displacement(const beam_point *point, const double offset[3], double N[3][12])
+static void displacement_at(const beam_point *point, const double offset[3], double N[3][12])
 {
     for (int c = 0; c < 12; ++c) {
         const double turn[3] = {point->turn[0][c], point->turn[1][c], point->turn[2][c]};
@@ -171,7 +172,7 @@ static void add_point(mbsri_beam *b, int e, int k)
     add_square(b, e, point.weight * def->EI_y, y, b->K);
     const int points = section(def, offset);
     for (int l = 0; l < points; ++l) {
-        displacement(&point, offset[l], N);
+        displacement_at(&point, offset[l], N);
         for (int r = 0; r < 3; ++r)
             add_square(b, e, point.weight * def->density / points, N[r], b->M);
     }
@@ -191,7 +192,7 @@ static void assemble(mbsri_beam *b)
         for (int k = 0; k < POINTS; ++k) add_point(b, e, k);
     }
     for (int k = 0; k < 3; ++k) {
-        const int at = place(b, b->dofs - MBSRI_BEAM_NODE + k);
+        const int at = index_of_dof(b, b->dofs - MBSRI_BEAM_NODE + k);
         if (at >= 0) b->M[at * (b->free + 1)] += def->tip_mass;
     }
 }
@@ -208,7 +209,7 @@ typedef struct sums {
 } sums;
 
 /* Adds mass m at x, where the modes displace by s->Phi. */
-static void add_mass(double m, const double x[3], sums *s)
+static void add_beam_mass(double m, const double x[3], sums *s)
 {
     const int rows = 3 * s->shapes;
     s->def.mass += m;
@@ -244,16 +245,16 @@ static void integrate(const mbsri_beam *b, sums *s)
     const int points = section(def, offset);
     const double end[3] = {def->length, 0.0, 0.0};
     place_shapes(b, def->elements - 1, POINTS, N, s);
-    add_mass(def->tip_mass, end, s);
+    add_beam_mass(def->tip_mass, end, s);
     for (int e = 0; e < def->elements; ++e) {
         for (int k = 0; k < POINTS; ++k) {
             beam_point point;
             point_of(def, e, k, &point);
             for (int l = 0; l < points; ++l) {
                 const double x[3] = {point.x, offset[l][1], offset[l][2]};
-                displacement(&point, offset[l], N);
+                displacement_at(&point, offset[l], N);
                 place_shapes(b, e, k, N, s);
-                add_mass(point.weight * def->density / points, x, s);
+                add_beam_mass(point.weight * def->density / points, x, s);
             }
         }
     }
@@ -350,8 +351,8 @@ static size_t lay_out_sums(const mbsri_beam *b, sums *s, double *memory)
     REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_flex_beam: no memory for %d elements", (b)->def->elements)
 
 /* The data of the modes and of the shortening; memory: of mbsri_beam_shorten. */
-static int create(const mbsri_beam *b, const double *memory, sums *s, mbsr_flex **flex,
-                  mbsr_error *error)
+static int create_beam_data(const mbsri_beam *b, const double *memory, sums *s, mbsr_flex **flex,
+                            mbsr_error *error)
 {
     s->shapes = b->modes + s->by.count;
     if (s->shapes > MBSR_MAX_MODES || b->modes * s->by.count > MBSR_MAX_DEPENDENCES)
@@ -387,12 +388,12 @@ static int create_stiffening(const mbsri_beam *b, sums *s, mbsr_flex **flex, mbs
     if (status)
         REFUSE(status, "mbsr_flex_beam: the shapes of its shortening did not converge");
     else
-        status = create(b, memory, s, flex, error);
+        status = create_beam_data(b, memory, s, flex, error);
     mbsri_release(&b->def->allocator, memory);
     return status;
 }
 
-static int make(mbsri_beam *b, mbsr_flex **flex, mbsr_error *error)
+static int make_beam(mbsri_beam *b, mbsr_flex **flex, mbsr_error *error)
 {
     sums s = {.shapes = 0};
     assemble(b);
@@ -405,7 +406,7 @@ static int make(mbsri_beam *b, mbsr_flex **flex, mbsr_error *error)
                                                : "frequencies did not converge");
     scale_modes(b);
     return b->def->stiffening ? create_stiffening(b, &s, flex, error)
-                              : create(b, NULL, &s, flex, error);
+                              : create_beam_data(b, NULL, &s, flex, error);
 }
 
 int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error)
@@ -413,7 +414,7 @@ int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error
     if (flex) *flex = NULL;
     if (!def || !flex)
         return REFUSE(MBSR_ERR_NULL, "mbsr_flex_beam: %s is NULL", !def ? "def" : "flex");
-    int status = check_def(def, error);
+    int status = check_beam(def, error);
     if (status) return status;
     int dof[MBSRI_BEAM_NODE * (MOST_ELEMENTS + 1)];
     mbsri_beam b = {.def = def,
@@ -423,7 +424,7 @@ int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error
     double *memory = mbsri_allocate(&def->allocator, lay_out_modes(&b, NULL) * sizeof *memory);
     if (!memory) return NO_MEMORY(&b);
     lay_out_modes(&b, memory);
-    status = make(&b, flex, error);
+    status = make_beam(&b, flex, error);
     mbsri_release(&def->allocator, memory);
     return status;
 }

@@ -7,8 +7,8 @@
 
 enum { MBSRI_BEAM_POINTS = 5 };
 
-/* Cubic shape functions of deflection, slope, deflection, slope at z in 0 .. 1 of an element of length h:
- * order 0 values, 1 slopes, 2 curvatures. */
+/* Cubic shape functions of deflection, slope, deflection, slope at z in 0 .. 1 of an element of
+ * length h: order 0 values, 1 slopes, 2 curvatures. */
 static inline void mbsri_hermite(double z, double h, int order, double N[4])
 {
     const double value[3][4] = {{1.0 - 3.0 * z * z + 2.0 * z * z * z,
@@ -21,7 +21,8 @@ static inline void mbsri_hermite(double z, double h, int order, double N[4])
     mbsri_copy(4, value[order], N);
 }
 
-/* Dofs of an element that bending about z and about y have, and their signs: w' = -rotation about y. */
+/* Dofs of an element that bending about z and about y have, and their signs: w' = -rotation about
+ * y. */
 static const int mbsri_bends_z[4] = {1, 5, 7, 11}, mbsri_bends_y[4] = {2, 4, 8, 10};
 static const double mbsri_bends_y_sign[4] = {1.0, -1.0, 1.0, -1.0};
 

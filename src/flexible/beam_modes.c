@@ -1,10 +1,10 @@
 /* Normal and static modes of a beam: see beam_modes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With K = L L^T the eigenvectors y of L^-1 M L^-T y = mu y give the modes x = L^-T y, x^T K x = 1, with
- * mu = 1 / omega^2; parts that have no mass are those of mu = 0. Static modes X = K^-1 F keep
- * X - sum_j x_j (x_j^T F), which is K-orthogonal to the normal modes; their own small eigenproblem, first of
- * X^T K X, then of the mass in what that leaves, makes them independent and diagonal. */
+ * With K = L L^T the eigenvectors y of L^-1 M L^-T y = mu y give the modes x = L^-T y, x^T K x = 1,
+ * with mu = 1 / omega^2; parts that have no mass are those of mu = 0. Static modes X = K^-1 F keep
+ * X - sum_j x_j (x_j^T F), which is K-orthogonal to the normal modes; their own small eigenproblem,
+ * first of X^T K X, then of the mass in what that leaves, makes them independent and diagonal. */
 #include "flexible/beam_modes.h"
 
 #include "algebra/cholesky.h"
@@ -44,7 +44,7 @@ static void solve_transposed(int n, const double *L, double *x)
 }
 
 /* A new mode, x over the free dofs, with its largest number positive. */
-static void keep(mbsri_beam *b, const double *x, double mu)
+static void keep_mode(mbsri_beam *b, const double *x, double mu)
 {
     double *mode = b->mode + (size_t)b->dofs * (size_t)b->modes, largest = 0.0;
     mbsri_zero((size_t)b->dofs, mode);
@@ -69,7 +69,7 @@ static int normal_modes(mbsri_beam *b, const double *L, double *x, double *mu, d
     for (int k = n - 1; k >= 0 && b->modes < b->def->modes; --k) {
         const double omega = b->def->frequency;
         if (!(mu[k] > none * mu[n - 1]) || mu[k] * omega * omega < 1.0) break;
-        keep(b, x + n * k, mu[k]);
+        keep_mode(b, x + n * k, mu[k]);
     }
     b->normal = b->modes;
     return MBSR_OK;
@@ -104,7 +104,7 @@ static int attachment_modes(const mbsri_beam *b, const double *L, const double *
 }
 
 /* C (c x c) = X^T A X, A n x n; AX: n x c. */
-static void project(int n, int c, const double *A, const double *X, double *AX, double *C)
+static void project_matrix(int n, int c, const double *A, const double *X, double *AX, double *C)
 {
     mbsri_zero((size_t)n * (size_t)c, AX);
     mbsri_ab(n, n, c, 1.0, A, X, AX);
@@ -121,7 +121,7 @@ static int static_modes(mbsri_beam *b, const double *L, const double *x, double 
            *work = lambda + most;
     const int m = attachment_modes(b, L, x, X);
     if (m == 0) return MBSR_OK;
-    project(n, m, b->K, X, AX, C);
+    project_matrix(n, m, b->K, X, AX, C);
     if (mbsri_lapack_syev(m, C, lambda, work, mbsri_lapack_syev_work(m)) != 0)
         return MBSR_EIGEN_FAILED;
     int left = 0;
@@ -131,13 +131,13 @@ static int static_modes(mbsri_beam *b, const double *L, const double *x, double 
         mbsri_zero((size_t)n, z);
         mbsri_ax(n, m, 1.0 / sqrt(lambda[k]), X, C + m * k, z);
     }
-    project(n, left, b->M, Z, AX, C);
+    project_matrix(n, left, b->M, Z, AX, C);
     if (mbsri_lapack_syev(left, C, lambda, work, mbsri_lapack_syev_work(left)) != 0)
         return MBSR_EIGEN_FAILED;
     for (int k = left - 1; k >= 0; --k) {
         mbsri_zero((size_t)n, X);
         mbsri_ax(n, left, 1.0, Z, C + left * k, X);
-        keep(b, X, lambda[k] > none * mu_largest ? lambda[k] : 0.0);
+        keep_mode(b, X, lambda[k] > none * mu_largest ? lambda[k] : 0.0);
     }
     return MBSR_OK;
 }

@@ -5,9 +5,9 @@
  *
  *   -1/2 sum_ab s_a s_b g_ab,     g_ab = int_0^x v_a' v_b' + w_a' w_b'
  *
- * All g_ab, each relative to those of a and of b alone, are combinations of few functions chi_k: the
- * eigenvectors of sum_ab g_ab g_ab^T over sampled places. Then Y_k,ab = -chi_k . g_ab. Only modes with mass
- * shorten: those without stay without. */
+ * All g_ab, each relative to those of a and of b alone, are combinations of few functions chi_k:
+ * the eigenvectors of sum_ab g_ab g_ab^T over sampled places. Then Y_k,ab = -chi_k . g_ab. Only
+ * modes with mass shorten: those without stay without. */
 #include "flexible/beam_shortening.h"
 
 #include "algebra/lapack.h"
@@ -18,13 +18,13 @@ enum { POINTS = MBSRI_BEAM_POINTS, SAMPLES = MBSRI_BEAM_SAMPLES };
 
 static const double negligible = 1e-12; /* beside the largest eigenvalue, of a square */
 
-/* Where in the scratch what is: shapes, slopes in two directions at the points of quadrature below each
- * sample of each mode, sizes of g_aa. */
+/* Where in the scratch what is: shapes, slopes in two directions at the points of quadrature below
+ * each sample of each mode, sizes of g_aa. */
 typedef struct room {
     double *at, *slope, *size, *g, *lambda, *work;
 } room;
 
-static size_t lay_out(const mbsri_beam *b, double *memory, room *w)
+static size_t lay_out_room(const mbsri_beam *b, double *memory, room *w)
 {
     const size_t samples = SAMPLES * (size_t)b->def->elements, n = (size_t)b->modes,
                  work = (size_t)mbsri_lapack_syev_work((int)samples),
@@ -42,11 +42,11 @@ static size_t lay_out(const mbsri_beam *b, double *memory, room *w)
 size_t mbsri_beam_shortening_size(const mbsri_beam *b)
 {
     room w;
-    return lay_out(b, NULL, &w);
+    return lay_out_room(b, NULL, &w);
 }
 
 /* Where a sample is in its element, and what counts as its share of the beam. */
-static double sample(int j, double *share)
+static double sample_place(int j, double *share)
 {
     if (j < POINTS) return mbsri_gauss(j, share);
     *share = 1.0;
@@ -72,7 +72,7 @@ static void fill_slopes(const mbsri_beam *b, double *slope)
     for (int a = 0; a < b->modes; ++a) {
         for (int e = 0; e < b->def->elements; ++e) {
             for (int j = 0; j < SAMPLES; ++j) {
-                const double z = sample(j, &share);
+                const double z = sample_place(j, &share);
                 for (int k = 0; k < POINTS; ++k, slope += 2)
                     slopes(b, a, e, z * mbsri_gauss(k, &weight), slope);
             }
@@ -92,7 +92,7 @@ static double pair(const mbsri_beam *b, const room *w, int a, int c, double *g)
         double sum = 0.0;
         for (int j = 0; j < SAMPLES; ++j, ++g) {
             double weight, share;
-            const double z = sample(j, &share);
+            const double z = sample_place(j, &share);
             sum = before;
             for (int k = 0; k < POINTS; ++k, x += 2, y += 2) {
                 mbsri_gauss(k, &weight);
@@ -109,7 +109,7 @@ static double pair(const mbsri_beam *b, const room *w, int a, int c, double *g)
 int mbsri_beam_shorten(const mbsri_beam *b, double *memory, mbsri_beam_shortening *by)
 {
     room w;
-    lay_out(b, memory, &w);
+    lay_out_room(b, memory, &w);
     const int samples = by->samples = SAMPLES * b->def->elements;
     by->at = w.at;
     by->count = 0;
@@ -140,7 +140,7 @@ void mbsri_beam_dependences(const mbsri_beam *b, const double *memory, mbsri_bea
 {
     const int n = b->modes, samples = by->samples;
     room w;
-    lay_out(b, (double *)memory, &w);
+    lay_out_room(b, (double *)memory, &w);
     for (int a = 0; a < n; ++a) {
         for (int c = 0; c <= a; ++c) {
             const int bends = w.size[a] > 0.0 && w.size[c] > 0.0;
@@ -152,7 +152,7 @@ void mbsri_beam_dependences(const mbsri_beam *b, const double *memory, mbsri_bea
     }
     for (int j = 0; j < samples; ++j) {
         double share;
-        sample(j % SAMPLES, &share);
+        sample_place(j % SAMPLES, &share);
         for (int k = 0; k < by->count; ++k) by->at[samples * k + j] /= sqrt(share);
     }
 }

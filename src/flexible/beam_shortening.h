@@ -9,14 +9,16 @@
 /* In each element the five points of quadrature and its end. */
 enum { MBSRI_BEAM_SAMPLES = MBSRI_BEAM_POINTS + 1 };
 
-/* Displacements along x: shape k at sample j of element e is at[samples k + MBSRI_BEAM_SAMPLES e + j]. */
+/* Displacements along x: shape k at sample j of element e is at[samples k + MBSRI_BEAM_SAMPLES e +
+ * j]. */
 typedef struct mbsri_beam_shortening {
     int count, samples;
     double *at;
     double *Y; /* modes x modes x count */
 } mbsri_beam_shortening;
 
-/* Doubles for the samples of most shapes there can be, their Y aside, and what it takes to find them. */
+/* Doubles for the samples of most shapes there can be, their Y aside, and what it takes to find
+ * them. */
 size_t mbsri_beam_shortening_size(const mbsri_beam *b);
 
 /* count and `at`, in memory of that size. MBSR_EIGEN_FAILED. */

@@ -1,8 +1,8 @@
 /* Whether modal data are those of a body: see check.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The integrals are those of some field and some mass if the Gram matrix of its components is positive
- * semi-definite,
+ * The integrals are those of some field and some mass if the Gram matrix of its components is
+ * positive semi-definite,
  *
  *   G = int g g^T,   g = (1, x, Phi_1, ..., Phi_n, chi_1, ..., chi_r)
  *
@@ -23,8 +23,8 @@ static const double tolerance = 1e-9; /* of matrices scaled to unit diagonal */
 
 #define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
 
-static int check_finite(const char *name, size_t rows, size_t columns, const double *x,
-                        mbsr_error *error)
+static int check_matrix_finite(const char *name, size_t rows, size_t columns, const double *x,
+                               mbsr_error *error)
 {
     for (size_t k = 0; k < rows * columns; ++k) {
         if (!isfinite(x[k]))
@@ -177,16 +177,16 @@ static int check_marker(const mbsr_flex *f, int k, mbsr_error *error)
 int mbsri_flex_check(const mbsr_flex *f, mbsr_error *error)
 {
     const size_t n = (size_t)f->n, m = (size_t)f->m, size = 4 + 3 * m;
-    int status = check_finite("mass", 1, 1, &f->mass, error);
-    if (!status) status = check_finite("c0", 3, 1, f->c0, error);
-    if (!status) status = check_finite("N0", 3, 3, f->N0, error);
-    if (!status) status = check_finite("Ct0", 3, m, f->Ct0, error);
-    if (!status) status = check_finite("P0", 3, 3 * m, f->P0, error);
-    if (!status) status = check_finite("P", 3 * m, 3 * m, f->P, error);
-    if (!status) status = check_finite("Mf", m, m, f->Mf, error);
-    if (!status) status = check_finite("K", n, n, f->K, error);
-    if (!status) status = check_finite("D", n, n, f->D, error);
-    if (!status) status = check_finite("Y", n, n * (size_t)f->r, f->Y, error);
+    int status = check_matrix_finite("mass", 1, 1, &f->mass, error);
+    if (!status) status = check_matrix_finite("c0", 3, 1, f->c0, error);
+    if (!status) status = check_matrix_finite("N0", 3, 3, f->N0, error);
+    if (!status) status = check_matrix_finite("Ct0", 3, m, f->Ct0, error);
+    if (!status) status = check_matrix_finite("P0", 3, 3 * m, f->P0, error);
+    if (!status) status = check_matrix_finite("P", 3 * m, 3 * m, f->P, error);
+    if (!status) status = check_matrix_finite("Mf", m, m, f->Mf, error);
+    if (!status) status = check_matrix_finite("K", n, n, f->K, error);
+    if (!status) status = check_matrix_finite("D", n, n, f->D, error);
+    if (!status) status = check_matrix_finite("Y", n, n * (size_t)f->r, f->Y, error);
     for (int k = 0; k < f->markers && !status; ++k) status = check_marker(f, k, error);
     if (!status && f->mass < 0.0)
         status = REFUSE(MBSR_ERR_VALUE, "mbsr_flex_create: mass is %g, negative", f->mass);

@@ -17,8 +17,8 @@ struct mbsr_flex {
     mbsr_flex_marker *marker;              /* Phi and Psi are not NULL */
     bool *rests; /* markers that no mode and no dependent shape moves in the body */
     int massive; /* modes that have mass */
-    /* R with R^T Mf R = 1 for these (n x n, upper triangular, zero for others), or NULL; a bound of the inverse of Mf scaled
-     * to unit diagonal; whether Mf is a diagonal matrix (unit_masses.h) */
+    /* R with R^T Mf R = 1 for these (n x n, upper triangular, zero for others), or NULL; a bound of
+     * the inverse of Mf scaled to unit diagonal; whether Mf is a diagonal matrix (unit_masses.h) */
     double *root, spread;
     bool diagonal;
 };

@@ -14,7 +14,7 @@ mbsr_flex_def mbsr_default_flex_def(void)
 
 #define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
 
-static int check_def(const mbsr_flex_def *def, mbsr_error *error)
+static int check_flex(const mbsr_flex_def *def, mbsr_error *error)
 {
     if (def->cookie != MBSRI_COOKIE)
         return REFUSE(MBSR_ERR_NO_DEFAULT,
@@ -48,7 +48,7 @@ static int check_def(const mbsr_flex_def *def, mbsr_error *error)
 }
 
 /* Places the arrays at `memory` (NULL: none yet); the doubles they take. */
-static size_t lay_out(mbsr_flex *f, double *memory)
+static size_t lay_out_flex(mbsr_flex *f, double *memory)
 {
     const size_t n = (size_t)f->n, r = (size_t)f->r, m = n + r,
                  length[] = {3 * m, 9 * m, 9 * m * m, m * m, n * n, n * n, n * n * r, n * n};
@@ -66,7 +66,7 @@ static size_t lay_out(mbsr_flex *f, double *memory)
 }
 
 /* to (count) = from, zero for NULL. */
-static void fill(size_t count, const double *from, double *to)
+static void copy_or_zero(size_t count, const double *from, double *to)
 {
     if (from)
         mbsri_copy(count, from, to);
@@ -92,18 +92,18 @@ static void copy_data(const mbsr_flex_def *def, mbsr_flex *f)
     f->mass = def->mass;
     mbsri_copy(3, def->c0, f->c0);
     mbsri_copy(9, def->N0, f->N0);
-    fill(3 * m, def->Ct0, f->Ct0);
-    fill(9 * m, def->P0, f->P0);
-    fill(9 * m * m, def->P, f->P);
-    fill(m * m, def->Mf, f->Mf);
+    copy_or_zero(3 * m, def->Ct0, f->Ct0);
+    copy_or_zero(9 * m, def->P0, f->P0);
+    copy_or_zero(9 * m * m, def->P, f->P);
+    copy_or_zero(m * m, def->Mf, f->Mf);
     if (!def->Mf) add_traces(f);
-    fill(n * n, def->K, f->K);
-    fill(n * n, def->D, f->D);
-    fill(n * n * (size_t)f->r, def->Y, f->Y);
+    copy_or_zero(n * n, def->K, f->K);
+    copy_or_zero(n * n, def->D, f->D);
+    copy_or_zero(n * n * (size_t)f->r, def->Y, f->Y);
     for (int k = 0; k < f->markers; ++k) {
         f->marker[k].frame = def->marker[k].frame;
-        fill(3 * m, def->marker[k].Phi, (double *)f->marker[k].Phi);
-        fill(3 * m, def->marker[k].Psi, (double *)f->marker[k].Psi);
+        copy_or_zero(3 * m, def->marker[k].Phi, (double *)f->marker[k].Phi);
+        copy_or_zero(3 * m, def->marker[k].Psi, (double *)f->marker[k].Psi);
         f->rests[k] = true;
         for (size_t l = 0; l < 3 * m; ++l) {
             if (f->marker[k].Phi[l] != 0.0 || f->marker[k].Psi[l] != 0.0) f->rests[k] = false;
@@ -116,7 +116,7 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
     if (flex) *flex = NULL;
     if (!def || !flex)
         return REFUSE(MBSR_ERR_NULL, "mbsr_flex_create: %s is NULL", !def ? "def" : "flex");
-    int status = check_def(def, error);
+    int status = check_flex(def, error);
     if (status) return status;
     mbsr_flex sizes = {.n = def->modes,
                        .r = def->dependent,
@@ -124,7 +124,7 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
                        .markers = def->markers};
     const size_t markers = (size_t)def->markers,
                  heads = sizeof sizes + markers * sizeof *sizes.marker,
-                 numbers = lay_out(&sizes, NULL);
+                 numbers = lay_out_flex(&sizes, NULL);
     mbsr_flex *f = mbsri_allocate(&def->allocator,
                                   heads + numbers * sizeof(double) + markers * sizeof *f->rests);
     if (!f)
@@ -132,7 +132,7 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
     *f = sizes;
     f->allocator = def->allocator;
     f->marker = (mbsr_flex_marker *)(f + 1);
-    lay_out(f, (double *)(f->marker + f->markers));
+    lay_out_flex(f, (double *)(f->marker + f->markers));
     f->rests = (bool *)((double *)(f->marker + f->markers) + numbers);
     copy_data(def, f);
     status = mbsri_flex_check(f, error);
@@ -154,7 +154,7 @@ void mbsr_flex_destroy(mbsr_flex *flex)
     mbsri_release(&allocator, flex);
 }
 
-int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data)
+int mbsr_flex_definition(const mbsr_flex *flex, mbsr_flex_def *data)
 {
     const mbsr_flex *f = flex;
     if (!f || !data) return MBSR_ERR_NULL;

@@ -9,7 +9,8 @@
 #include <stdbool.h>
 
 /* Rotation and displacement at the marker for changes of all shapes. */
-static void place(const mbsri_flex_view *view, const double *all, double psi[3], double rho[3])
+static void marker_fields(const mbsri_flex_view *view, const double *all, double psi[3],
+                          double rho[3])
 {
     mbsri_zero(3, psi);
     mbsri_zero(3, rho);
@@ -26,7 +27,7 @@ static void place_along(const mbsri_flex_view *view, const double *dx, double ps
 {
     double all[MBSR_MAX_MODES];
     if (!view->rests) mbsri_shapes_along(view->flex, view->s, dx, all);
-    place(view, all, psi, rho);
+    marker_fields(view, all, psi, rho);
 }
 
 /* psi, rho += factor chi x^T Y y */
@@ -42,7 +43,7 @@ static void add_second(const mbsri_flex_view *view, double factor, const double 
 }
 
 /* C (3 x 3) += [w]x A */
-static void add_turned(const double w[3], const double A[9], double C[9])
+static void add_cross_matrix(const double w[3], const double A[9], double C[9])
 {
     for (int k = 0; k < 9; k += 3) mbsri_add_cross3(w, A + k, C + k);
 }
@@ -58,7 +59,7 @@ void mbsri_flex_see(const mbsr_flex *flex, int marker, const double R[9], const 
     mbsri_copy(9, R, view->R);
     view->rests = flex->rests[marker];
     if (!view->rests) mbsri_shapes(flex, s, all);
-    place(view, all, view->psi, view->rho);
+    marker_fields(view, all, view->psi, view->rho);
     mbsri_add3(1.0, m->frame.x, view->rho);
     view->turned = mbsri_rotation_vector_of(view->psi);
     mbsri_tangent3(&view->turned, T);
@@ -80,9 +81,9 @@ static void derive(const mbsri_flex_view *view, const double w[3], const double 
     else
         mbsri_tangent3_along(&view->turned, dpsi, dT);
     mbsri_multiply3(view->R, dT, out->G);
-    add_turned(w, view->at.G, out->G);
+    add_cross_matrix(w, view->at.G, out->G);
     mbsri_zero(9, out->L);
-    add_turned(w, view->at.L, out->L);
+    add_cross_matrix(w, view->at.L, out->L);
 }
 
 /* B' V = (G' psi' + G psi_second,  omega x a' + L' u + L second) */
@@ -137,14 +138,14 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
         for (int k = 0; k < 9; ++k) twice[k] += along[k];
         mbsri_multiply3(view->R, T_rate, RT);
         mbsri_multiply3(view->R, twice, out->G);
-        add_turned(view->turn, RT, out->G);
+        add_cross_matrix(view->turn, RT, out->G);
     }
-    add_turned(domega, at->G, out->G);
-    add_turned(view->omega, change->G, out->G);
+    add_cross_matrix(domega, at->G, out->G);
+    add_cross_matrix(view->omega, change->G, out->G);
 
     mbsri_zero(9, out->L);
-    add_turned(domega, at->L, out->L);
-    add_turned(view->omega, change->L, out->L);
+    add_cross_matrix(domega, at->L, out->L);
+    add_cross_matrix(view->omega, change->L, out->L);
 
     double *bias = view->bias_change;
     mbsri_rotate3(out->G, view->psid, bias);
@@ -173,10 +174,10 @@ void mbsri_flex_turn(const mbsri_flex_view *view, const double *ds, double x[3])
     mbsri_rotate3(view->at.G, dpsi, x);
 }
 
-/* angular, linear += G psi, L rho, with psi and rho of mode k itself, or of what dependent shapes follow
- * it by: chi (Y x)_k. */
-static void add_column(const mbsri_flex_view *view, const mbsri_flex_arm *arm, bool itself, int k,
-                       const double *x, double angular[3], double linear[3])
+/* angular, linear += G psi, L rho, with psi and rho of mode k itself, or of what dependent shapes
+ * follow it by: chi (Y x)_k. */
+static void add_mode_column(const mbsri_flex_view *view, const mbsri_flex_arm *arm, bool itself,
+                            int k, const double *x, double angular[3], double linear[3])
 {
     const mbsr_flex *f = view->flex;
     double psi[3] = {0.0}, rho[3] = {0.0};
@@ -207,15 +208,15 @@ void mbsri_flex_column(const mbsri_flex_view *view, mbsri_flex_part part, int k,
     mbsri_zero(3, angular);
     mbsri_zero(3, linear);
     if (v->rests) return;
-    add_column(v, arm[part], true, k, v->s, angular, linear);
+    add_mode_column(v, arm[part], true, k, v->s, angular, linear);
     switch (part) {
     case MBSRI_FLEX_AT: break;
-    case MBSRI_FLEX_RATE: add_column(v, &v->at, false, k, v->sdot, angular, linear); break;
-    case MBSRI_FLEX_CHANGE: add_column(v, &v->at, false, k, v->ds, angular, linear); break;
+    case MBSRI_FLEX_RATE: add_mode_column(v, &v->at, false, k, v->sdot, angular, linear); break;
+    case MBSRI_FLEX_CHANGE: add_mode_column(v, &v->at, false, k, v->ds, angular, linear); break;
     case MBSRI_FLEX_RATE_CHANGE:
-        add_column(v, &v->rate, false, k, v->ds, angular, linear);
-        add_column(v, &v->change, false, k, v->sdot, angular, linear);
-        add_column(v, &v->at, false, k, v->dsdot, angular, linear);
+        add_mode_column(v, &v->rate, false, k, v->ds, angular, linear);
+        add_mode_column(v, &v->change, false, k, v->sdot, angular, linear);
+        add_mode_column(v, &v->at, false, k, v->dsdot, angular, linear);
         break;
     }
 }

@@ -5,9 +5,9 @@
  *
  *   B = [ 1  0  G Psi ;  -[a]x  1  L Phi ],   a = R rho,   G = R T(psi),   L = R,   psi = Psi s
  *
- * with T of exp([psi]x)' = [T psi']x exp([psi]x). Dependent shapes (dependent.h) are in rho and psi,
- * and in Phi and Psi here and below as what they change with a mode at s, Phi + chi (Y s). So B stands in
- * (a, G, L) and s, its derivatives in those of them. */
+ * with T of exp([psi]x)' = [T psi']x exp([psi]x). Dependent shapes (dependent.h) are in rho and
+ * psi, and in Phi and Psi here and below as what they change with a mode at s, Phi + chi (Y s). So
+ * B stands in (a, G, L) and s, its derivatives in those of them. */
 #ifndef MBSRI_FLEXIBLE_MARKER_H
 #define MBSRI_FLEXIBLE_MARKER_H
 

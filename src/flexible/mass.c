@@ -3,7 +3,8 @@
  *
  * Body axes, w = R^T omega, Y_a = E_a' = sum_b s'_b P_ba, W = sum_a s'_a E_a:
  *
- *   c = c0 + Ct0 s,   E_a = P0_a + sum_b s_b P_ba,   N = N0 + 1/2 sum_a s_a (P0_a + E_a + transposed)
+ *   c = c0 + Ct0 s,   E_a = P0_a + sum_b s_b P_ba,
+ *       N = N0 + 1/2 sum_a s_a (P0_a + E_a + transposed)
  *   I = tr(N) 1 - N,   Cr_a = axial(E_a)
  *   h_omega = w x I w + 2 (tr(W) w - W^T w),   h_v = w x (w x c) + 2 w x Ct0 s'
  *   h_s,a   = w.E_a w - tr(E_a) |w|^2 + 2 w . axial(Y_a)
@@ -22,7 +23,8 @@
 #include "flexible/axial.h"
 #include "flexible/dependent.h"
 
-/* (E_a)_ij = sum_b x_b (P_ba)_ij, and as P is symmetric, column 3 b + i of it holds these of all a and j. */
+/* (E_a)_ij = sum_b x_b (P_ba)_ij, and as P is symmetric, column 3 b + i of it holds these of all a
+ * and j. */
 void mbsri_flex_all_E_rates(const mbsr_flex *f, const double *all_rate, double *E)
 {
     const size_t rows = 3 * (size_t)f->m;
@@ -91,7 +93,8 @@ static void place_first_moment(int d, const double c[3], double *M)
     }
 }
 
-/* Rows of the modes 0 .. n - 1 in the columns of frame and modes, as they stand in the columns of modes. */
+/* Rows of the modes 0 .. n - 1 in the columns of frame and modes, as they stand in the columns of
+ * modes. */
 static void mirror(int n, double *M)
 {
     const int d = 6 + n;
@@ -100,7 +103,8 @@ static void mirror(int n, double *M)
     }
 }
 
-/* M (0 .. 5, modes) += (angular, linear) of shape j, which is one of the modes or follows them by Z. */
+/* M (0 .. 5, modes) += (angular, linear) of shape j, which is one of the modes or follows them by
+ * Z. */
 static void add_shape(const mbsr_flex *f, const double *Z, int j, const double x[6], double *M)
 {
     const int n = f->n, d = 6 + n;
@@ -113,8 +117,8 @@ static void add_shape(const mbsr_flex *f, const double *Z, int j, const double x
     }
 }
 
-/* g (modes) += factor times the column of dependent shape k in Mf (1; share Z): share 1 makes it that of
- * Z^T Mf. */
+/* g (modes) += factor times the column of dependent shape k in Mf (1; share Z): share 1 makes it
+ * that of Z^T Mf. */
 static void add_coupling(const mbsr_flex *f, const double *Z, int k, double share, double factor,
                          double *g)
 {

@@ -18,8 +18,8 @@ void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s,
 void mbsri_flex_mass_rate(const mbsr_flex *f, const double R[9], const double *s, const double *V,
                           const double *M, double *Mdot);
 
-/* E_a = int rho Phi_a^T of all shapes along the body's axes, 3 x 3 one after the other, from s^ (shapes); and
- * their rates from s^'. */
+/* E_a = int rho Phi_a^T of all shapes along the body's axes, 3 x 3 one after the other, from s^
+ * (shapes); and their rates from s^'. */
 void mbsri_flex_all_E(const mbsr_flex *f, const double *all, double *E);
 void mbsri_flex_all_E_rates(const mbsr_flex *f, const double *all_rate, double *E);
 

@@ -1,8 +1,8 @@
 /* Rotation vectors: see rotation_vector.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * As functions of x = t^2, alpha and beta are analytic; their derivatives by x are alpha1, alpha2 and
- * so on. Along u and v
+ * As functions of x = t^2, alpha and beta are analytic; their derivatives by x are alpha1, alpha2
+ * and so on. Along u and v
  *
  *   alpha_u = 2 (p.u) alpha1,   alpha_uv = 4 (p.u) (p.v) alpha2 + 2 (u.v) alpha1 */
 #include "flexible/rotation_vector.h"
@@ -13,8 +13,8 @@ typedef mbsri_rotation_vector coefficients;
 
 enum { TERMS = 18 };
 
-/* -1 / ((2 k + c + 1) (2 k + c + 2)), by which the coefficients of the series of sinc, alpha, beta (c = 1, 2, 3)
- * follow each other. */
+/* -1 / ((2 k + c + 1) (2 k + c + 2)), by which the coefficients of the series of sinc, alpha, beta
+ * (c = 1, 2, 3) follow each other. */
 #define RATIO(k, c) (-1.0 / ((2.0 * (k) + (c) + 1.0) * (2.0 * (k) + (c) + 2.0)))
 #define RATIOS(k)                                                                                  \
     {                                                                                              \
@@ -25,8 +25,8 @@ static const double ratio[TERMS][3] = {RATIOS(0),  RATIOS(1),  RATIOS(2),  RATIO
                                        RATIOS(10), RATIOS(11), RATIOS(12), RATIOS(13), RATIOS(14),
                                        RATIOS(15), RATIOS(16), RATIOS(17)};
 
-/* Sums of (-x)^k / (2 k + c)! over k for sinc, alpha, beta and their first two derivatives by x, up to x =
- * 10, from inside: f = 1 + ratio_0 x (1 + ratio_1 x (...)). */
+/* Sums of (-x)^k / (2 k + c)! over k for sinc, alpha, beta and their first two derivatives by x, up
+ * to x = 10, from inside: f = 1 + ratio_0 x (1 + ratio_1 x (...)). */
 static void series(double x, coefficients *sum)
 {
     const int terms = x < 1e-3 ? 6 : x < 0.1 ? 9 : TERMS;
@@ -44,9 +44,9 @@ static void series(double x, coefficients *sum)
     sum->beta[0] = f[2] / 6.0, sum->beta[1] = f1[2] / 6.0, sum->beta[2] = f2[2] / 6.0;
 }
 
-/* From x alpha = 1 - cos t, x beta = 1 - sinc and their derivatives, with sinc' = (cos t - sinc) / 2 x
- * and (1 - cos t)' = sinc / 2. */
-static void closed(double x, coefficients *c)
+/* From x alpha = 1 - cos t, x beta = 1 - sinc and their derivatives, with sinc' = (cos t - sinc) /
+ * 2 x and (1 - cos t)' = sinc / 2. */
+static void closed_coefficients(double x, coefficients *c)
 {
     const double t = sqrt(x), cosine = cos(t), sinc = sin(t) / t,
                  sinc1 = (cosine - sinc) / (2.0 * x),
@@ -65,7 +65,7 @@ mbsri_rotation_vector mbsri_rotation_vector_of(const double p[3])
     const double x = mbsri_dot3(p, p);
     coefficients c = {.p = {p[0], p[1], p[2]}};
     if (x > 10.0) {
-        closed(x, &c);
+        closed_coefficients(x, &c);
         return c;
     }
     series(x, &c);

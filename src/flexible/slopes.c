@@ -1,20 +1,21 @@
 /* Derivatives for Newton systems: see slopes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * All along the body's axes: w, v, s' of V, and al, a, s'' of A; Y_a = sum_b s'_b P_ba, U_a = sum_b s''_b P_ba,
- * W = sum_a s'_a E_a, dI_a = dI/ds_a = 2 tr(E_a) 1 - E_a - E_a^T. The momentum p = M V obeys
- * p' = f - (h - M' V), where by Euler-Poincare
+ * All along the body's axes: w, v, s' of V, and al, a, s'' of A; Y_a = sum_b s'_b P_ba, U_a = sum_b
+ * s''_b P_ba, W = sum_a s'_a E_a, dI_a = dI/ds_a = 2 tr(E_a) 1 - E_a - E_a^T. The momentum p = M V
+ * obeys p' = f - (h - M' V), where by Euler-Poincare
  *
  *   h - M' V = (v x p_v,  0,  -dT/ds),   dT/ds_a = w.dI_a w / 2 + w . Ct_a x v - w . axial(Y_a)
  *
  * Along a change of V by (x, 0, 0) and so on, columns of M for p and
  *
- *             h - M' V: rows omega, s_a                             h: rows omega, v, s_a
- *   omega     v x (x x c)                                           x x Iw + w x Ix + 2 (tr(W) x - W^T x)
- *                                                                   x x (w x c + 2 Ct s') + w x (x x c)
- *             axial(Y_a).x - dI_a w.x - Ct_a x v . x                2 axial(Y_a).x - dI_a w.x
- *   v         x x p_v + v x m x,   -(w x Ct_a).x                    0
- *   s'_b      v x Ct_b,            axial(P_ba).w                    2 (tr(E_b) w - E_b^T w),  2 w x Ct_b,  2 axial(P_ba).w
+ *             h - M' V: rows omega, s_a                h: rows omega, v, s_a
+ *   omega     v x (x x c)                              x x Iw + w x Ix + 2 (tr(W) x - W^T x)
+ *                                                      x x (w x c + 2 Ct s') + w x (x x c)
+ *             axial(Y_a).x - dI_a w.x - Ct_a x v . x   2 axial(Y_a).x - dI_a w.x
+ *   v         x x p_v + v x m x,   -(w x Ct_a).x       0
+ *   s'_b      v x Ct_b,   axial(P_ba).w                2 (tr(E_b) w - E_b^T w),   2 w x Ct_b,
+ *                                                      2 axial(P_ba).w
  *
  * along s_b, with q_ba = w.P_ba w - tr(P_ba) |w|^2,
  *
@@ -23,14 +24,17 @@
  *   h + M A   Ct_b x a + dI_b al - axial(U_b) + w x dI_b w + 2 (tr(Y_b) w - Y_b w),
  *             al x Ct_b + w x (w x Ct_b),   axial(P_ba).al + q_ba
  *
- * and along a small rotation x of the body, T = diag([x]x, [x]x, 0),  dF = T F - F_V (T V) - F_A (T A).
+ * and along a small rotation x of the body, T = diag([x]x, [x]x, 0),  dF = T F - F_V (T V) - F_A (T
+ * A).
  *
- * With dependent shapes (dependent.h) all that is for the shapes s^, V^ = Z V, A^ = Z A + (0, s'^T Y s'), and
+ * With dependent shapes (dependent.h) all that is for the shapes s^, V^ = Z V, A^ = Z A + (0, s'^T
+ * Y s'), and
  *
- *   p = Z^T p^,   h + M A = Z^T (h^ + M^ A^),   h - M' V = Z^T (h^ - M^' V^) - (0, 0, sum_k p^_k Y_k s')
+ *   p = Z^T p^,   h + M A = Z^T (h^ + M^ A^),
+ *       h - M' V = Z^T (h^ - M^' V^) - (0, 0, sum_k p^_k Y_k s')
  *
- * where k counts the dependent ones. Along s_b these change by Z, their rates by Y_k s' and second rates
- * by Y_k s'', along s'_b their rates by Z and second rates by 2 Y_k s'; Z^T by Y_k. */
+ * where k counts the dependent ones. Along s_b these change by Z, their rates by Y_k s' and second
+ * rates by Y_k s'', along s'_b their rates by Z and second rates by 2 Y_k s'; Z^T by Y_k. */
 #include "flexible/slopes.h"
 
 #include "algebra/dense.h"
@@ -65,7 +69,7 @@ size_t mbsri_flex_slopes_size(const mbsr_flex *f)
     return d * d + 9 * d + 27 * n + 3 * (size_t)(f->n * f->r);
 }
 
-static double *lay_out(double *work, state *w)
+static double *lay_out_state(double *work, state *w)
 {
     const size_t d = (size_t)w->d, n = (size_t)w->n;
     double **const array[] = {&w->M,    &w->V,  &w->A,        &w->p,     &w->turning,
@@ -230,7 +234,7 @@ static void along_mode(const state *w, double factor, int b)
 }
 
 /* y (d) += T F */
-static void add_turned(const double x[3], const double *F, double *y)
+static void add_rotated(const double x[3], const double *F, double *y)
 {
     mbsri_add_cross3(x, F, y);
     mbsri_add_cross3(x, F + 3, y + 3);
@@ -239,15 +243,15 @@ static void add_turned(const double x[3], const double *F, double *y)
 static void along_turn(const state *w, const double x[3])
 {
     double y[3];
-    add_turned(x, w->p, w->dp);
-    add_turned(x, w->turning, w->dturning);
-    add_turned(x, w->load, w->dload);
+    add_rotated(x, w->p, w->dp);
+    add_rotated(x, w->turning, w->dturning);
+    add_rotated(x, w->load, w->dload);
     mbsri_cross3(x, w->V, y);
     along_omega(w, -1.0, y);
     mbsri_cross3(x, w->V + 3, y);
     along_v(w, -1.0, y);
     mbsri_zero((size_t)w->d, w->spare);
-    add_turned(x, w->A, w->spare);
+    add_rotated(x, w->A, w->spare);
     mbsri_ax(w->d, 6, -1.0, w->M, w->spare, w->dload);
 }
 
@@ -275,7 +279,8 @@ static void inertia_forces(const state *w)
 }
 
 /* s, V and A as the modes have them. */
-static void see(const follow *by, const double *s, const double *V, const double *A, state *w)
+static void expand_state(const follow *by, const double *s, const double *V, const double *A,
+                         state *w)
 {
     static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
     const mbsr_flex *f = by->f;
@@ -331,7 +336,7 @@ static void follow_rate(const follow *by, const state *w, int b)
 }
 
 /* The columns of all shapes become those of the modes: Z^T of them, and less dp^_k Y_k s'. */
-static void gather(const follow *by, const state *w)
+static void gather_modes(const follow *by, const state *w)
 {
     const mbsr_flex *f = by->f;
     const int last = 6 + f->n;
@@ -342,7 +347,8 @@ static void gather(const follow *by, const state *w)
 }
 
 /* y += sum_k x_k Y_k(:, b) */
-static void add_slopes(const mbsr_flex *f, double factor, const double *x, int b, double *y)
+static void add_dependent_slopes(const mbsr_flex *f, double factor, const double *x, int b,
+                                 double *y)
 {
     const double one = 1.0;
     for (int k = 0; k < f->r; ++k)
@@ -353,13 +359,13 @@ static void add_slopes(const mbsr_flex *f, double factor, const double *x, int b
 static void turn_shapes(const follow *by, const state *w, int b)
 {
     const int last = 6 + by->f->n;
-    add_slopes(by->f, 1.0, w->p + last, b, w->dp + 6);
-    add_slopes(by->f, 1.0, w->turning + last, b, w->dturning + 6);
-    add_slopes(by->f, 1.0, w->load + last, b, w->dload + 6);
+    add_dependent_slopes(by->f, 1.0, w->p + last, b, w->dp + 6);
+    add_dependent_slopes(by->f, 1.0, w->turning + last, b, w->dturning + 6);
+    add_dependent_slopes(by->f, 1.0, w->load + last, b, w->dload + 6);
 }
 
 /* Column k: the pose, then V; false: it is zero. */
-static bool column(const follow *by, const state *w, int k)
+static bool flex_pose_column(const follow *by, const state *w, int k)
 {
     const int n = by->f->n, d = 6 + n, c = k % d;
     const double *R = w->R, x[3] = {R[c % 3], R[c % 3 + 3], R[c % 3 + 6]}; /* R^T e */
@@ -380,9 +386,9 @@ static bool column(const follow *by, const state *w, int k)
         along_rate(w, 1.0, c - 6);
         follow_rate(by, w, c - 6);
     }
-    gather(by, w);
+    gather_modes(by, w);
     if (c >= 6 && k < d) turn_shapes(by, w, c - 6);
-    if (c >= 6 && k >= d) add_slopes(by->f, -1.0, w->p + d, c - 6, w->dturning + 6);
+    if (c >= 6 && k >= d) add_dependent_slopes(by->f, -1.0, w->p + d, c - 6, w->dturning + 6);
     to_world(w, w->dp);
     to_world(w, w->dturning);
     to_world(w, w->dload);
@@ -396,10 +402,10 @@ void mbsri_flex_slopes_of(const mbsr_flex *f, const double R[9], const double *s
     shapes.n = f->m, shapes.r = 0;
     state w = {.f = &shapes, .n = f->m, .d = 6 + f->m, .R = R};
     const size_t entries = (size_t)(f->n * f->r);
-    double *Z = lay_out(work, &w);
+    double *Z = lay_out_state(work, &w);
     const follow by = {f, Z, Z + entries, Z + 2 * entries};
-    see(&by, s, V, A, &w);
+    expand_state(&by, s, V, A, &w);
     for (int k = 0; k < 2 * (6 + f->n); ++k) {
-        if (column(&by, &w, k)) take(to, k, w.dp, w.dturning, w.dload);
+        if (flex_pose_column(&by, &w, k)) take(to, k, w.dp, w.dturning, w.dload);
     }
 }

@@ -1,8 +1,8 @@
 /* What makes modal masses 1: see unit_masses.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Scaled to unit diagonal, Mf of the modes with mass is L L^T, and R = diag(Mf)^(-1/2) L^-T. Its inverse is no larger
- * than ||L^-1||_1 ||L^-1||_inf. */
+ * Scaled to unit diagonal, Mf of the modes with mass is L L^T, and R = diag(Mf)^(-1/2) L^-T. Its
+ * inverse is no larger than ||L^-1||_1 ||L^-1||_inf. */
 #include "flexible/unit_masses.h"
 
 #include "algebra/dense.h"

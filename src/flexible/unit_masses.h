@@ -5,8 +5,8 @@
 
 #include "flexible/data.h"
 
-/* f->massive, and root, spread and diagonal where there are no dependent shapes and the masses of the others are well
- * enough conditioned; else root becomes NULL. */
+/* f->massive, and root, spread and diagonal where there are no dependent shapes and the masses of
+ * the others are well enough conditioned; else root becomes NULL. */
 void mbsri_flex_find_root(mbsr_flex *f);
 
 /* y <- R^T x for columns of n numbers, and R x for one; zero at massless modes. */

@@ -8,7 +8,8 @@
 /* Its bytes; NULL: the library was built without. */
 const unsigned char *mbsri_fmu_binary(size_t *size);
 
-/* The folder and the ending that the standard gives a shared object of this system, by its version; NULL: it names none. */
+/* The folder and the ending that the standard gives a shared object of this system, by its version;
+ * NULL: it names none. */
 const char *mbsri_fmu_platform(int version);
 const char *mbsri_fmu_ending(void);
 

@@ -76,7 +76,7 @@ static int add_bodies(const mbsri_plan *plan, const mbsri_built *b, const double
     return MBSR_OK;
 }
 
-static int add_elements(const mbsri_plan *plan, const mbsri_built *b, const double *input)
+static int add_plan_elements(const mbsri_plan *plan, const mbsri_built *b, const double *input)
 {
     int status = MBSR_OK;
     for (int k = 0; k < plan->forces && !status; ++k) {
@@ -135,7 +135,7 @@ int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, m
     if (!status) status = mbsr_model_create(&def, &built->model, error);
     if (!status) {
         status = add_bodies(plan, built, input);
-        if (!status) status = add_elements(plan, built, input);
+        if (!status) status = add_plan_elements(plan, built, input);
         if (!status) status = mbsr_model_finish(built->model);
         told(built, status, error);
     }

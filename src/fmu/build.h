@@ -5,8 +5,8 @@
 
 #include "fmu/plan.h"
 
-/* A motion that follows the importer's numbers x, x', x'' of time t0, each coordinate by x + x' s + x'' s^2 / 2, s = t -
- * t0. */
+/* A motion that follows the importer's numbers x, x', x'' of time t0, each coordinate by x + x' s +
+ * x'' s^2 / 2, s = t - t0. */
 typedef struct mbsri_held_motion {
     int count;
     const double *value; /* three numbers a coordinate */
@@ -22,8 +22,9 @@ typedef struct mbsri_built {
     mbsri_held_motion *motion;
 } mbsri_built;
 
-/* Builds it from the plan as it stands, in memory of its own. input: the plan's inputs, read in every evaluation; t0: when those of each motion were set. On failure
- * nothing is left of it, and *error (not NULL) names the part. Statuses of mbsr_model_add_body and the like. */
+/* Builds it from the plan as it stands, in memory of its own. input: the plan's inputs, read in
+ * every evaluation; t0: when those of each motion were set. On failure nothing is left of it, and
+ * *error (not NULL) names the part. Statuses of mbsr_model_add_body and the like. */
 int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, mbsri_built *built,
                 mbsr_error *error);
 void mbsri_built_destroy(mbsri_built *built);

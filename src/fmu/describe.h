@@ -38,8 +38,8 @@ const char *mbsri_causality(const mbsri_variable *v);
 /* Attributes unit and displayUnit: degrees for angles. */
 void mbsri_put_unit(mbsri_text *t, const mbsri_variable *v);
 
-/* Attributes dependencies and dependenciesKind of an output, with numbers of variables from `first` on; none where it may
- * depend on all. */
+/* Attributes dependencies and dependenciesKind of an output, with numbers of variables from `first`
+ * on; none where it may depend on all. */
 void mbsri_put_dependencies(mbsri_text *t, const mbsri_described *d, const mbsri_variable *v,
                             int first);
 

@@ -1,8 +1,9 @@
 /* Derivatives of variables with respect to inputs and states: see values.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Central differences of the evaluation along the seed s of the knowns v, with steps h s, h = 1e-6 / max(|s_k| / (1 + |v_k|)); of the
- * adjoint along one known after the other. Nothing is taken from analytic derivatives. */
+ * Central differences of the evaluation along the seed s of the knowns v, with steps h s, h = 1e-6
+ * / max(|s_k| / (1 + |v_k|)); of the adjoint along one known after the other. Nothing is taken from
+ * analytic derivatives. */
 #include "fmu/exchange.h"
 #include "fmu/solve.h"
 #include "fmu/values.h"
@@ -12,7 +13,7 @@
 #include <string.h>
 
 /* Where a known stands; NULL: it is none. */
-static double *place_of(mbsri_instance *in, unsigned reference)
+static double *place_of_known(mbsri_instance *in, unsigned reference)
 {
     if (reference >= (unsigned)in->variables.count) return NULL;
     const mbsri_variable *v = in->variables.list + reference;
@@ -32,16 +33,17 @@ typedef struct quotient {
 } quotient;
 
 /* Unknowns with the knowns moved by h seed from where they were. */
-static mbsri_result ask(const quotient *d, double h, const double *seed, double *value)
+static mbsri_result ask_moved(const quotient *d, double h, const double *seed, double *value)
 {
-    for (size_t k = 0; k < d->knowns; ++k) *place_of(d->in, d->known[k]) = d->base[k] + h * seed[k];
+    for (size_t k = 0; k < d->knowns; ++k)
+        *place_of_known(d->in, d->known[k]) = d->base[k] + h * seed[k];
     d->in->evaluated = false;
     d->in->inputs_changed = true;
     return mbsri_get(d->in, d->function, d->unknown, d->unknowns, value);
 }
 
 /* (d unknowns / d knowns) seed. */
-static mbsri_result along(const quotient *d, const double *seed, double *sensitivity)
+static mbsri_result along_seed(const quotient *d, const double *seed, double *sensitivity)
 {
     double most = 0.0;
     for (size_t k = 0; k < d->knowns; ++k)
@@ -49,8 +51,8 @@ static mbsri_result along(const quotient *d, const double *seed, double *sensiti
     memset(sensitivity, 0, d->unknowns * sizeof *sensitivity);
     if (!(most > 0.0)) return MBSRI_OK;
     const double h = 1e-6 / most;
-    mbsri_result result = ask(d, h, seed, d->forth);
-    if (!result) result = ask(d, -h, seed, d->back);
+    mbsri_result result = ask_moved(d, h, seed, d->forth);
+    if (!result) result = ask_moved(d, -h, seed, d->back);
     for (size_t k = 0; k < d->unknowns && !result; ++k)
         sensitivity[k] = (d->forth[k] - d->back[k]) / (2.0 * h);
     return result;
@@ -64,17 +66,17 @@ static mbsri_result against(const quotient *d, const double *seed, double *sensi
     for (size_t k = 0; k < d->knowns && !result; ++k) {
         memset(unit, 0, d->knowns * sizeof *unit);
         unit[k] = 1.0;
-        result = along(d, unit, column);
+        result = along_seed(d, unit, column);
         sensitivity[k] = 0.0;
         for (size_t l = 0; l < d->unknowns; ++l) sensitivity[k] += seed[l] * column[l];
     }
     return result;
 }
 
-static mbsri_result check(const quotient *d)
+static mbsri_result check_references(const quotient *d)
 {
     for (size_t k = 0; k < d->knowns; ++k)
-        if (!place_of(d->in, d->known[k]))
+        if (!place_of_known(d->in, d->known[k]))
             return mbsri_say(d->in, MBSRI_ERROR,
                              "%s: value reference %u is neither an input nor a state", d->function,
                              d->known[k]);
@@ -90,18 +92,18 @@ mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool 
         return mbsri_say(in, MBSRI_ERROR, "%s: an argument is NULL", function);
     mbsri_result result = in->started ? MBSRI_OK : mbsri_find_start(in);
     if (!result && in->exchange && !in->ode) result = mbsri_make_solver(in);
-    if (!result) result = check(&d);
+    if (!result) result = check_references(&d);
     if (result) return result;
     d.base = calloc(2 * knowns + 3 * unknowns + 1, sizeof *d.base);
     if (!d.base) return mbsri_say(in, MBSRI_ERROR, "%s: no memory", function);
     d.forth = d.base + knowns;
     d.back = d.forth + unknowns;
-    for (size_t k = 0; k < knowns; ++k) d.base[k] = *place_of(in, known[k]);
+    for (size_t k = 0; k < knowns; ++k) d.base[k] = *place_of_known(in, known[k]);
     const bool changed = in->inputs_changed;
     result = adjoint
                  ? against(&d, seed, sensitivity, d.back + unknowns + unknowns, d.back + unknowns)
-                 : along(&d, seed, sensitivity);
-    for (size_t k = 0; k < knowns; ++k) *place_of(in, known[k]) = d.base[k];
+                 : along_seed(&d, seed, sensitivity);
+    for (size_t k = 0; k < knowns; ++k) *place_of_known(in, known[k]) = d.base[k];
     in->inputs_changed = changed;
     in->evaluated = false;
     free(d.base);

@@ -31,13 +31,13 @@ mbsr_fmu_opt mbsr_default_fmu_opt(void)
 
 /* ---- arguments ---- */
 
-static int wrong(mbsr_error *error, const char *field, double value, const char *rule)
+static int wrong_field(mbsr_error *error, const char *field, double value, const char *rule)
 {
     return mbsri_fmu_fail(error, MBSR_ERR_VALUE, "mbsr_fmu_export: opt.%s is %g, must be %s", field,
                           value, rule);
 }
 
-static int check_numbers(const mbsr_fmu_opt *opt, mbsr_error *error)
+static int check_experiment(const mbsr_fmu_opt *opt, mbsr_error *error)
 {
     const struct {
         const char *name;
@@ -51,8 +51,8 @@ static int check_numbers(const mbsr_fmu_opt *opt, mbsr_error *error)
     for (size_t k = 0; k < sizeof numbers / sizeof *numbers; ++k) {
         const double x = numbers[k].value;
         if (!isfinite(x) || x < 0.0 || (!numbers[k].zero && !(x > 0.0)))
-            return wrong(error, numbers[k].name, x,
-                         numbers[k].zero ? "finite and not negative" : "finite and positive");
+            return wrong_field(error, numbers[k].name, x,
+                               numbers[k].zero ? "finite and not negative" : "finite and positive");
     }
     return MBSR_OK;
 }
@@ -63,15 +63,16 @@ static int check_options(const mbsr_fmu_opt *opt, mbsr_error *error)
         return mbsri_fmu_fail(error, MBSR_ERR_NO_DEFAULT,
                               "mbsr_fmu_export: opt was not made by mbsr_default_fmu_opt");
     if (opt->version != 2 && opt->version != 3)
-        return wrong(error, "version", opt->version, "2 or 3");
-    if (opt->kinds < 0 || opt->kinds > 3) return wrong(error, "kinds", opt->kinds, "0 .. 3");
-    if (opt->order != 1 && opt->order != 2) return wrong(error, "order", opt->order, "1 or 2");
+        return wrong_field(error, "version", opt->version, "2 or 3");
+    if (opt->kinds < 0 || opt->kinds > 3) return wrong_field(error, "kinds", opt->kinds, "0 .. 3");
+    if (opt->order != 1 && opt->order != 2)
+        return wrong_field(error, "order", opt->order, "1 or 2");
     if (opt->outputs < 0 || opt->outputs > MBSR_FMU_ALL)
-        return wrong(error, "outputs", opt->outputs, "a sum of mbsr_fmu_outputs");
-    if (opt->sites < -1) return wrong(error, "sites", opt->sites, "-1 or more");
+        return wrong_field(error, "outputs", opt->outputs, "a sum of mbsr_fmu_outputs");
+    if (opt->sites < -1) return wrong_field(error, "sites", opt->sites, "-1 or more");
     if (opt->sites > 0 && !opt->site)
         return mbsri_fmu_fail(error, MBSR_ERR_NULL, "mbsr_fmu_export: opt.site is NULL");
-    return check_numbers(opt, error);
+    return check_experiment(opt, error);
 }
 
 static int check_model(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_error *error)
@@ -158,8 +159,8 @@ static char *print_path(mbsri_arena *arena, const char *folder, const char *name
     return path;
 }
 
-static int pack(made_fmu *made, const mbsri_described *d, const mbsr_fmu_opt *opt,
-                const unsigned char *model, size_t size, mbsr_error *error)
+static int zip_parts(made_fmu *made, const mbsri_described *d, const mbsr_fmu_opt *opt,
+                     const unsigned char *model, size_t size, mbsr_error *error)
 {
     mbsri_text text = {.arena = &made->arena};
     mbsri_zip_file file[3] = {{"modelDescription.xml", NULL, 0},
@@ -182,8 +183,8 @@ static int pack(made_fmu *made, const mbsri_described *d, const mbsr_fmu_opt *op
 }
 
 /* The plan of the model, read back as the FMU will, described and packed. */
-static int make(made_fmu *made, const mbsr_model *model, const mbsr_fmu_opt *opt, mbsri_plan *plan,
-                mbsri_plan *back, mbsr_error *error)
+static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_opt *opt,
+                        mbsri_plan *plan, mbsri_plan *back, mbsr_error *error)
 {
     char token[MBSRI_TOKEN];
     size_t size;
@@ -213,7 +214,7 @@ static int make(made_fmu *made, const mbsr_model *model, const mbsr_fmu_opt *opt
                                    .stop_time = opt->stop_time,
                                    .step_size = opt->step_size};
         if (mbsri_list_variables(back, built.model, &variables) && d.identifier)
-            status = pack(made, &d, opt, bytes, size, error);
+            status = zip_parts(made, &d, opt, bytes, size, error);
         else
             status = mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
         mbsri_built_destroy(&built);
@@ -245,7 +246,7 @@ int mbsr_fmu_export(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_fmu *
     made->arena = arena;
     mbsri_plan_open(&plan, &opt->allocator);
     mbsri_plan_open(&back, &opt->allocator);
-    status = make(made, model, opt, &plan, &back, error);
+    status = make_archive(made, model, opt, &plan, &back, error);
     mbsri_plan_close(&back);
     mbsri_plan_close(&plan);
     made->fmu.text = made->text;

@@ -1,5 +1,5 @@
-/* The functions of FMI 2.0: each checks that it may be called now, and calls what both versions share.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The functions of FMI 2.0: each checks that it may be called now, and calls what both versions
+ * share. SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/fmi2_functions.h"
 
 #include "fmu/cycle.h"
@@ -55,7 +55,8 @@ static int digit(char c)
     return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
 }
 
-/* The path of a URI file:///path, file:/path or file://localhost/path, or what is no URI as it is; to be freed. NULL: no memory. */
+/* The path of a URI file:///path, file:/path or file://localhost/path, or what is no URI as it is;
+ * to be freed. NULL: no memory. */
 static char *path_of(const char *uri)
 {
     const char *from = uri;

@@ -1,6 +1,6 @@
-/* The functions of FMI 3.0 for what this FMU does not have: variables of other types, clocks, dependencies of elements,
- * structural parameters, scheduled execution. They refuse, with a message, but for calls with no variables.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The functions of FMI 3.0 for what this FMU does not have: variables of other types, clocks,
+ * dependencies of elements, structural parameters, scheduled execution. They refuse, with a
+ * message, but for calls with no variables. SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/fmi3_enter.h"
 
 /* What is asked for, or set, of `count` variables. */
@@ -11,7 +11,7 @@ static fmi3Status none(mbsri_instance *in, size_t count, const char *function)
                                  function);
 }
 
-static fmi3Status refuse(mbsri_instance *in, const char *function)
+static fmi3Status refuse_call(mbsri_instance *in, const char *function)
 {
     return (fmi3Status)mbsri_say(in, MBSRI_ERROR, "%s: the FMU does not offer this", function);
 }
@@ -142,13 +142,14 @@ fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], s
     return none(in, n, __func__);
 }
 
-/* ---- dependencies of elements, structural parameters, derivatives of outputs, scheduled execution ---- */
+/* ---- dependencies of elements, structural parameters, derivatives of outputs, scheduled execution
+ * ---- */
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference vr, size_t *count)
 {
     ENTER(ALWAYS);
     (void)vr, (void)count;
-    return refuse(in, __func__);
+    return refuse_call(in, __func__);
 }
 
 fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent,
@@ -160,19 +161,19 @@ fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference depend
     ENTER(ALWAYS);
     (void)dependent, (void)elementOfDependent, (void)independent, (void)elementOfIndependent,
         (void)kind, (void)count;
-    return refuse(in, __func__);
+    return refuse_call(in, __func__);
 }
 
 fmi3Status fmi3EnterConfigurationMode(fmi3Instance c)
 {
     ENTER(ALWAYS);
-    return refuse(in, __func__);
+    return refuse_call(in, __func__);
 }
 
 fmi3Status fmi3ExitConfigurationMode(fmi3Instance c)
 {
     ENTER(ALWAYS);
-    return refuse(in, __func__);
+    return refuse_call(in, __func__);
 }
 
 fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n,
@@ -180,12 +181,12 @@ fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[
 {
     ENTER(MBSRI_STEP | MBSRI_INTERMEDIATE | MBSRI_TERMINATED);
     (void)vr, (void)n, (void)order, (void)value, (void)values;
-    return refuse(in, __func__);
+    return refuse_call(in, __func__);
 }
 
 fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, fmi3Float64 t)
 {
     ENTER(ALWAYS);
     (void)clock, (void)t;
-    return refuse(in, __func__);
+    return refuse_call(in, __func__);
 }

@@ -1,9 +1,10 @@
 /* One instance of an FMU, whatever version of the standard it is called by.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The plan is read from the resources. A model is built of it when the initialisation needs one, and again where parameters
- * have changed. From the start on the state is q and u at t (model exchange: x = (q, p) of ode.h); the data is evaluated when
- * something is asked for. Functions return MBSRI_OK or what is wrong, after a message. */
+ * The plan is read from the resources. A model is built of it when the initialisation needs one,
+ * and again where parameters have changed. From the start on the state is q and u at t (model
+ * exchange: x = (q, p) of ode.h); the data is evaluated when something is asked for. Functions
+ * return MBSRI_OK or what is wrong, after a message. */
 #ifndef MBSRI_FMU_INSTANCE_H
 #define MBSRI_FMU_INSTANCE_H
 
@@ -25,7 +26,8 @@ typedef enum mbsri_result {
     MBSRI_FATAL
 } mbsri_result;
 
-/* A step of the driver has ended, and an intermediate update is wanted: what its callback returns. */
+/* A step of the driver has ended, and an intermediate update is wanted: what its callback returns.
+ */
 enum { MBSRI_PAUSE = 1 };
 
 /* Categories of messages; bits. */
@@ -37,7 +39,8 @@ enum {
     MBSRI_LOG_ALL = 15
 };
 
-/* States of the calling sequence; bits. After an error, and after fmi3Terminate, the instance is TERMINATED. */
+/* States of the calling sequence; bits. After an error, and after fmi3Terminate, the instance is
+ * TERMINATED. */
 typedef enum mbsri_mode {
     MBSRI_INSTANTIATED = 1,
     MBSRI_INITIALIZATION = 2,
@@ -98,8 +101,8 @@ struct mbsri_instance {
 /* Whether co-simulation tells events: it has stops or contacts, and steps by the error. */
 bool mbsri_has_events(const mbsri_instance *in);
 
-/* A message: an event, or the reason of a result that is not MBSRI_OK, which is returned. After an error the
- * instance is terminated. */
+/* A message: an event, or the reason of a result that is not MBSRI_OK, which is returned. After an
+ * error the instance is terminated. */
 void mbsri_tell(mbsri_instance *in, const char *format, ...) MBSRI_FORMAT(2, 3);
 mbsri_result mbsri_say(mbsri_instance *in, mbsri_result result, const char *format, ...)
     MBSRI_FORMAT(3, 4);

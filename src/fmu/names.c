@@ -1,8 +1,9 @@
 /* Names of variables: see names.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Grammar of the standard: names are separated by points; a name is an identifier, or any characters of ASCII between
- * quotes, in which ' and \ are written \' and \\; an array index follows in brackets. */
+ * Grammar of the standard: names are separated by points; a name is an identifier, or any
+ * characters of ASCII between quotes, in which ' and \ are written \' and \\; an array index
+ * follows in brackets. */
 #include "fmu/names.h"
 
 #include "fmu/error.h"
@@ -14,7 +15,7 @@ static bool is_letter(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
 }
 
-static bool is_digit(char c)
+static bool is_decimal_digit(char c)
 {
     return c >= '0' && c <= '9';
 }
@@ -22,7 +23,7 @@ static bool is_digit(char c)
 static bool is_identifier(const char *label)
 {
     if (!is_letter(*label)) return false;
-    while (is_letter(*label) || is_digit(*label)) ++label;
+    while (is_letter(*label) || is_decimal_digit(*label)) ++label;
     return !*label;
 }
 
@@ -80,7 +81,7 @@ char *mbsri_identifier(mbsri_arena *arena, const char *label)
     char *to = made;
     if (!is_letter(*label)) *to++ = 'm';
     for (size_t k = 0; k < length; ++k)
-        *to++ = is_letter(label[k]) || is_digit(label[k]) ? label[k] : '_';
+        *to++ = is_letter(label[k]) || is_decimal_digit(label[k]) ? label[k] : '_';
     *to = '\0';
     return made;
 }

@@ -5,7 +5,8 @@
 
 #include "files/arena.h"
 
-/* group.label.part[index], without what is "" or 0; a label that is no identifier is quoted. NULL: no memory. */
+/* group.label.part[index], without what is "" or 0; a label that is no identifier is quoted. NULL:
+ * no memory. */
 char *mbsri_name(mbsri_arena *arena, const char *group, const char *label, const char *part,
                  int index);
 

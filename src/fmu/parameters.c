@@ -1,5 +1,5 @@
-/* Parameters: masses, laws of force elements, stiff rows, armature, entries of tables. See parameters.h.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Parameters: masses, laws of force elements, stiff rows, armature, entries of tables. See
+ * parameters.h. SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/parameters.h"
 
 #include "fmu/error.h"
@@ -19,7 +19,7 @@ typedef struct entry {
     int exact_of; /* 1 and the body whose tensor loses its further digits by a change; 0: none */
 } entry;
 
-static bool add(mbsri_plan *plan, mbsri_list *list, const entry *e, double *place)
+static bool add_parameter(mbsri_plan *plan, mbsri_list *list, const entry *e, double *place)
 {
     mbsri_variable *v = mbsri_list_add(&plan->arena, list, sizeof *v);
     if (!v) return false;
@@ -36,7 +36,7 @@ static bool add(mbsri_plan *plan, mbsri_list *list, const entry *e, double *plac
 
 /* ---- bodies ---- */
 
-static bool add_body(mbsri_plan *plan, mbsri_list *list, int id)
+static bool add_body_parameters(mbsri_plan *plan, mbsri_list *list, int id)
 {
     static const char *const tensor[] = {"Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"};
     mbsri_plan_body *b = plan->body + id;
@@ -46,33 +46,35 @@ static bool add_body(mbsri_plan *plan, mbsri_list *list, int id)
         0};
     const bool rigid = i->kind == MBSR_INERTIA_SPATIAL, flat = i->kind == MBSR_INERTIA_PLANAR;
     bool good = true;
-    if (rigid || flat || i->kind == MBSR_INERTIA_PARTICLE) good = add(plan, list, &e, &i->mass);
+    if (rigid || flat || i->kind == MBSR_INERTIA_PARTICLE)
+        good = add_parameter(plan, list, &e, &i->mass);
     for (int k = 0; k < (rigid ? 3 : flat ? 2 : 0) && good; ++k) {
         e = (entry){e.group,           e.label, "com", k + 1, "m", "centre of mass in body axes",
                     rigid ? id + 1 : 0};
-        good = add(plan, list, &e, i->com + k);
+        good = add_parameter(plan, list, &e, i->com + k);
     }
     for (int k = 0; k < 6 && rigid && good; ++k) {
         e = (entry){e.group, e.label, tensor[k], 0, "kg.m2", "tensor about the centre of mass",
                     id + 1};
-        good = add(plan, list, &e, i->tensor + k);
+        good = add_parameter(plan, list, &e, i->tensor + k);
     }
     e = (entry){e.group, e.label, "I", 0, "kg.m2", "moment of inertia about the centre of mass", 0};
-    if (flat && good) good = add(plan, list, &e, &i->moment);
+    if (flat && good) good = add_parameter(plan, list, &e, &i->moment);
     for (int k = 0; k < b->armatures && good; ++k) {
         e = (entry){e.group,    e.label,
                     "armature", b->armatures > 1 ? k + 1 : 0,
                     "",         "inertia along a joint rate",
                     0};
-        good = add(plan, list, &e, b->armature + k);
+        good = add_parameter(plan, list, &e, b->armature + k);
     }
     return good;
 }
 
 /* ---- laws of force elements ---- */
 
-/* What an element acts along: by the coordinate, or the place among six. MBSR_COORDINATE_OTHER: not known here. */
-static int kind_of(const mbsri_plan *plan, const mbsr_force_def *def, int index)
+/* What an element acts along: by the coordinate, or the place among six. MBSR_COORDINATE_OTHER: not
+ * known here. */
+static int kind_of_parameter(const mbsri_plan *plan, const mbsr_force_def *def, int index)
 {
     const char *table = def->table->name;
     if (strcmp(table, "bushing") == 0)
@@ -86,8 +88,8 @@ static int kind_of(const mbsri_plan *plan, const mbsr_force_def *def, int index)
 }
 
 /* "" where it depends on more than is known here. */
-static const char *unit_of(const mbsri_plan *plan, const mbsr_force_def *def, const char *name,
-                           int index)
+static const char *parameter_unit(const mbsri_plan *plan, const mbsr_force_def *def,
+                                  const char *name, int index)
 {
     static const struct {
         const char *name, *along, *about;
@@ -107,7 +109,7 @@ static const char *unit_of(const mbsri_plan *plan, const mbsr_force_def *def, co
                  {"slip", "m/s", "rad/s"},
                  {"torque", "N.m", "N.m"}};
     if (strcmp(def->table->name, "gravity") == 0) return "m/s2";
-    const int kind = kind_of(plan, def, index);
+    const int kind = kind_of_parameter(plan, def, index);
     if (kind == MBSR_COORDINATE_OTHER || (strcmp(name, "rest") == 0 && index > 0)) return "";
     for (size_t k = 0; k < sizeof units / sizeof *units; ++k)
         if (strcmp(name, units[k].name) == 0)
@@ -115,7 +117,8 @@ static const char *unit_of(const mbsri_plan *plan, const mbsr_force_def *def, co
     return "";
 }
 
-/* " (stiffness[2])" as name and index; false: it has no such name. Frames are not to be changed entry by entry. */
+/* " (stiffness[2])" as name and index; false: it has no such name. Frames are not to be changed
+ * entry by entry. */
 static bool read_name(const char *text, char name[40], int *index)
 {
     const size_t length = strcspn(text + (*text ? 2 : 0), "[)");
@@ -143,16 +146,17 @@ static bool add_law(mbsri_plan *plan, mbsri_list *list, int id)
         if (!text || !read_name(text, name, &index)) continue;
         const char *part = mbsri_arena_text(&plan->arena, name, strlen(name));
         if (!part) return false;
-        const entry e = {"forces",         label, part, index, unit_of(plan, def, part, index),
-                         def->table->name, 0};
-        if (!add(plan, list, &e, def->param + k)) return false;
+        const entry e = {
+            "forces",         label, part, index, parameter_unit(plan, def, part, index),
+            def->table->name, 0};
+        if (!add_parameter(plan, list, &e, def->param + k)) return false;
     }
     return true;
 }
 
 /* ---- closures and tables ---- */
 
-static bool add_rows(mbsri_plan *plan, mbsri_list *list, int id)
+static bool add_row_parameters(mbsri_plan *plan, mbsri_list *list, int id)
 {
     mbsr_closure_def *def = &plan->closure[id].def;
     const char *label = mbsri_fmu_label(&plan->arena, "closure", def->name, id);
@@ -160,7 +164,8 @@ static bool add_rows(mbsri_plan *plan, mbsri_list *list, int id)
         if (!(def->stiffness[k] > 0.0)) continue;
         const entry e[2] = {{"closures", label, "stiffness", k + 1, "", "of a stiff row", 0},
                             {"closures", label, "damping", k + 1, "", "of a stiff row", 0}};
-        if (!add(plan, list, e, def->stiffness + k) || !add(plan, list, e + 1, def->damping + k))
+        if (!add_parameter(plan, list, e, def->stiffness + k) ||
+            !add_parameter(plan, list, e + 1, def->damping + k))
             return false;
     }
     return true;
@@ -192,7 +197,7 @@ static bool add_entries(mbsri_plan *plan, mbsri_list *list, int id)
                          "",
                          x ? "point of a table" : "entry of a table, point by point",
                          0};
-        if (!add(plan, list, &e, (double *)(x ? def->x + k : def->value + (k - points))))
+        if (!add_parameter(plan, list, &e, (double *)(x ? def->x + k : def->value + (k - points))))
             return false;
     }
     return true;
@@ -201,9 +206,9 @@ static bool add_entries(mbsri_plan *plan, mbsri_list *list, int id)
 bool mbsri_list_parameters(mbsri_plan *plan, mbsri_list *list)
 {
     bool good = true;
-    for (int k = 0; k < plan->bodies && good; ++k) good = add_body(plan, list, k);
+    for (int k = 0; k < plan->bodies && good; ++k) good = add_body_parameters(plan, list, k);
     for (int k = 0; k < plan->forces && good; ++k) good = add_law(plan, list, k);
-    for (int k = 0; k < plan->closures && good; ++k) good = add_rows(plan, list, k);
+    for (int k = 0; k < plan->closures && good; ++k) good = add_row_parameters(plan, list, k);
     for (int k = 0; k < plan->tables && good; ++k) good = add_entries(plan, list, k);
     return good;
 }

@@ -1,5 +1,5 @@
-/* Plans as bytes: see plan.h. Each function below describes one record, for writing and for reading.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Plans as bytes: see plan.h. Each function below describes one record, for writing and for
+ * reading. SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/plan.h"
 
 #include "fmu/error.h"

@@ -1,10 +1,12 @@
 /* A model as an FMU carries it: definitions of its parts, inputs, sites, names and start.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   exporter:  model -> plan (take.h) -> bytes (plan.h)      FMU:  bytes -> plan (plan.h) -> model (build.h)
+ *   exporter:  model -> plan (take.h) -> bytes (plan.h)      FMU:
+ *       bytes -> plan (plan.h) -> model (build.h)
  *
- * Definitions are those of the public headers. Their pointers stand for what is in the plan: tables of functions have
- * numbers (stock.h), and `user` is a link to a table, modal data, an input or a motion of the plan. */
+ * Definitions are those of the public headers. Their pointers stand for what is in the plan: tables
+ * of functions have numbers (stock.h), and `user` is a link to a table, modal data, an input or a
+ * motion of the plan. */
 #ifndef MBSRI_FMU_PLAN_H
 #define MBSRI_FMU_PLAN_H
 
@@ -26,7 +28,8 @@ typedef enum mbsri_link_kind {
 /* What `user` of a definition stands for, and the function that reads it. */
 typedef struct mbsri_link {
     int kind, index;
-    int function; /* 0: none, or that of the table of functions; 1: mbsr_table_..., 2: the importer's numbers */
+    int function; /* 0: none, or that of the table of functions; 1: mbsr_table_..., 2: the
+                     importer's numbers */
 } mbsri_link;
 
 typedef struct mbsri_plan_body {
@@ -115,16 +118,19 @@ void mbsri_plan_close(mbsri_plan *plan);
 /* The plan as bytes of its arena; NULL: no memory. */
 const unsigned char *mbsri_plan_write(mbsri_plan *plan, size_t *size);
 
-/* And back, in a plan just opened. MBSR_ERR_FILE with the reason: it is damaged, or of another version of the library. */
+/* And back, in a plan just opened. MBSR_ERR_FILE with the reason: it is damaged, or of another
+ * version of the library. */
 int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mbsr_error *error);
 
-/* Where rate `coordinate` of a body's joint, as it was given, stands in u; -1: it is locked, or there is none. */
+/* Where rate `coordinate` of a body's joint, as it was given, stands in u; -1: it is locked, or
+ * there is none. */
 int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate);
 
 /* Unit of a force along rate `at` of u; "": not known. */
 const char *mbsri_plan_effort(const mbsri_plan *plan, int at);
 
-/* What an importer has to say to an FMU that is of this model: 32 hexadecimal digits of the bytes. */
+/* What an importer has to say to an FMU that is of this model: 32 hexadecimal digits of the bytes.
+ */
 enum { MBSRI_TOKEN = 33 };
 void mbsri_plan_token(const unsigned char *data, size_t size, char token[MBSRI_TOKEN]);
 

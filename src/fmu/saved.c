@@ -6,7 +6,8 @@
 
 #include "fmu/solve.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +27,7 @@ static size_t count_of(const mbsri_instance *in)
 }
 
 /* Copies between an array of the instance and the next numbers of a state. */
-static void pass(bool save, double **at, double *array, size_t count)
+static void pass_array(bool save, double **at, double *array, size_t count)
 {
     if (save)
         memcpy(*at, array, count * sizeof *array);
@@ -41,13 +42,13 @@ static int pass_dropped(mbsri_instance *in, bool save, double *at)
     const mbsr_model *m = in->built.model;
     int *dropped = calloc((size_t)in->rows + 1, sizeof *dropped);
     if (!dropped) return MBSR_ERR_NO_MEMORY;
-    int status = save ? mbsr_closures_dropped(m, in->data, dropped) : MBSR_OK;
+    int status = save ? mbsr_closures_redundant(m, in->data, dropped) : MBSR_OK;
     for (int k = 0; k < in->rows; ++k)
         if (save)
             at[k] = dropped[k];
         else
             dropped[k] = at[k] != 0.0;
-    if (!save) status = mbsr_closures_drop(m, in->data, dropped);
+    if (!save) status = mbsr_closures_set_redundant(m, in->data, dropped);
     free(dropped);
     return status;
 }
@@ -56,14 +57,14 @@ static int pass_dropped(mbsri_instance *in, bool save, double *at)
 static void pass_arrays(mbsri_instance *in, bool save, double *at)
 {
     const size_t nq = (size_t)in->plan.nq, nu = (size_t)in->plan.nu;
-    pass(save, &at, in->input, (size_t)(in->plan.inputs + in->plan.motions));
-    pass(save, &at, in->q0, nq + nu);
-    pass(save, &at, in->q, nq);
-    pass(save, &at, in->u, nu);
-    pass(save, &at, in->x, nq + nu);
-    pass(save, &at, in->y, (size_t)in->size);
-    pass(save, &at, in->yp, (size_t)in->size);
-    pass(save, &at, in->lambda, (size_t)in->rows);
+    pass_array(save, &at, in->input, (size_t)(in->plan.inputs + in->plan.motions));
+    pass_array(save, &at, in->q0, nq + nu);
+    pass_array(save, &at, in->q, nq);
+    pass_array(save, &at, in->u, nu);
+    pass_array(save, &at, in->x, nq + nu);
+    pass_array(save, &at, in->y, (size_t)in->size);
+    pass_array(save, &at, in->yp, (size_t)in->size);
+    pass_array(save, &at, in->lambda, (size_t)in->rows);
 }
 
 /* The state of the driver or the stepper into y and yp, from where it begins anew. */

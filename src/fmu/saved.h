@@ -7,8 +7,8 @@
 
 typedef struct mbsri_saved mbsri_saved;
 
-/* A step after mbsri_save begins as it does after mbsri_restore, so that it is the same to the last bit. *saved may be one
- * that was made before, which is written over. */
+/* A step after mbsri_save begins as it does after mbsri_restore, so that it is the same to the last
+ * bit. *saved may be one that was made before, which is written over. */
 mbsri_result mbsri_save(mbsri_instance *in, const char *function, mbsri_saved **saved);
 mbsri_result mbsri_restore(mbsri_instance *in, const char *function, const mbsri_saved *saved);
 void mbsri_saved_destroy(mbsri_saved *saved); /* NULL is allowed */

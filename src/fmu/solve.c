@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/solve.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -189,7 +190,7 @@ mbsri_result mbsri_make_solver(mbsri_instance *in)
 /* ---- evaluation ---- */
 
 /* The state of what steps, or that of x. */
-static int find_state(mbsri_instance *in, const mbsr_error **error)
+static int find_stepped_state(mbsri_instance *in, const mbsr_error **error)
 {
     *error = mbsr_data_error(in->data);
     if (in->ode) {
@@ -198,7 +199,7 @@ static int find_state(mbsri_instance *in, const mbsr_error **error)
     }
     if (in->stepper && !in->fresh) {
         *error = mbsr_stepper_error(in->stepper);
-        return mbsr_stepper_get(in->stepper, NULL, in->q, in->u);
+        return mbsr_stepper_motion(in->stepper, NULL, in->q, in->u);
     }
     if (in->fresh)
         return mbsr_dae_unpack(in->built.model, in->data, MBSR_DAE_MOMENTUM, in->t, in->y, in->q,
@@ -206,14 +207,14 @@ static int find_state(mbsri_instance *in, const mbsr_error **error)
     return MBSR_OK;
 }
 
-static int accelerate(mbsri_instance *in)
+static int find_accelerations(mbsri_instance *in)
 {
     const mbsr_model *m = in->built.model;
-    int status = mbsr_positions(m, in->data, in->t, in->q);
-    if (!status) status = mbsr_velocities(m, in->data, in->u);
-    if (!status && in->rows > 0) status = mbsr_closures_load(m, in->data, in->lambda);
-    if (!status) status = mbsr_forces(m, in->data, NULL);
-    return status ? status : mbsr_accelerations(m, in->data, in->udot);
+    int status = mbsr_stage_positions(m, in->data, in->t, in->q);
+    if (!status) status = mbsr_stage_velocities(m, in->data, in->u);
+    if (!status && in->rows > 0) status = mbsr_closures_set_lambda(m, in->data, in->lambda);
+    if (!status) status = mbsr_stage_forces(m, in->data, NULL);
+    return status ? status : mbsr_stage_accelerations(m, in->data, in->udot);
 }
 
 mbsri_result mbsri_evaluate(mbsri_instance *in)
@@ -233,13 +234,13 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
             return status ? mbsri_failed(in, "no state", status, error) : MBSRI_OK;
         }
     }
-    status = find_state(in, &error);
+    status = find_stepped_state(in, &error);
     if (status) return mbsri_failed(in, "no state", status, error);
-    status = mbsr_complete_dynamics(in->completion, in->data, in->t, in->q, in->u, NULL, in->udot,
-                                    in->lambda);
+    status = mbsr_completion_dynamics(in->completion, in->data, in->t, in->q, in->u, NULL, in->udot,
+                                      in->lambda);
     if (status)
         return mbsri_failed(in, "no accelerations", status, mbsr_completion_error(in->completion));
-    status = accelerate(in);
+    status = find_accelerations(in);
     if (status) return mbsri_failed(in, "no accelerations", status, mbsr_data_error(in->data));
     in->evaluated = true;
     return MBSRI_OK;
@@ -248,7 +249,7 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
 /* ---- events ---- */
 
 /* Where the coordinate of a stop stands in q; -1: it is locked. */
-static int place_of(const mbsri_instance *in, const mbsr_force_def *stop)
+static int index_of_stop(const mbsri_instance *in, const mbsr_force_def *stop)
 {
     const double *held = in->plan.body[stop->body[0]].held;
     int at, left = 0;
@@ -261,7 +262,7 @@ static int place_of(const mbsri_instance *in, const mbsr_force_def *stop)
 static double distance_to_stop(const mbsri_instance *in, const mbsri_variable *v, const double *q)
 {
     const mbsr_force_def *stop = &in->plan.force[v->of].def;
-    const int at = place_of(in, stop);
+    const int at = index_of_stop(in, stop);
     if (at < 0) return 1.0;
     return v->component == 0 ? q[at] - stop->param[0] : stop->param[1] - q[at];
 }
@@ -278,8 +279,8 @@ int mbsri_indicate(mbsri_instance *in, mbsr_data *data, double t, const double *
             continue;
         }
         mbsr_contact_state contact;
-        int status = placed ? MBSR_OK : mbsr_positions(m, data, t, q);
-        if (!status && !placed) status = mbsr_velocities(m, data, u);
+        int status = placed ? MBSR_OK : mbsr_stage_positions(m, data, t, q);
+        if (!status && !placed) status = mbsr_stage_velocities(m, data, u);
         if (!status) status = mbsr_contact_at(m, data, v->of, &contact);
         if (status) return status;
         placed = true;

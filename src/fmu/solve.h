@@ -5,7 +5,8 @@
 
 #include "fmu/instance.h"
 
-/* The model of the plan as its parameters are, with data; and away with it and all that solves it. */
+/* The model of the plan as its parameters are, with data; and away with it and all that solves it.
+ */
 mbsri_result mbsri_make_model(mbsri_instance *in);
 void mbsri_drop_model(mbsri_instance *in);
 

@@ -11,18 +11,21 @@ enum { MOST_CHANGES = 1000 };
 
 /* ---- by the error ---- */
 
-/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run before remembers how. */
+/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run
+ * before remembers how. */
 static mbsri_result begin_anew(mbsri_instance *in)
 {
     int status = MBSR_OK;
     if (in->inputs_changed)
-        status = mbsr_complete(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y, in->yp);
+        status = mbsr_completion_solve(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y,
+                                       in->yp);
     if (!status) return mbsri_make_solver(in);
     return mbsri_failed(in, "no state for the inputs", status,
                         mbsr_completion_error(in->completion));
 }
 
-/* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless directions. */
+/* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless
+ * directions. */
 static int change_ranks(mbsri_instance *in)
 {
     double t;
@@ -36,8 +39,8 @@ static int change_ranks(mbsri_instance *in)
     return status;
 }
 
-/* Tells the importer of a step that has ended at t; false: it wants control back there. *t_end becomes the time at which it wants it
- * later on. */
+/* Tells the importer of a step that has ended at t; false: it wants control back there. *t_end
+ * becomes the time at which it wants it later on. */
 static bool update(mbsri_instance *in, double t, double *t_end)
 {
     bool early = false;
@@ -82,7 +85,7 @@ static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
 
 /* ---- fixed ones ---- */
 
-static mbsri_result refuse(mbsri_instance *in, double t, int status)
+static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 {
     const mbsr_error error = *mbsr_stepper_error(in->stepper);
     if (mbsr_stepper_resume(in->stepper, t, in->y, in->yp) || status < 0)
@@ -101,7 +104,7 @@ static mbsri_result march(mbsri_instance *in, double t_end)
     for (double k = 1.0; k <= count && in->t < t_end; k += 1.0) {
         const double to = k < count ? t + h * (k / count) : t_end;
         status = mbsr_stepper_to(in->stepper, fmin(to, t_end));
-        if (status) return refuse(in, t, status);
+        if (status) return refuse_step(in, t, status);
         in->t = fmin(to, t_end);
         if (in->intermediate && in->t < t_end && !update(in, in->t, &t_end)) break;
     }

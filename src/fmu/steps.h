@@ -5,8 +5,9 @@
 
 #include "fmu/instance.h"
 
-/* From the present to t_end, or to an event or where the importer wants control back: in->t is what was reached, *event
- * whether a stop is hit there. MBSRI_DISCARD: a fixed step was refused, and the state is as it was. */
+/* From the present to t_end, or to an event or where the importer wants control back: in->t is what
+ * was reached, *event whether a stop is hit there. MBSRI_DISCARD: a fixed step was refused, and the
+ * state is as it was. */
 mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event);
 
 #endif

@@ -8,7 +8,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* Numbers of those that link to something; where the elements of other_force_table and those of files begin. */
+/* Numbers of those that link to something; where the elements of other_force_table and those of
+ * files begin. */
 enum { MOUNT = 13, MARKER = 14, OTHERS = 11, CURVE = 3, ELASTIC = 8, OF_FILES = 9 };
 
 static const double zero[3] = {0.0}, axis[3] = {0.0, 0.0, 1.0};
@@ -120,7 +121,8 @@ int mbsri_fmu_force_number(const mbsr_force_table *table)
     return mbsri_fmu_force_table(k) ? k : -1;
 }
 
-/* A weld or a ball with stiff rows has got another table with the same functions, and gets it again. */
+/* A weld or a ball with stiff rows has got another table with the same functions, and gets it
+ * again. */
 static bool is_same(const mbsr_closure_table *a, const mbsr_closure_table *b)
 {
     return a == b || (a->position == b->position && strcmp(a->name, b->name) == 0);

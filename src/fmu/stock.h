@@ -1,5 +1,5 @@
-/* The tables of joints, force elements and closures that the library and the reader of files make, by number: what a table is called
- * in an FMU. The numbers of a version of the library are its own.
+/* The tables of joints, force elements and closures that the library and the reader of files make,
+ * by number: what a table is called in an FMU. The numbers of a version of the library are its own.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FMU_STOCK_H
 #define MBSRI_FMU_STOCK_H

@@ -14,7 +14,7 @@ mbsri_stream mbsri_stream_read(mbsri_arena *arena, const unsigned char *data, si
     return (mbsri_stream){.arena = arena, .from = data, .size = size};
 }
 
-static void put(mbsri_stream *s, const unsigned char *bytes, size_t count)
+static void put_bytes(mbsri_stream *s, const unsigned char *bytes, size_t count)
 {
     if (s->failed) return;
     if (s->room - s->size < count) {
@@ -47,7 +47,7 @@ static void pass_word(mbsri_stream *s, int bytes, uint64_t *x)
     unsigned char piece[8];
     if (s->writing) {
         for (int k = 0; k < bytes; ++k) piece[k] = (unsigned char)(*x >> (8 * k) & 255u);
-        put(s, piece, (size_t)bytes);
+        put_bytes(s, piece, (size_t)bytes);
         return;
     }
     const unsigned char *from = get(s, (size_t)bytes);
@@ -81,7 +81,7 @@ void mbsri_pass_text(mbsri_stream *s, const char **x)
     int length = s->writing && *x ? (int)strlen(*x) : 0;
     mbsri_pass_int(s, &length);
     if (s->writing) {
-        if (length > 0) put(s, (const unsigned char *)*x, (size_t)length);
+        if (length > 0) put_bytes(s, (const unsigned char *)*x, (size_t)length);
         return;
     }
     const unsigned char *from = length >= 0 ? get(s, (size_t)length) : NULL;

@@ -1,8 +1,9 @@
-/* Numbers and texts as bytes, in both directions: who describes a record with these functions can write it and read it.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Numbers and texts as bytes, in both directions: who describes a record with these functions can
+ * write it and read it. SPDX-License-Identifier: BSD-3-Clause
  *
- * Whole numbers have four bytes, others are IEEE doubles of eight, the lowest byte first, whatever the processor; a
- * text has its length, then its bytes. What is read is never trusted: lengths are held against the bytes that are there. */
+ * Whole numbers have four bytes, others are IEEE doubles of eight, the lowest byte first, whatever
+ * the processor; a text has its length, then its bytes. What is read is never trusted: lengths are
+ * held against the bytes that are there. */
 #ifndef MBSRI_FMU_STREAM_H
 #define MBSRI_FMU_STREAM_H
 
@@ -34,8 +35,8 @@ void mbsri_pass_text(mbsri_stream *s, const char **x);
 void mbsri_pass_array(mbsri_stream *s, size_t count, const double **x);
 void mbsri_pass_ints(mbsri_stream *s, size_t count, const int **x);
 
-/* How many records of `size` bytes in memory follow, each of at least eight bytes, and the array for them, of zeros when it
- * is read. */
+/* How many records of `size` bytes in memory follow, each of at least eight bytes, and the array
+ * for them, of zeros when it is read. */
 void mbsri_pass_records(mbsri_stream *s, int *count, void **records, size_t size);
 
 /* CRC-32 of bytes (ISO 3309), as ZIP has it. */

@@ -7,6 +7,8 @@
 #include "fmu/names.h"
 #include "fmu/take_names.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -19,13 +21,13 @@ typedef struct taker {
     mbsr_error *error;
 } taker;
 
-static int no_memory(const taker *t)
+static int no_memory_for_plan(const taker *t)
 {
     return mbsri_fmu_fail(t->error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory for the model");
 }
 
 /* A part by somebody's own function. */
-static int refuse(const taker *t, const char *part, const char *name, int id, const char *why)
+static int refuse_part(const taker *t, const char *part, const char *name, int id, const char *why)
 {
     return mbsri_fmu_fail(t->error, MBSR_ERR_VALUE, "mbsr_fmu_export: %s %s%.60s%s (%d): %s", part,
                           name && *name ? "'" : "", name ? name : "", name && *name ? "'" : "", id,
@@ -41,9 +43,9 @@ static int link_table(taker *t, const mbsr_table *table, mbsri_link *link)
     for (link->index = 0; link->index < t->tables.count; ++link->index)
         if (all[link->index].from == table) return MBSR_OK;
     mbsri_plan_table *made = mbsri_list_add(&t->plan->arena, &t->tables, sizeof *made);
-    if (!made) return no_memory(t);
+    if (!made) return no_memory_for_plan(t);
     made->from = table;
-    return mbsr_table_data(table, &made->def);
+    return mbsr_table_definition(table, &made->def);
 }
 
 static int link_flex(taker *t, const mbsr_flex *flex, int *index)
@@ -52,9 +54,9 @@ static int link_flex(taker *t, const mbsr_flex *flex, int *index)
     for (*index = 0; *index < t->flexes.count; ++*index)
         if (all[*index].from == flex) return MBSR_OK;
     mbsri_plan_flex *made = mbsri_list_add(&t->plan->arena, &t->flexes, sizeof *made);
-    if (!made) return no_memory(t);
+    if (!made) return no_memory_for_plan(t);
     made->from = flex;
-    return mbsr_flex_data(flex, &made->def);
+    return mbsr_flex_definition(flex, &made->def);
 }
 
 /* `count` numbers that the caller holds. */
@@ -67,10 +69,10 @@ static int link_input(taker *t, const double *held, int count, const mbsri_plan_
         if (all[link->index].from == held) return MBSR_OK;
     for (int k = 0; k < count; ++k) {
         mbsri_plan_input *made = mbsri_list_add(&t->plan->arena, &t->inputs, sizeof *made);
-        if (!made) return no_memory(t);
+        if (!made) return no_memory_for_plan(t);
         *made = *as;
         made->name = mbsri_name(&t->plan->arena, "inputs", as->name, "", count > 1 ? k + 1 : 0);
-        if (!made->name) return no_memory(t);
+        if (!made->name) return no_memory_for_plan(t);
         made->start = held[k];
         made->from = held + k;
     }
@@ -90,18 +92,18 @@ static int link_motion(taker *t, mbsr_motion_fn motion, void *user, const char *
     for (link->index = 0; link->index < t->motions.count; ++link->index)
         if (all[link->index].from == held) return MBSR_OK;
     mbsri_plan_motion *made = mbsri_list_add(&t->plan->arena, &t->motions, sizeof *made);
-    if (!made) return no_memory(t);
+    if (!made) return no_memory_for_plan(t);
     *made = (mbsri_plan_motion){t->inputs.count, held->count, held};
     for (int k = 0; k < 3 * held->count; ++k) {
         mbsri_plan_input *input = mbsri_list_add(&t->plan->arena, &t->inputs, sizeof *input);
-        if (!input) return no_memory(t);
+        if (!input) return no_memory_for_plan(t);
         *input =
             (mbsri_plan_input){.name = mbsri_name(&t->plan->arena, "motions", name, parts[k % 3],
                                                   held->count > 1 ? k / 3 + 1 : 0),
                                .unit = "",
                                .start = held->value[k],
                                .range = {-INFINITY, INFINITY}};
-        if (!input->name) return no_memory(t);
+        if (!input->name) return no_memory_for_plan(t);
     }
     return MBSR_OK;
 }
@@ -115,7 +117,8 @@ static bool is_held(mbsr_motion_fn motion, const void *user)
 
 /* ---- bodies ---- */
 
-/* Of all rates of the joint as given; of locked ones it is of no matter. None where all are zero. */
+/* Of all rates of the joint as given; of locked ones it is of no matter. None where all are zero.
+ */
 static void take_armature(const mbsr_model *m, int id, mbsri_plan_body *b)
 {
     const double *left = mbsr_body_armature(m, id);
@@ -136,13 +139,13 @@ static int take_body(taker *t, int id, mbsri_plan_body *b)
     const mbsr_joint *j = &b->def.joint;
     const char *name = b->def.name;
     if (mbsri_fmu_joint_number(j->table) < 0)
-        return refuse(t, "body", name, id, "its joint is of a table of functions of your own");
+        return refuse_part(t, "body", name, id, "its joint is of a table of functions of your own");
     if (j->motion && j->motion != mbsr_table_motion && !is_held(j->motion, j->user))
-        return refuse(t, "body", name, id,
-                      "its joint follows a function of your own; mbsr_table_motion and "
-                      "mbsr_fmu_held_motion can be taken along");
+        return refuse_part(t, "body", name, id,
+                           "its joint follows a function of your own; mbsr_table_motion and "
+                           "mbsr_fmu_held_motion can be taken along");
     if (b->def.inertia.kind == MBSR_INERTIA_FUNCTION)
-        return refuse(t, "body", name, id, "its inertia is a function of your own");
+        return refuse_part(t, "body", name, id, "its inertia is a function of your own");
     b->flex = -1;
     if (b->def.inertia.kind == MBSR_INERTIA_FLEXIBLE)
         status = link_flex(t, b->def.inertia.flex, &b->flex);
@@ -159,7 +162,7 @@ static int take_body(taker *t, int id, mbsri_plan_body *b)
     b->drops = mbsr_body_drops(m, id);
     b->added = mbsr_body_regularisation(m, id);
     b->armature = mbsri_arena_take(&t->plan->arena, ((size_t)j->n + 1) * sizeof *b->armature);
-    if (!b->armature) return no_memory(t);
+    if (!b->armature) return no_memory_for_plan(t);
     take_armature(m, id, b);
     return status;
 }
@@ -222,12 +225,14 @@ static int take_force(taker *t, int id, mbsri_plan_force *f)
     const int status = mbsr_force_definition(t->model, id, def);
     if (status) return mbsri_fmu_fail(t->error, status, "mbsr_fmu_export: force %d", id);
     if (mbsri_fmu_force_number(def->table) < 0)
-        return refuse(t, "force", def->name, id, "it is of a table of functions of your own");
-    if (def->spring) return refuse(t, "force", def->name, id, "its law is a function of your own");
+        return refuse_part(t, "force", def->name, id, "it is of a table of functions of your own");
+    if (def->spring)
+        return refuse_part(t, "force", def->name, id, "its law is a function of your own");
     if (def->function && def->function != mbsr_table_force && def->function != mbsr_held_force)
-        return refuse(t, "force", def->name, id,
-                      "it is a function of your own; mbsr_table_force and mbsr_held_force can be "
-                      "taken along");
+        return refuse_part(
+            t, "force", def->name, id,
+            "it is a function of your own; mbsr_table_force and mbsr_held_force can be "
+            "taken along");
     return link_force(t, id, f);
 }
 
@@ -246,14 +251,16 @@ static int take_closure(taker *t, int id, mbsri_plan_closure *c)
     const int status = mbsr_closure_definition(t->model, id, def);
     if (status) return mbsri_fmu_fail(t->error, status, "mbsr_fmu_export: closure %d", id);
     if (mbsri_fmu_closure_number(def->table) < 0)
-        return refuse(t, "closure", def->name, id, "it is of a table of functions of your own");
+        return refuse_part(t, "closure", def->name, id,
+                           "it is of a table of functions of your own");
     if (def->compliant > 0)
-        return refuse(t, "closure", def->name, id, "a model does not keep compliance matrices");
+        return refuse_part(t, "closure", def->name, id,
+                           "a model does not keep compliance matrices");
     if (!def->motion) return MBSR_OK;
     if (def->motion != mbsr_table_motion && !is_held(def->motion, def->user))
-        return refuse(t, "closure", def->name, id,
-                      "it follows a function of your own; mbsr_table_motion and "
-                      "mbsr_fmu_held_motion can be taken along");
+        return refuse_part(t, "closure", def->name, id,
+                           "it follows a function of your own; mbsr_table_motion and "
+                           "mbsr_fmu_held_motion can be taken along");
     return link_motion(t, def->motion, def->user,
                        mbsri_fmu_label(&t->plan->arena, "closure", def->name, id), &c->link);
 }
@@ -270,7 +277,7 @@ static int take_parts(taker *t)
     p->force =
         mbsri_arena_take(&p->arena, (size_t)(mbsr_model_forces(t->model) + 1) * sizeof *p->force);
     p->closure = mbsri_arena_take(&p->arena, (size_t)(closures + 1) * sizeof *p->closure);
-    if (!p->body || !p->force || !p->closure) return no_memory(t);
+    if (!p->body || !p->force || !p->closure) return no_memory_for_plan(t);
     for (; p->bodies < mbsr_model_bodies(t->model) && !status; ++p->bodies)
         status = take_body(t, p->bodies, p->body + p->bodies);
     for (; p->forces < mbsr_model_forces(t->model) && !status; ++p->forces)

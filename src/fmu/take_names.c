@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The names of a body's coordinates: those of the body, or of the joints of the file that they are. */
+/* The names of a body's coordinates: those of the body, or of the joints of the file that they are.
+ */
 static void name_coordinates(mbsri_plan *p, const char *label, const int first[2],
                              const int count[2])
 {
@@ -41,7 +42,7 @@ static void name_by_file(mbsri_plan *p, const mbsr_file *file, const mbsr_model 
     }
 }
 
-static const char *label_of(mbsri_plan *p, int id)
+static const char *body_label(mbsri_plan *p, int id)
 {
     return mbsri_fmu_label(&p->arena, "body", p->body[id].def.name, id);
 }
@@ -62,7 +63,7 @@ static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_f
 {
     for (int id = 0; id < p->bodies; ++id) {
         int first[2], count[2];
-        const char *label = label_of(p, id);
+        const char *label = body_label(p, id);
         if (!label) return MBSR_ERR_NO_MEMORY;
         mbsr_body_coordinates(model, id, first, count, first + 1, count + 1);
         name_coordinates(p, label, first, count);
@@ -75,7 +76,8 @@ static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_f
     return MBSR_OK;
 }
 
-/* Elements without a name are called by their joint and what they are, or by the latter and their id; actuators as the file does. */
+/* Elements without a name are called by their joint and what they are, or by the latter and their
+ * id; actuators as the file does. */
 static int name_forces(mbsri_plan *p, const mbsr_fmu_opt *opt)
 {
     for (int k = 0; k < p->forces; ++k) {
@@ -118,7 +120,8 @@ static void find_units(mbsri_plan *p, const mbsr_model *model)
     }
 }
 
-/* The sites given, those of the file, or the frames of all bodies. Those on the ground do not move, and are left out. */
+/* The sites given, those of the file, or the frames of all bodies. Those on the ground do not move,
+ * and are left out. */
 static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
 {
     const mbsr_file_site *site = opt->sites >= 0 ? opt->site : opt->file ? opt->file->site : NULL;
@@ -130,7 +133,7 @@ static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
     for (int k = 0; k < count; ++k) {
         mbsri_plan_site *to = p->site + p->sites;
         if (of_bodies) {
-            *to = (mbsri_plan_site){label_of(p, k), k, mbsr_frame_identity()};
+            *to = (mbsri_plan_site){body_label(p, k), k, mbsr_frame_identity()};
         } else if (site[k].body == MBSR_GROUND) {
             continue;
         } else {

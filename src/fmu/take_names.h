@@ -5,7 +5,8 @@
 
 #include "fmu/plan.h"
 
-/* Adds them to a plan that has the parts. MBSR_ERR_NO_MEMORY, MBSR_ERR_VALUE (a site, a start that is not finite). */
+/* Adds them to a plan that has the parts. MBSR_ERR_NO_MEMORY, MBSR_ERR_VALUE (a site, a start that
+ * is not finite). */
 int mbsri_take_names(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
                      mbsr_error *error);
 

@@ -28,7 +28,7 @@ static int value_of_site(mbsri_instance *in, const mbsri_variable *v, double *va
     mbsr_frame turned = mbsr_frame_identity();
     if (space == MBSR_SPACE_PLANAR) {
         const double zero[3] = {0.0}, axis[3] = {0.0, 0.0, 1.0};
-        turned = mbsr_frame_turned(zero, axis, pose[2]);
+        turned = mbsr_frame_rotated(zero, axis, pose[2]);
     } else {
         for (int k = 0; k < 9; ++k) turned.R[k] = pose[MBSR_POSE_R + k];
     }
@@ -101,7 +101,8 @@ static bool value_given(const mbsri_instance *in, const mbsri_variable *v, doubl
     }
 }
 
-static const mbsri_variable *find(mbsri_instance *in, const char *function, unsigned reference)
+static const mbsri_variable *find_variable(mbsri_instance *in, const char *function,
+                                           unsigned reference)
 {
     if (reference < (unsigned)in->variables.count) return in->variables.list + reference;
     mbsri_say(in, MBSRI_ERROR, "%s: there is no variable with the value reference %u of a real",
@@ -115,7 +116,7 @@ mbsri_result mbsri_get(mbsri_instance *in, const char *function, const unsigned 
     if (count > 0 && (!reference || !value))
         return mbsri_say(in, MBSRI_ERROR, "%s: an argument is NULL", function);
     for (size_t k = 0; k < count; ++k) {
-        const mbsri_variable *v = find(in, function, reference[k]);
+        const mbsri_variable *v = find_variable(in, function, reference[k]);
         if (!v) return MBSRI_ERROR;
         if (value_given(in, v, value + k)) continue;
         if (in->mode == MBSRI_INSTANTIATED)
@@ -180,7 +181,7 @@ mbsri_result mbsri_set(mbsri_instance *in, const char *function, const unsigned 
     if (count > 0 && (!reference || !value))
         return mbsri_say(in, MBSRI_ERROR, "%s: an argument is NULL", function);
     for (size_t k = 0; k < count; ++k) {
-        const mbsri_variable *v = find(in, function, reference[k]);
+        const mbsri_variable *v = find_variable(in, function, reference[k]);
         if (!v) return MBSRI_ERROR;
         if (!may_set(in, v))
             return mbsri_say(in, MBSRI_ERROR, "%s: %s cannot be set now", function, v->name);

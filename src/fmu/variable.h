@@ -5,9 +5,10 @@
 
 typedef enum mbsri_variable_kind {
     MBSRI_TIME,
-    MBSRI_PARAMETER, /* a number of the plan; `of`: 1 and the body whose tensor a change makes inexact, or 0 */
-    MBSRI_INPUT, /* `of`: its number */
-    MBSRI_Q,     /* `of`: place in q, u */
+    MBSRI_PARAMETER, /* a number of the plan; `of`: 1 and the body whose tensor a change makes
+                        inexact, or 0 */
+    MBSRI_INPUT,     /* `of`: its number */
+    MBSRI_Q,         /* `of`: place in q, u */
     MBSRI_U,
     MBSRI_UDOT,
     MBSRI_P,

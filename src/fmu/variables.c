@@ -18,7 +18,7 @@ typedef struct lister {
     mbsri_list list;
 } lister;
 
-static mbsri_variable *add(lister *l, mbsri_variable_kind kind, int of, int component)
+static mbsri_variable *add_variable(lister *l, mbsri_variable_kind kind, int of, int component)
 {
     mbsri_variable *v = mbsri_list_add(&l->plan->arena, &l->list, sizeof *v);
     if (!v) return NULL;
@@ -35,7 +35,7 @@ static mbsri_variable *add(lister *l, mbsri_variable_kind kind, int of, int comp
 static bool add_named(lister *l, mbsri_variable v, const char *group, const char *label,
                       const char *part, int index)
 {
-    mbsri_variable *made = add(l, v.kind, v.of, v.component);
+    mbsri_variable *made = add_variable(l, v.kind, v.of, v.component);
     if (!made) return false;
     *made = v;
     made->name = mbsri_name(&l->plan->arena, group, label, part, index);
@@ -44,7 +44,7 @@ static bool add_named(lister *l, mbsri_variable v, const char *group, const char
     return made->name != NULL;
 }
 
-static const char *label_of(lister *l, const char *part, const char *name, int id)
+static const char *part_label(lister *l, const char *part, const char *name, int id)
 {
     return mbsri_fmu_label(&l->plan->arena, part, name, id);
 }
@@ -55,7 +55,7 @@ static bool add_inputs(lister *l)
 {
     for (int k = 0; k < l->plan->inputs; ++k) {
         const mbsri_plan_input *input = l->plan->input + k;
-        mbsri_variable *v = add(l, MBSRI_INPUT, k, 0);
+        mbsri_variable *v = add_variable(l, MBSRI_INPUT, k, 0);
         if (!v) return false;
         v->name = input->name;
         v->unit = input->unit;
@@ -103,7 +103,7 @@ static bool add_sites(lister *l)
     for (int k = 0; k < l->plan->sites; ++k) {
         const mbsri_plan_site *site = l->plan->site + k;
         const mbsr_space space = l->plan->body[site->body].def.joint.space;
-        const char *label = label_of(l, "site", site->name, k + 1);
+        const char *label = part_label(l, "site", site->name, k + 1);
         for (int c = 0; c < (space == MBSR_SPACE_POINT ? 3 : 7); ++c) {
             const mbsri_variable v = {.kind = MBSRI_SITE,
                                       .of = k,
@@ -142,7 +142,7 @@ static bool add_load(lister *l, mbsri_variable v, int count, const char *label, 
     return true;
 }
 
-static bool add_forces(lister *l)
+static bool add_force_outputs(lister *l)
 {
     for (int k = 0; k < l->plan->forces; ++k) {
         const mbsr_force_def *def = &l->plan->force[k].def;
@@ -153,7 +153,7 @@ static bool add_forces(lister *l)
         int n = 0, rate = 0;
         const mbsr_joint *joint = &l->plan->body[body].def.joint;
         mbsr_body_coordinates(l->model, body, NULL, NULL, &rate, &n);
-        const char *label = label_of(l, "force", def->name, k);
+        const char *label = part_label(l, "force", def->name, k);
         const mbsri_variable f = {.kind = MBSRI_FORCE,
                                   .of = k,
                                   .description = "what it exerts on its first body",
@@ -180,14 +180,14 @@ static bool add_reactions(lister *l)
                                   .of = k,
                                   .description = "what the joint exerts on the body",
                                   .derivative_of = -1};
-        if (!add_load(l, v, joint->d, label_of(l, "body", l->plan->body[k].def.name, k), "f",
+        if (!add_load(l, v, joint->d, part_label(l, "body", l->plan->body[k].def.name, k), "f",
                       joint->space, 0))
             return false;
     }
     for (int k = 0; k < mbsr_model_closures(l->model); ++k) {
         int row, rows;
-        mbsr_closure_place(l->model, k, &row, &rows, NULL, NULL);
-        const char *label = label_of(l, "closure", mbsr_closure_name(l->model, k), k);
+        mbsr_closure_indices(l->model, k, &row, &rows, NULL, NULL);
+        const char *label = part_label(l, "closure", mbsr_closure_name(l->model, k), k);
         for (int r = 0; r < rows; ++r) {
             const mbsri_variable v = {.kind = MBSRI_LOOP,
                                       .of = row + r,
@@ -217,7 +217,7 @@ static bool add_indicators(lister *l)
         const mbsr_force_def *def = &l->plan->force[k].def;
         const bool stop = strcmp(def->table->name, "joint stop") == 0,
                    contact = strcmp(def->table->name, "contact") == 0;
-        const char *label = label_of(l, "force", def->name, k);
+        const char *label = part_label(l, "force", def->name, k);
         const mbsri_variable v = {.kind = MBSRI_INDICATOR, .of = k, .derivative_of = -1};
         mbsri_variable upper = v;
         upper.component = 1;
@@ -230,7 +230,7 @@ static bool add_indicators(lister *l)
 
 /* ---- all of them ---- */
 
-static int compare(const void *a, const void *b)
+static int order_of_names(const void *a, const void *b)
 {
     const mbsri_variable *const *x = a, *const *y = b;
     const int order = strcmp((*x)->name, (*y)->name);
@@ -243,7 +243,7 @@ static bool make_unique(lister *l)
     mbsri_variable *v = l->list.items, **sorted = calloc((size_t)l->list.count, sizeof *sorted);
     if (!sorted) return false;
     for (int k = 0; k < l->list.count; ++k) sorted[k] = v + k;
-    qsort(sorted, (size_t)l->list.count, sizeof *sorted, compare);
+    qsort(sorted, (size_t)l->list.count, sizeof *sorted, order_of_names);
     const char *last = l->list.count > 0 ? sorted[0]->name : "";
     bool good = true;
     for (int k = 1; k < l->list.count && good; ++k) {
@@ -261,13 +261,13 @@ static bool make_unique(lister *l)
     return good;
 }
 
-static bool add_all(lister *l, mbsri_variables *out)
+static bool add_all_variables(lister *l, mbsri_variables *out)
 {
     static const char *const q_units[3] = {"", "rad", "m"},
                              *const u_units[3] = {"", "rad/s", "m/s"},
                              *const a_units[3] = {"", "rad/s2", "m/s2"};
     const int outputs = l->plan->outputs;
-    mbsri_variable *time = add(l, MBSRI_TIME, 0, 0);
+    mbsri_variable *time = add_variable(l, MBSRI_TIME, 0, 0);
     if (!time) return false;
     time->name = "time";
     time->unit = "s";
@@ -284,7 +284,7 @@ static bool add_all(lister *l, mbsri_variables *out)
     out->p_at = out->derivatives_at = -1;
     if (l->plan->model_exchange) good = good && add_states(l, out);
     if (outputs & MBSR_FMU_SITES) good = good && add_sites(l);
-    if (outputs & MBSR_FMU_FORCES) good = good && add_forces(l);
+    if (outputs & MBSR_FMU_FORCES) good = good && add_force_outputs(l);
     if (outputs & MBSR_FMU_REACTIONS) good = good && add_reactions(l);
     if (outputs & MBSR_FMU_ENERGY) good = good && add_energy(l);
     out->indicators_at = l->list.count;
@@ -297,7 +297,7 @@ bool mbsri_list_variables(mbsri_plan *plan, const mbsr_model *model, mbsri_varia
 {
     lister l = {.plan = plan, .model = model};
     *variables = (mbsri_variables){.list = NULL};
-    if (!add_all(&l, variables) || !make_unique(&l)) return false;
+    if (!add_all_variables(&l, variables) || !make_unique(&l)) return false;
     variables->list = l.list.items;
     variables->count = l.list.count;
     return true;

@@ -1,8 +1,9 @@
 /* The variables of an FMU: the same list for its description and for its run.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A variable's number in the list, from 0 on, is its value reference. The order: time; parameters; inputs; joint coordinates, rates,
- * accelerations; momenta and derivatives of the states (model exchange); sites, forces, reactions, energies; event indicators. */
+ * A variable's number in the list, from 0 on, is its value reference. The order: time; parameters;
+ * inputs; joint coordinates, rates, accelerations; momenta and derivatives of the states (model
+ * exchange); sites, forces, reactions, energies; event indicators. */
 #ifndef MBSRI_FMU_VARIABLES_H
 #define MBSRI_FMU_VARIABLES_H
 

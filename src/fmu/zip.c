@@ -1,8 +1,9 @@
 /* Archives: see zip.h.
  *
- * Each file has a local header before its bytes and an entry in the directory behind all of them, whose end says where it begins.
- * Files are stored, not compressed, with the first day that the format knows, so that the same files give the same bytes.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * Each file has a local header before its bytes and an entry in the directory behind all of them,
+ * whose end says where it begins. Files are stored, not compressed, with the first day that the
+ * format knows, so that the same files give the same bytes. SPDX-License-Identifier: BSD-3-Clause
+ */
 #include "fmu/zip.h"
 
 #include <string.h>
@@ -30,7 +31,8 @@ static unsigned char *put32(unsigned char *to, uint32_t x)
     return put16(put16(to, x & 0xffffu), x >> 16);
 }
 
-/* What both headers have: time, day, checksum, sizes, lengths of the name and of what follows it. */
+/* What both headers have: time, day, checksum, sizes, lengths of the name and of what follows it.
+ */
 static unsigned char *put_file(unsigned char *to, const mbsri_zip_file *f, uint32_t crc)
 {
     to = put16(to, 0);

@@ -14,7 +14,7 @@ static int values(const mbsr_force_args *args, int n, double value[MBSR_MAX_D])
     return args->force->function(args->force->user, args->t, n, value);
 }
 
-static int add(const mbsr_force_args *args, int n, double *target)
+static int add_values(const mbsr_force_args *args, int n, double *target)
 {
     double value[MBSR_MAX_D];
     const int status = values(args, n, value);
@@ -25,12 +25,12 @@ static int add(const mbsr_force_args *args, int n, double *target)
 
 static int body_evaluate(const mbsr_force_args *args)
 {
-    return add(args, args->body->d, args->body->f);
+    return add_values(args, args->body->d, args->body->f);
 }
 
 static int joint_evaluate(const mbsr_force_args *args)
 {
-    return add(args, args->body->n, args->body->tau);
+    return add_values(args, args->body->n, args->body->tau);
 }
 
 /* Moment and force along the world axes, and the point they act at, which param gives; option[0]:
@@ -97,7 +97,7 @@ static int wrench_check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SI
 }
 
 /* n: components that the function has to write. */
-static int check(const mbsr_force_args *args, int n, char text[MBSR_TEXT_SIZE])
+static int check_components(const mbsr_force_args *args, int n, char text[MBSR_TEXT_SIZE])
 {
     const mbsr_force_def *def = args->force;
     if (args->body->id == MBSR_GROUND)
@@ -109,17 +109,17 @@ static int check(const mbsr_force_args *args, int n, char text[MBSR_TEXT_SIZE])
 
 static int body_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
-    return check(args, args->body->d, text);
+    return check_components(args, args->body->d, text);
 }
 
 static int joint_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
-    return check(args, args->body->n, text);
+    return check_components(args, args->body->n, text);
 }
 
 static int wrench_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
-    const int status = check(args, 6, text);
+    const int status = check_components(args, 6, text);
     return status ? status : mbsri_check_spatial(args, 0, 0, text);
 }
 
@@ -160,8 +160,8 @@ static const mbsr_force_table wrench_table = {
     .derivatives = wrench_derivatives,
 };
 
-static mbsr_force_def make(const mbsr_force_table *table, int body, mbsr_force_fn function,
-                           void *user)
+static mbsr_force_def make_applied(const mbsr_force_table *table, int body, mbsr_force_fn function,
+                                   void *user)
 {
     mbsr_force_def def = mbsri_stock_force(table, 1, body, MBSR_GROUND);
     def.function = function;
@@ -171,18 +171,18 @@ static mbsr_force_def make(const mbsr_force_table *table, int body, mbsr_force_f
 
 mbsr_force_def mbsr_force_applied(int body, mbsr_force_fn function, void *user)
 {
-    return make(&body_table, body, function, user);
+    return make_applied(&body_table, body, function, user);
 }
 
 mbsr_force_def mbsr_force_joint_applied(int body, mbsr_force_fn function, void *user)
 {
-    return make(&joint_table, body, function, user);
+    return make_applied(&joint_table, body, function, user);
 }
 
 mbsr_force_def mbsr_force_wrench(int body, const double point[3], int body_axes,
                                  mbsr_force_fn function, void *user)
 {
-    mbsr_force_def def = make(&wrench_table, body, function, user);
+    mbsr_force_def def = make_applied(&wrench_table, body, function, user);
     mbsri_store_point(point, def.param);
     def.option[0] = body_axes;
     return def;

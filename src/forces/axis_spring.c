@@ -1,7 +1,8 @@
 /* Linear spring-damper and friction along a coordinate axis.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   e = p_a[axis] - p_b[axis],   force on a: -(c (e - rest) + d e'), -force e' / sqrt(e'^2 + slip^2) */
+ *   e = p_a[axis] - p_b[axis],
+ *       force on a: -(c (e - rest) + d e'), -force e' / sqrt(e'^2 + slip^2) */
 #include "forces/columns.h"
 #include "forces/springs.h"
 #include "forces/stock.h"
@@ -25,7 +26,7 @@ static double stretch_rate(const mbsr_force_args *args)
 }
 
 /* Adds a force on a and its reaction. */
-static int push(const mbsr_force_args *args, double force)
+static int push_along_axis(const mbsr_force_args *args, double force)
 {
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const int axis = args->force->option[0];
@@ -37,7 +38,8 @@ static int push(const mbsr_force_args *args, double force)
 static int evaluate(const mbsr_force_args *args)
 {
     const double *param = args->force->param;
-    return push(args, -param[STIFFNESS] * stretch(args) - param[DAMPING] * stretch_rate(args));
+    return push_along_axis(args,
+                           -param[STIFFNESS] * stretch(args) - param[DAMPING] * stretch_rate(args));
 }
 
 /* On body k by body l: sign -(c, d), plus on itself. */
@@ -165,7 +167,7 @@ static double friction(const mbsr_force_args *args, double *rate, double *speed)
 static int friction_evaluate(const mbsr_force_args *args)
 {
     double rate, speed;
-    return push(args, -friction(args, &rate, &speed));
+    return push_along_axis(args, -friction(args, &rate, &speed));
 }
 
 /* force slip^2 / (e'^2 + slip^2)^(3/2) */

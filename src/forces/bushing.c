@@ -49,7 +49,7 @@ static void frame_axes(const mbsr_force_body *body, const double *frame, double 
     mbsri_multiply3(R, in_body, axes);
 }
 
-static void locate(const mbsr_force_args *args, bushing *w)
+static void relative_pose(const mbsr_force_args *args, bushing *w)
 {
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const double *param = args->force->param;
@@ -96,7 +96,7 @@ static int evaluate(const mbsr_force_args *args)
 {
     bushing w;
     double moment[3], force[3];
-    locate(args, &w);
+    relative_pose(args, &w);
     exert(args, &w, force, moment);
     mbsri_push(args->body, &w.a, 1.0, force, moment);
     mbsri_push(args->body + 1, &w.b, -1.0, force, moment);
@@ -121,7 +121,7 @@ typedef struct seen {
     mbsri_vector arm_a[MBSRI_MAX_COLUMNS], arm_b[MBSRI_MAX_COLUMNS]; /* not seen from A */
 } seen;
 
-static void see(const mbsri_columns *c, const bushing *w, seen *d)
+static void see_motion(const mbsri_columns *c, const bushing *w, seen *d)
 {
     double e[3], e_rate[3], omega[3];
     mbsri_rotate3(w->axes, w->e, e);
@@ -157,9 +157,9 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     double force[3], moment[3], T[9], y[3];
     bushing w;
     seen d;
-    locate(args, &w);
+    relative_pose(args, &w);
     exert(args, &w, force, moment);
-    see(&c, &w, &d);
+    see_motion(&c, &w, &d);
     mbsri_turning_stiffness(w.theta, stiffness, T);
     for (int l = 0; l < c.count; ++l) {
         along_axes(&w, stiffness + 3, d.e[l].x, dforce[l].x);
@@ -184,7 +184,7 @@ static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const double *stiffness = args->force->param + STIFFNESS;
     bushing w;
-    locate(args, &w);
+    relative_pose(args, &w);
     for (int k = 0; k < 3; ++k) {
         *energy_out +=
             0.5 * (stiffness[k] * w.theta[k] * w.theta[k] + stiffness[3 + k] * w.e[k] * w.e[k]);
@@ -196,7 +196,7 @@ static int dissipation(const mbsr_force_args *args, double *power)
 {
     const double *damping = args->force->param + DAMPING;
     bushing w;
-    locate(args, &w);
+    relative_pose(args, &w);
     for (int k = 0; k < 3; ++k) {
         *power += damping[k] * w.omega[k] * w.omega[k] + damping[3 + k] * w.e_rate[k] * w.e_rate[k];
     }
@@ -267,7 +267,7 @@ static const mbsr_force_table bushing_table = {
 };
 
 /* Infinite defects, of left-handed axes and those that are not finite, count as 1. */
-static void store(const mbsr_frame *frame, double *param, double *defect)
+static void store_frame(const mbsr_frame *frame, double *param, double *defect)
 {
     const mbsr_frame identity = mbsr_frame_identity();
     double stored[12];
@@ -281,8 +281,8 @@ mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_
                                   const double stiffness[6], const double damping[6])
 {
     mbsr_force_def def = mbsri_stock_force(&bushing_table, 2, a, b);
-    store(A, def.param + FRAME_A, def.param + DEFECT_A);
-    store(B, def.param + FRAME_B, def.param + DEFECT_B);
+    store_frame(A, def.param + FRAME_A, def.param + DEFECT_A);
+    store_frame(B, def.param + FRAME_B, def.param + DEFECT_B);
     if (stiffness) memcpy(def.param + STIFFNESS, stiffness, 6 * sizeof *stiffness);
     if (damping) memcpy(def.param + DAMPING, damping, 6 * sizeof *damping);
     return def;

@@ -35,7 +35,8 @@ typedef struct touch {
     double speed, drag;    /* friction force = -drag sliding, drag = friction N / speed */
 } touch;
 
-/* The root of |sliding|^2 + slip^2 + creep^2 |travel|^2, where the centre of a has the velocity v. */
+/* The root of |sliding|^2 + slip^2 + creep^2 |travel|^2, where the centre of a has the velocity v.
+ */
 static void find_speed(const double *param, const double v[3], touch *w)
 {
     w->speed = hypot(mbsri_norm3(w->sliding), param[SLIP]);
@@ -47,7 +48,7 @@ static void find_speed(const double *param, const double v[3], touch *w)
 
 /* Whether there is contact; the rest only then. With the velocity v of a against b at the deepest
  * point, x' = -n . v. */
-static bool locate(const mbsr_force_args *args, touch *w)
+static bool find_contact(const mbsr_force_args *args, touch *w)
 {
     const double *param = args->force->param;
     const mbsr_force_body *a = args->body, *b = args->body + 1;
@@ -80,7 +81,7 @@ static bool locate(const mbsr_force_args *args, touch *w)
 static int evaluate(const mbsr_force_args *args)
 {
     touch w;
-    if (!locate(args, &w)) return MBSR_OK;
+    if (!find_contact(args, &w)) return MBSR_OK;
     double force[3] = {0.0, 0.0, 0.0};
     mbsri_add3(w.force, w.normal, force);
     mbsri_add3(-w.drag, w.sliding, force);
@@ -133,8 +134,8 @@ static void locate_slopes(const mbsri_columns *c, const double *param, const tou
     }
 }
 
-/* That of speed. Of the velocity of the centre only what is along the plane matters: travel is normal
- * to n, and n . v of that velocity, which turns with n, is -x'. */
+/* That of speed. Of the velocity of the centre only what is along the plane matters: travel is
+ * normal to n, and n . v of that velocity, which turns with n, is -x'. */
 static double speed_slope(const touch *w, double creep, const mbsri_vector *dsliding,
                           const mbsri_vector *dtravel, const mbsri_vector *dnormal)
 {
@@ -155,7 +156,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     double force[3] = {0.0, 0.0, 0.0};
     touch w;
     touch_slopes d;
-    if (!locate(args, &w) || !(w.force > 0.0)) return MBSR_OK;
+    if (!find_contact(args, &w) || !(w.force > 0.0)) return MBSR_OK;
     locate_slopes(&c, param, &w, &d);
     mbsri_add3(w.force, w.normal, force);
     mbsri_add3(-w.drag, w.sliding, force);
@@ -180,14 +181,15 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     touch w;
-    if (locate(args, &w)) *energy_out += w.elastic * w.x / (args->force->param[EXPONENT] + 1.0);
+    if (find_contact(args, &w))
+        *energy_out += w.elastic * w.x / (args->force->param[EXPONENT] + 1.0);
     return MBSR_OK;
 }
 
 static int dissipation(const mbsr_force_args *args, double *power)
 {
     touch w;
-    if (locate(args, &w)) {
+    if (find_contact(args, &w)) {
         *power += (w.force - w.elastic) * w.rate + w.drag * mbsri_dot3(w.sliding, w.sliding);
     }
     return MBSR_OK;
@@ -271,7 +273,7 @@ bool mbsri_is_contact(const mbsr_force_def *def)
 void mbsri_contact_at(const mbsr_force_args *args, mbsr_contact_state *state)
 {
     touch w;
-    const bool touches = locate(args, &w);
+    const bool touches = find_contact(args, &w);
     state->depth = w.x;
     if (!touches) return;
     state->rate = w.rate;

@@ -17,7 +17,7 @@ void mbsri_coordinate_forces(const mbsri_coordinate_elements *all, const bool *o
     MBSRI_EACH(MBSRI_LAW_FRICTION, tau[e->u] += mbsri_friction_force(e->param, u[e->u]))
 }
 
-static void add(mbsri_law_slopes slopes, int at, double *by_q, double *by_u)
+static void add_two_slopes(mbsri_law_slopes slopes, int at, double *by_q, double *by_u)
 {
     by_q[at] += slopes.by_q;
     by_u[at] += slopes.by_u;
@@ -26,8 +26,11 @@ static void add(mbsri_law_slopes slopes, int at, double *by_q, double *by_u)
 void mbsri_coordinate_slopes(const mbsri_coordinate_elements *all, const bool *off, const double *q,
                              const double *u, double *by_q, double *by_u)
 {
-    MBSRI_EACH(MBSRI_LAW_SPRING, add(mbsri_spring_slopes(e->param, q[e->q]), e->u, by_q, by_u))
-    MBSRI_EACH(MBSRI_LAW_STOP,
-               add(mbsri_stop_slopes(e->param, e->option, q[e->q], u[e->u]), e->u, by_q, by_u))
-    MBSRI_EACH(MBSRI_LAW_FRICTION, add(mbsri_friction_slopes(e->param, u[e->u]), e->u, by_q, by_u))
+    MBSRI_EACH(MBSRI_LAW_SPRING,
+               add_two_slopes(mbsri_spring_slopes(e->param, q[e->q]), e->u, by_q, by_u))
+    MBSRI_EACH(
+        MBSRI_LAW_STOP,
+        add_two_slopes(mbsri_stop_slopes(e->param, e->option, q[e->q], u[e->u]), e->u, by_q, by_u))
+    MBSRI_EACH(MBSRI_LAW_FRICTION,
+               add_two_slopes(mbsri_friction_slopes(e->param, u[e->u]), e->u, by_q, by_u))
 }

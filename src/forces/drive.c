@@ -10,7 +10,8 @@
 
 #include <math.h>
 
-/* Refuses a coordinate of body k that there is not; `position`: one whose q does not belong to u. */
+/* Refuses a coordinate of body k that there is not; `position`: one whose q does not belong to u.
+ */
 static int check_coordinate(const mbsr_force_args *args, int k, int coordinate, bool position,
                             char text[MBSR_TEXT_SIZE])
 {
@@ -27,8 +28,8 @@ static int check_coordinate(const mbsr_force_args *args, int k, int coordinate, 
 }
 
 /* d tau of coordinate i of body k with respect to q and u of coordinate j of body l */
-static void add(const mbsr_force_args *args, const mbsr_force_derivatives *out, int k, int i, int l,
-                int j, double by_q, double by_u)
+static void add_coordinate_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out,
+                                  int k, int i, int l, int j, double by_q, double by_u)
 {
     const int row = mbsri_tau_row(args->body + k, out->row[k]) + i;
     if (by_q != 0.0)
@@ -77,7 +78,8 @@ static int servo_derivatives(const mbsr_force_args *args, const mbsr_force_deriv
     bool limited;
     const int status = servo_effort(args, &effort, &limited), k = args->force->option[0];
     if (!status && !limited)
-        add(args, out, 0, k, 0, k, -args->force->param[KP], -args->force->param[KD]);
+        add_coordinate_slopes(args, out, 0, k, 0, k, -args->force->param[KP],
+                              -args->force->param[KD]);
     return status;
 }
 
@@ -154,7 +156,7 @@ static int curve_derivatives(const mbsr_force_args *args, const mbsr_force_deriv
 {
     double slope = 0.0;
     const int status = curve_at(args, NULL, &slope), k = args->force->option[0];
-    if (!status) add(args, out, 0, k, 0, k, 0.0, slope);
+    if (!status) add_coordinate_slopes(args, out, 0, k, 0, k, 0.0, slope);
     return status;
 }
 
@@ -189,8 +191,8 @@ mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torq
 }
 
 /* ---- through a gear: e = q_a - ratio q_b - rest; x what of it is beyond the backlash,
- * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T. A coordinate that is locked is -1, and its part
- * of e is in HELD. ---- */
+ * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T. A coordinate that is locked is -1, and
+ * its part of e is in HELD. ---- */
 
 enum { RATIO, STIFFNESS, DAMPING, REST, BACKLASH, HELD };
 
@@ -243,9 +245,9 @@ static int gear_derivatives(const mbsr_force_args *args, const mbsr_force_deriva
     for (int k = 0; k < 2; ++k) {
         for (int l = 0; l < 2 && coordinate[k] >= 0; ++l) {
             if (coordinate[l] < 0) continue;
-            add(args, out, k, coordinate[k], l, coordinate[l],
-                -lever[k] * lever[l] * by_elastic * param[STIFFNESS],
-                -lever[k] * lever[l] * by_damping * param[DAMPING]);
+            add_coordinate_slopes(args, out, k, coordinate[k], l, coordinate[l],
+                                  -lever[k] * lever[l] * by_elastic * param[STIFFNESS],
+                                  -lever[k] * lever[l] * by_damping * param[DAMPING]);
         }
     }
     return MBSR_OK;

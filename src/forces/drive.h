@@ -9,10 +9,12 @@
  * function is mbsr_table_force: 1, but for a servo, which reads the first derivative too, 0. */
 int mbsri_table_lead(const mbsr_force_def *def);
 
-/* How many joint coordinates an element acts on, option[k] of body k each; 0: none that it names. */
+/* How many joint coordinates an element acts on, option[k] of body k each; 0: none that it names.
+ */
 int mbsri_force_coordinates(const mbsr_force_def *def);
 
-/* A gear of which coordinate k stands still at a value; and one as it was given, but for its coordinates. */
+/* A gear of which coordinate k stands still at a value; and one as it was given, but for its
+ * coordinates. */
 void mbsri_gear_hold(mbsr_force_def *def, int k, double value);
 void mbsri_gear_release(mbsr_force_def *def);
 

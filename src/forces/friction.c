@@ -2,8 +2,8 @@
  * load, and of a bearing.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With the velocity w of a relative to b (of a point, or angular), its part s against which there is
- * friction and the rest r, the force or moment on a is
+ * With the velocity w of a relative to b (of a point, or angular), its part s against which there
+ * is friction and the rest r, the force or moment on a is
  *
  *   -(Coulomb / sqrt(|s|^2 + slip^2 + creep^2 |r|^2) + viscous) s
  *
@@ -31,27 +31,27 @@ typedef struct rub {
     double coulomb;                          /* without the factor 1 / speed */
 } rub;
 
-static bool turns(const mbsr_force_args *args);
+static bool is_bearing(const mbsr_force_args *args);
 
 /* Coefficient times load, or the torque. */
 static int coulomb(const mbsr_force_args *args, double *value)
 {
     const mbsr_force_def *def = args->force;
-    const bool turning = turns(args);
+    const bool turning = is_bearing(args);
     double load = turning ? def->param[COULOMB] : def->param[LOAD];
     const int status = def->function ? def->function(def->user, args->t, 1, &load) : MBSR_OK;
     *value = load < 0.0 ? 0.0 : turning ? load : def->param[COULOMB] * load;
     return status;
 }
 
-static int locate(const mbsr_force_args *args, rub *w)
+static int find_sliding(const mbsr_force_args *args, rub *w)
 {
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const double *param = args->force->param;
     const int part = args->force->option[0];
     double R[9];
     memset(w, 0, sizeof *w);
-    if (turns(args)) {
+    if (is_bearing(args)) {
         double spin[3];
         mbsri_body_spin(a, w->velocity);
         mbsri_body_spin(b, spin);
@@ -77,7 +77,7 @@ static int locate(const mbsr_force_args *args, rub *w)
 /* Force and moment on a, at the point. */
 static void exert(const mbsr_force_args *args, const rub *w, double force[3], double moment[3])
 {
-    double *at = turns(args) ? moment : force;
+    double *at = is_bearing(args) ? moment : force;
     memset(force, 0, 3 * sizeof *force);
     memset(moment, 0, 3 * sizeof *moment);
     mbsri_add3(-w->drag, w->sliding, at);
@@ -87,7 +87,7 @@ static int evaluate(const mbsr_force_args *args)
 {
     double force[3], moment[3];
     rub w;
-    const int status = locate(args, &w);
+    const int status = find_sliding(args, &w);
     if (status) return status;
     exert(args, &w, force, moment);
     mbsri_push(args->body, &w.a, 1.0, force, moment);
@@ -98,7 +98,7 @@ static int evaluate(const mbsr_force_args *args)
 static int dissipation(const mbsr_force_args *args, double *power)
 {
     rub w;
-    const int status = locate(args, &w);
+    const int status = find_sliding(args, &w);
     if (!status) *power += w.drag * mbsri_dot3(w.sliding, w.sliding);
     return status;
 }
@@ -115,7 +115,7 @@ static void locate_slopes(const mbsr_force_args *args, const mbsri_columns *c, c
 {
     memset(d, 0, sizeof *d);
     mbsri_add_turn(c, args->force->option[1], MBSRI_POSE, 1.0, w->direction, d->direction);
-    if (turns(args)) {
+    if (is_bearing(args)) {
         mbsri_add_spin(c, 0, MBSRI_RATE, 1.0, d->velocity);
         mbsri_add_spin(c, 1, MBSRI_RATE, -1.0, d->velocity);
         return;
@@ -156,7 +156,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     double force[3], moment[3];
     rub_slopes d;
     rub w;
-    const int status = locate(args, &w), at = turns(args);
+    const int status = find_sliding(args, &w), at = is_bearing(args);
     if (status) return status;
     locate_slopes(args, &c, &w, &d);
     exert(args, &w, force, moment);
@@ -264,14 +264,14 @@ static const mbsr_force_table bearing_table = {
     .derivatives = derivatives,
 };
 
-static bool turns(const mbsr_force_args *args)
+static bool is_bearing(const mbsr_force_args *args)
 {
     return args->force->table == &bearing_table;
 }
 
 /* ---- constructors ---- */
 
-static bool given(const double direction[3])
+static bool is_given(const double direction[3])
 {
     return direction[0] != 0.0 || direction[1] != 0.0 || direction[2] != 0.0;
 }
@@ -287,11 +287,11 @@ mbsr_force_def mbsr_force_point_friction(int a, const double point[3], int b,
     def.param[SLIP] = friction->slip;
     def.param[CREEP] = friction->creep;
     def.param[LOAD] = friction->load;
-    if (given(friction->normal)) {
-        def.option[0] = given(friction->axle) ? BOTH : ACROSS;
+    if (is_given(friction->normal)) {
+        def.option[0] = is_given(friction->axle) ? BOTH : ACROSS;
         def.option[1] = 1;
         mbsri_direction3(friction->normal, def.param + DIRECTION);
-    } else if (given(friction->axle)) {
+    } else if (is_given(friction->axle)) {
         def.option[0] = ALONG;
         mbsri_direction3(friction->axle, def.param + DIRECTION);
     }
@@ -307,7 +307,7 @@ mbsr_force_def mbsr_force_bearing_friction(int a, int b, const mbsr_bearing *bea
     def.param[COULOMB] = bearing->torque;
     def.param[VISCOUS] = bearing->viscous;
     def.param[SLIP] = bearing->slip;
-    if (given(bearing->axis)) {
+    if (is_given(bearing->axis)) {
         def.option[0] = ALONG;
         def.option[1] = 1;
         mbsri_direction3(bearing->axis, def.param + DIRECTION);

@@ -107,7 +107,8 @@ static void dependent_derivatives(const mbsr_force_body *body, const double *g,
     }
 }
 
-/* Moment c x g along a turn x and modes: (x x c) x g, Ct_a x g; modal forces along a turn: (x x Ct_a) . g */
+/* Moment c x g along a turn x and modes: (x x c) x g, Ct_a x g; modal forces along a turn: (x x
+ * Ct_a) . g */
 static void flexible_derivatives(const mbsr_force_body *body, const double *g,
                                  const mbsr_force_derivatives *out)
 {

@@ -33,8 +33,8 @@ static int check_position(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]
 }
 
 /* Derivatives of tau of the coordinate with respect to its q and u; nq = n or by_q = 0. */
-static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out,
-                       mbsri_law_slopes slopes)
+static void add_law_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out,
+                           mbsri_law_slopes slopes)
 {
     const mbsr_force_body *body = args->body;
     const int k = args->force->option[0], row = mbsri_tau_row(body, out->row[0]) + k,
@@ -56,7 +56,7 @@ static int spring_evaluate(const mbsr_force_args *args)
 static int spring_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
 {
     const double q = args->body->q[args->force->option[0]];
-    add_slopes(args, out, mbsri_spring_slopes(args->force->param, q));
+    add_law_slopes(args, out, mbsri_spring_slopes(args->force->param, q));
     return MBSR_OK;
 }
 
@@ -156,7 +156,8 @@ static int stop_derivatives(const mbsr_force_args *args, const mbsr_force_deriva
     const mbsr_force_def *def = args->force;
     const mbsr_force_body *body = args->body;
     const int k = def->option[0];
-    add_slopes(args, out, mbsri_stop_slopes(def->param, def->option[1], body->q[k], body->u[k]));
+    add_law_slopes(args, out,
+                   mbsri_stop_slopes(def->param, def->option[1], body->q[k], body->u[k]));
     return MBSR_OK;
 }
 
@@ -252,7 +253,7 @@ static int friction_evaluate(const mbsr_force_args *args)
 static int friction_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
 {
     const double u = args->body->u[args->force->option[0]];
-    add_slopes(args, out, mbsri_friction_slopes(args->force->param, u));
+    add_law_slopes(args, out, mbsri_friction_slopes(args->force->param, u));
     return MBSR_OK;
 }
 

@@ -24,7 +24,7 @@ static void unrotated(const double q[4], const double r[4], double p[4])
 }
 
 /* theta, and n along q of a length that can be squared. */
-static int turn(const mbsr_force_args *args, double n[4], double theta[3])
+static int rotation_vector_of(const mbsr_force_args *args, double n[4], double theta[3])
 {
     double p[4];
     if (!mbsri_scale4(args->body->q, n)) return MBSR_ZERO_QUATERNION;
@@ -39,7 +39,7 @@ static int evaluate(const mbsr_force_args *args)
     const double *stiffness = args->force->param + STIFFNESS,
                  *damping = args->force->param + DAMPING;
     double n[4], theta[3], moment[3];
-    const int status = turn(args, n, theta);
+    const int status = rotation_vector_of(args, n, theta);
     if (status) return status;
     for (int k = 0; k < 3; ++k) moment[k] = stiffness[k] * theta[k];
     mbsri_unturn(theta, moment, moment);
@@ -55,7 +55,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
               q_column = mbsri_q_column(body, out->column[0]),
               u_column = mbsri_u_column(body, out->column[0]);
     double n[4], theta[3], T[9];
-    const int status = turn(args, n, theta);
+    const int status = rotation_vector_of(args, n, theta);
     if (status) return status;
     mbsri_turning_stiffness(theta, param + STIFFNESS, T);
     const double scale = 2.0 / (n[0] * body->q[0] + mbsri_dot3(n + 1, body->q + 1));
@@ -75,7 +75,7 @@ static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const double *stiffness = args->force->param + STIFFNESS;
     double n[4], theta[3];
-    const int status = turn(args, n, theta);
+    const int status = rotation_vector_of(args, n, theta);
     if (status) return status;
     for (int k = 0; k < 3; ++k) *energy_out += 0.5 * stiffness[k] * theta[k] * theta[k];
     return MBSR_OK;

@@ -23,7 +23,7 @@ typedef struct bushing {
     double load[3];            /* K e + D e' */
 } bushing;
 
-static double angle_of(const mbsr_force_body *body, const double *frame)
+static double frame_angle(const mbsr_force_body *body, const double *frame)
 {
     return (body->space == MBSR_SPACE_PLANAR ? body->p[2] : 0.0) + frame[2];
 }
@@ -35,10 +35,10 @@ static void origin_of(const mbsr_force_body *body, const double *frame, mbsri_ma
     mbsri_marker_on(body, in_body, marker);
 }
 
-static void locate(const mbsr_force_args *args, bushing *w)
+static void relative_planar_pose(const mbsr_force_args *args, bushing *w)
 {
     const mbsr_force_body *a = args->body, *b = args->body + 1;
-    const double *param = args->force->param, angle = angle_of(a, param + FRAME_A);
+    const double *param = args->force->param, angle = frame_angle(a, param + FRAME_A);
     double spin[2][3], y[3];
     memset(w, 0, sizeof *w);
     w->axes[0] = w->axes[4] = cos(angle);
@@ -56,7 +56,7 @@ static void locate(const mbsr_force_args *args, bushing *w)
     }
     mbsri_unrotate3(w->axes, w->apart, w->e);
     mbsri_unrotate3(w->axes, w->drift, w->rate);
-    w->e[2] = angle_of(b, param + FRAME_B) - angle;
+    w->e[2] = frame_angle(b, param + FRAME_B) - angle;
     w->rate[2] = spin[1][2] - spin[0][2];
     mbsri_rotate3(param + STIFFNESS, w->e, w->load);
     mbsri_rotate3(param + DAMPING, w->rate, y);
@@ -76,7 +76,7 @@ static int evaluate(const mbsr_force_args *args)
 {
     double force[3], moment[3];
     bushing w;
-    locate(args, &w);
+    relative_planar_pose(args, &w);
     split(&w, force, moment);
     mbsri_push(args->body, &w.a, 1.0, force, moment);
     mbsri_push(args->body + 1, &w.b, -1.0, force, moment);
@@ -93,7 +93,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
         drate[MBSRI_MAX_COLUMNS], dforce[MBSRI_MAX_COLUMNS], dmoment[MBSRI_MAX_COLUMNS];
     double force[3], moment[3], dload[3], y[3];
     bushing w;
-    locate(args, &w);
+    relative_planar_pose(args, &w);
     split(&w, force, moment);
     memset(arm_b, 0, sizeof arm_b);
     memset(drate, 0, sizeof drate);
@@ -143,7 +143,7 @@ static double quadratic(const double A[9], const double x[3])
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     bushing w;
-    locate(args, &w);
+    relative_planar_pose(args, &w);
     *energy_out += 0.5 * quadratic(args->force->param + STIFFNESS, w.e);
     return MBSR_OK;
 }
@@ -151,7 +151,7 @@ static int energy(const mbsr_force_args *args, double *energy_out)
 static int dissipation(const mbsr_force_args *args, double *power)
 {
     bushing w;
-    locate(args, &w);
+    relative_planar_pose(args, &w);
     *power += quadratic(args->force->param + DAMPING, w.rate);
     return MBSR_OK;
 }
@@ -166,10 +166,10 @@ static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return mbsri_check_ends(args, text);
 }
 
-/* Refuses a matrix that is not symmetric or not positive semi-definite: scaled to unit diagonal, all
- * its principal minors are at least -1e-12. */
-static int check_matrix(const mbsr_force_def *def, int first, const char *name,
-                        char text[MBSR_TEXT_SIZE])
+/* Refuses a matrix that is not symmetric or not positive semi-definite: scaled to unit diagonal,
+ * all its principal minors are at least -1e-12. */
+static int check_planar_matrix(const mbsr_force_def *def, int first, const char *name,
+                               char text[MBSR_TEXT_SIZE])
 {
     const double *A = def->param + first;
     double S[9] = {0.0};
@@ -201,8 +201,8 @@ static int check_matrix(const mbsr_force_def *def, int first, const char *name,
 static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
 {
     int status = mbsri_check_shape(def, 2, 0, text);
-    if (!status) status = check_matrix(def, STIFFNESS, "stiffness", text);
-    return status ? status : check_matrix(def, DAMPING, "damping", text);
+    if (!status) status = check_planar_matrix(def, STIFFNESS, "stiffness", text);
+    return status ? status : check_planar_matrix(def, DAMPING, "damping", text);
 }
 
 static const char *parameter(int k)

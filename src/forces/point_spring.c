@@ -16,7 +16,7 @@ typedef struct line {
     double e[3], length;
 } line;
 
-static void locate(const mbsr_force_args *args, line *w)
+static void find_line(const mbsr_force_args *args, line *w)
 {
     const double *param = args->force->param;
     mbsri_marker_on(args->body, param + POINT_A, &w->a);
@@ -66,7 +66,7 @@ static int evaluate(const mbsr_force_args *args)
 {
     const double *param = args->force->param;
     line w;
-    locate(args, &w);
+    find_line(args, &w);
     double factor = param[STIFFNESS] + param[CUBIC] * w.length * w.length;
     if (!needs_no_direction(args->force)) {
         double force = 0.0;
@@ -87,7 +87,7 @@ typedef struct tangent {
     double F, by_x, by_v;
 } tangent;
 
-static int add_sample(const mbsr_force_def *def, double x, double v, double factor, double *sum)
+static int add_law_sample(const mbsr_force_def *def, double x, double v, double factor, double *sum)
 {
     double force = 0.0;
     const int status = law(def, x, v, &force, NULL, NULL);
@@ -95,8 +95,8 @@ static int add_sample(const mbsr_force_def *def, double x, double v, double fact
     return status;
 }
 
-/* What the rate of the length changes by where the law does: without gravity the points' velocity, and at
- * rest nothing tells. */
+/* What the rate of the length changes by where the law does: without gravity the points' velocity,
+ * and at rest nothing tells. */
 static double rate_span(const mbsr_force_def *def, const line *w)
 {
     const double rate = def->param[RATE], speed = fmax(mbsri_norm3(w->a.v), mbsri_norm3(w->b.v));
@@ -107,11 +107,11 @@ static double rate_span(const mbsr_force_def *def, const line *w)
 static int function_tangent(const mbsr_force_def *def, const line *w, double v, tangent *at)
 {
     const double x = w->length, hx = 0x1p-10 * x, hv = mbsri_difference_step(v, rate_span(def, w));
-    int status = add_sample(def, x, v, 1.0, &at->F);
+    int status = add_law_sample(def, x, v, 1.0, &at->F);
     for (int l = 0; l < 4 && !status; ++l) {
         const double place = mbsri_difference_place(l), weight = mbsri_difference_weight(l) / 12.0;
-        status = add_sample(def, x + place * hx, v, weight / hx, &at->by_x);
-        if (!status) status = add_sample(def, x, v + place * hv, weight / hv, &at->by_v);
+        status = add_law_sample(def, x + place * hx, v, weight / hx, &at->by_x);
+        if (!status) status = add_law_sample(def, x, v + place * hv, weight / hv, &at->by_v);
     }
     return status;
 }
@@ -132,7 +132,7 @@ static int law_tangent(const mbsr_force_def *def, const line *w, double v, tange
     }
     at->by_x = by_elastic * stiffness;
     at->by_v = by_damping * param[DAMPING];
-    return add_sample(def, x, v, 1.0, &at->F);
+    return add_law_sample(def, x, v, 1.0, &at->F);
 }
 
 /* The force factor e that pulls together changes with e and the velocity v of a against b by
@@ -206,7 +206,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     double force[3];
     line w;
     pull f;
-    locate(args, &w);
+    find_line(args, &w);
     if (needs_no_direction(args->force)) {
         smooth_pull(args->force, &w, &f);
     } else {
@@ -229,7 +229,7 @@ static int energy(const mbsr_force_args *args, double *energy_out)
 {
     double force = 0.0;
     line w;
-    locate(args, &w);
+    find_line(args, &w);
     return law(args->force, w.length, 0.0, &force, energy_out, NULL);
 }
 
@@ -238,7 +238,7 @@ static int dissipation(const mbsr_force_args *args, double *power)
     double force = 0.0;
     line w;
     if (needs_no_direction(args->force)) return MBSR_OK;
-    locate(args, &w);
+    find_line(args, &w);
     return tension(args, &w, &force, power);
 }
 

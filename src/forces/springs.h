@@ -34,7 +34,8 @@ bool mbsri_read_planar_bushing(const mbsr_force_def *def, mbsri_spring *spring);
 bool mbsri_read_joint_spring(const mbsr_force_def *def, mbsri_spring *spring);
 bool mbsri_read_gear(const mbsr_force_def *def, mbsri_spring *spring);
 
-/* Tells a point spring with a law by function what rates are usual in its model, m/s; 0: not known. */
+/* Tells a point spring with a law by function what rates are usual in its model, m/s; 0: not known.
+ */
 void mbsri_spring_set_rate(mbsr_force_def *def, double rate);
 
 #endif

@@ -44,7 +44,7 @@ int mbsri_frame_renew(const mbsr_model *m, mbsr_data *d, double t, const double 
 
 /* Turns the c columns of B (n rows) within their span towards B_ref; returns the smallest
  * cosine. */
-static double turn(int n, int c, double *B, const double *B_ref, double *scratch)
+static double turn_towards(int n, int c, double *B, const double *B_ref, double *scratch)
 {
     const size_t cc = (size_t)c * (size_t)c;
     double *A = scratch, *left = A + cc, *right = left + cc, *sigma = right + cc;
@@ -88,8 +88,8 @@ int mbsri_frame_align(const mbsr_model *m, mbsr_data *d)
             mbsri_copy((size_t)n * (size_t)n, X_ref, X); /* the whole space does not turn */
             continue;
         }
-        const double range = turn(n, r, X, X_ref, d->scratch);
-        const double null = turn(n, n - r, X + r * n, X_ref + r * n, d->scratch);
+        const double range = turn_towards(n, r, X, X_ref, d->scratch);
+        const double null = turn_towards(n, n - r, X + r * n, X_ref + r * n, d->scratch);
         d->alignment = fmin(d->alignment, fmin(range, null));
         if (d->alignment < least) {
             return mbsri_fail(
@@ -190,8 +190,8 @@ static void block_rates(const mbsri_body *b, const mbsri_group *g, const mbsr_da
 }
 
 /* Rows of D' from F and F' at member a, columns of b. */
-static void place(const mbsri_body *row, const mbsri_body *column, const mbsri_group *g,
-                  const mbsr_data *d, const double *F, const double *Fdot, double *Ddot)
+static void place_block_rates(const mbsri_body *row, const mbsri_body *column, const mbsri_group *g,
+                              const mbsr_data *d, const double *F, const double *Fdot, double *Ddot)
 {
     const int r = row->ig - g->ig, c = column->ig - g->ig;
     for (int j = 0; j < column->n; ++j) {
@@ -226,7 +226,7 @@ static void products(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
         mbsri_ab(b->d, b->d, n, 1.0, d->Mbar + b->dd, d->Jdot + b->dn, Fdot);
         for (int a = g->member[l];; a = m->body[a].parent) {
             const mbsri_body *at = m->body + a;
-            place(at, b, g, d, F, Fdot, Ddot);
+            place_block_rates(at, b, g, d, F, Fdot, Ddot);
             if (a == head) break;
             mbsri_zero((size_t)(at->d_pred * n), next);
             mbsri_zero((size_t)(at->d_pred * n), next_dot);
@@ -244,8 +244,8 @@ static void products(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
 
 /* Mbar^a' = Mbar' - U' G^T - G U'^T + G D' G^T, and with H' to the predecessor's Mbar'; n = 0: of a
  * body that is not the head of a group. */
-static void pass_on(const mbsr_model *m, mbsr_data *d, int i, int n, const double *Udot,
-                    const double *Ddot, double *scratch)
+static void pass_rates_on(const mbsr_model *m, mbsr_data *d, int i, int n, const double *Udot,
+                          const double *Ddot, double *scratch)
 {
     const mbsri_body *b = m->body + i;
     const int dim = b->d, dp = b->d_pred;
@@ -279,7 +279,7 @@ int mbsri_frame_rates(const mbsr_model *m, mbsr_data *d)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         if (!mbsri_heads(m, d, i)) {
-            pass_on(m, d, i, 0, Udot, Ddot, rest);
+            pass_rates_on(m, d, i, 0, Udot, Ddot, rest);
             continue;
         }
         const mbsri_group g = mbsri_group_of(m, d, i);
@@ -297,7 +297,7 @@ int mbsri_frame_rates(const mbsr_model *m, mbsr_data *d)
         mbsri_zero((size_t)b->d * (size_t)n, d->Gdot + b->dg);
         mbsri_ab(b->d, n, n, 1.0, Udot, d->Dinv + b->nn, d->Gdot + b->dg);
         mbsri_ab(b->d, n, n, 1.0, d->U + b->dg, Dpdot, d->Gdot + b->dg);
-        pass_on(m, d, i, n, Udot, Ddot, rest);
+        pass_rates_on(m, d, i, n, Udot, Ddot, rest);
     }
     return MBSR_OK;
 }

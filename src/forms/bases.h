@@ -17,8 +17,8 @@
 int mbsri_frame_renew(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                       const double *u);
 
-/* X of the state at mbsr_backward becomes the aligned one; `alignment` of the data the cosine of
- * the largest angle. MBSR_RANK_CHANGED, MBSR_FRAME_TURNED. */
+/* X of the state at mbsr_stage_backward becomes the aligned one; `alignment` of the data the cosine
+ * of the largest angle. MBSR_RANK_CHANGED, MBSR_FRAME_TURNED. */
 int mbsri_frame_align(const mbsr_model *m, mbsr_data *d);
 
 /* Xdot, Gdot, Mbardot along the motion, at an aligned state with mbsri_rates. */

@@ -21,8 +21,8 @@ const mbsri_dae_form *mbsri_find_form(mbsr_dae_form form)
 }
 
 /* mbsri_enter plus a check of the form, which goes to *f. */
-static int enter(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, bool arguments,
-                 const char *function, const mbsri_dae_form **f)
+static int enter_form(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, bool arguments,
+                      const char *function, const mbsri_dae_form **f)
 {
     const int status = mbsri_enter(m, d, arguments, MBSRI_STAGE_NONE, function);
     if (status) return status;
@@ -82,7 +82,7 @@ int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form)
 int mbsr_dae_id(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double *id)
 {
     const mbsri_dae_form *f;
-    const int status = enter(model, data, form, id != NULL, "mbsr_dae_id", &f);
+    const int status = enter_form(model, data, form, id != NULL, "mbsr_dae_id", &f);
     return status ? status : f->id(model, data, id);
 }
 
@@ -90,7 +90,7 @@ int mbsr_dae_pack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, 
                   const double *q, const double *u, double *y)
 {
     const mbsri_dae_form *f;
-    const int status = enter(model, data, form, q && u && y, "mbsr_dae_pack", &f);
+    const int status = enter_form(model, data, form, q && u && y, "mbsr_dae_pack", &f);
     return status ? status : mbsri_pack(f, model, data, t, q, u, y);
 }
 
@@ -98,7 +98,7 @@ int mbsr_dae_unpack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form
                     const double *y, double *q, double *u)
 {
     const mbsri_dae_form *f;
-    const int status = enter(model, data, form, y && q && u, "mbsr_dae_unpack", &f);
+    const int status = enter_form(model, data, form, y && q && u, "mbsr_dae_unpack", &f);
     return status ? status : mbsri_unpack(f, model, data, t, y, q, u);
 }
 
@@ -106,7 +106,7 @@ int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_dae_form fo
                       const double *y, const double *yp, double *F)
 {
     const mbsri_dae_form *f;
-    int status = enter(model, data, form, y && yp && F, "mbsr_dae_residual", &f);
+    int status = enter_form(model, data, form, y && yp && F, "mbsr_dae_residual", &f);
     if (status) return status;
     const size_t size = (size_t)f->size(model);
     if (!mbsri_finite(size, yp)) {

@@ -16,7 +16,7 @@
 static const double clear = 10.0;
 
 /* Rows, then columns of A to largest entries 1, and E likewise; false where one is zero. */
-static bool scale(int n, double *A, double *E, double *row, double *column, int *weakest)
+static bool scale_damping(int n, double *A, double *E, double *row, double *column, int *weakest)
 {
     for (int c = 0; c < n; ++c) {
         *weakest = c;
@@ -40,7 +40,7 @@ static bool scale(int n, double *A, double *E, double *row, double *column, int 
 bool mbsri_invert_within(int n, double *A, double *E, int *pivots, double *work, int *weakest)
 {
     double *row = work, *column = row + n, *rest = column + n, *sums = rest;
-    if (!scale(n, A, E, row, column, weakest)) return false;
+    if (!scale_damping(n, A, E, row, column, weakest)) return false;
     if (n == 1) {
         A[0] = 1.0 / A[0];
     } else if (!(mbsri_lapack_inverse(n, A, pivots, rest) > 0.0)) {

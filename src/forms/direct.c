@@ -14,20 +14,20 @@
 #include "recursion/kinematics.h"
 #include "sweeps/dynamics.h"
 
-static int size(const mbsr_model *m)
+static int direct_size(const mbsr_model *m)
 {
     return m->nq + m->nu;
 }
 
-static int identify(const mbsr_model *m, mbsr_data *d, double *id)
+static int direct_identify(const mbsr_model *m, mbsr_data *d, double *id)
 {
     (void)d;
     for (int k = 0; k < m->nq + m->nu; ++k) id[k] = 1.0;
     return MBSR_OK;
 }
 
-static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
-                double *y)
+static int direct_pack(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                       const double *u, double *y)
 {
     (void)d, (void)t;
     mbsri_copy((size_t)m->nq, q, y);
@@ -35,8 +35,8 @@ static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, co
     return MBSR_OK;
 }
 
-static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
-                  double *u)
+static int direct_unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
+                         double *u)
 {
     (void)d, (void)t;
     mbsri_copy((size_t)m->nq, y, q);
@@ -44,8 +44,8 @@ static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, 
     return MBSR_OK;
 }
 
-static int start(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
-                 double *yp)
+static int direct_start(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                        const double *udot, double *yp)
 {
     (void)t, (void)y;
     mbsri_copy((size_t)m->nu, udot, yp + m->nq);
@@ -87,8 +87,14 @@ static int inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const d
     return MBSR_OK;
 }
 
-const mbsri_dae_form mbsri_form_recursive = {
-    MBSR_DAE_RECURSIVE, size, identify, pack, unpack, start, recursive};
+const mbsri_dae_form mbsri_form_recursive = {MBSR_DAE_RECURSIVE, direct_size,   direct_identify,
+                                             direct_pack,        direct_unpack, direct_start,
+                                             recursive};
 
-const mbsri_dae_form mbsri_form_inverse_dynamics = {
-    MBSR_DAE_INVERSE_DYNAMICS, size, identify, pack, unpack, start, inverse_dynamics};
+const mbsri_dae_form mbsri_form_inverse_dynamics = {MBSR_DAE_INVERSE_DYNAMICS,
+                                                    direct_size,
+                                                    direct_identify,
+                                                    direct_pack,
+                                                    direct_unpack,
+                                                    direct_start,
+                                                    inverse_dynamics};

@@ -16,7 +16,7 @@ typedef struct mbsri_dae_form {
                 double *y);
     int (*unpack)(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
                   double *u);
-    /* y' at y, where u' is given; the data is at mbsr_backward of that state */
+    /* y' at y, where u' is given; the data is at mbsr_stage_backward of that state */
     int (*start)(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
                  double *yp);
     int (*residual)(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,

@@ -31,7 +31,9 @@
 #include "recursion/not_finite.h"
 #include "recursion/rates.h"
 
-static int size(const mbsr_model *m)
+#include <mbsrank/driver.h>
+
+static int index1_size(const mbsr_model *m)
 {
     return m->nq + m->nu;
 }
@@ -43,7 +45,7 @@ static int need_frame(mbsr_data *d)
                       "the index-1 form has no reference frame yet: call mbsr_dae_pack first");
 }
 
-static int identify(const mbsr_model *m, mbsr_data *d, double *id)
+static int index1_identify(const mbsr_model *m, mbsr_data *d, double *id)
 {
     const int status = need_frame(d);
     if (status) return status;
@@ -160,8 +162,8 @@ static void null_slope(const block *b, const mbsr_data *d, const double *udot, c
     mbsri_atx(n, n - rank, -1.0, b->X + rank * n, scaled, out + rank);
 }
 
-/* Y of the bodies of a group from Y of the predecessor; y: the null drift, J-part z - G^T H Vz_pi in
- * vec; work: d. */
+/* Y of the bodies of a group from Y of the predecessor; y: the null drift, J-part z - G^T H Vz_pi
+ * in vec; work: d. */
 static void drift_velocities(const mbsr_model *m, mbsr_data *d, const block *of, const double *y,
                              double *work)
 {
@@ -233,7 +235,7 @@ static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const 
 }
 
 /* Masses and frame at (t, q): what transform needs. */
-static int prepare(const mbsr_model *m, mbsr_data *d, double t, const double *q)
+static int prepare_frame(const mbsr_model *m, mbsr_data *d, double t, const double *q)
 {
     mbsri_zero((size_t)m->nu, d->u_given); /* masses do not depend on velocities */
     int status = mbsri_positions(m, d, t, q);
@@ -243,8 +245,8 @@ static int prepare(const mbsr_model *m, mbsr_data *d, double t, const double *q)
 }
 
 /* All that the equations need at (t, q), velocities u, but for v. */
-static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
-                    double *qdot)
+static int evaluate_index1(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                           const double *u, double *qdot)
 {
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
@@ -257,13 +259,13 @@ static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q
 }
 
 /* A frame where there is none yet. */
-static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
-                double *y)
+static int index1_pack(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                       const double *u, double *y)
 {
     int status = d->framed ? MBSR_OK : mbsri_frame_renew(m, d, t, q, u);
     if (status) return status;
     d->use_frame = true;
-    status = prepare(m, d, t, q);
+    status = prepare_frame(m, d, t, q);
     d->use_frame = false;
     if (status) return status;
     transform(m, d, u, y + m->nq, false);
@@ -271,13 +273,13 @@ static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, co
     return MBSR_OK;
 }
 
-static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
-                  double *u)
+static int index1_unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
+                         double *u)
 {
     int status = need_frame(d);
     if (status) return status;
     d->use_frame = true;
-    status = prepare(m, d, t, y);
+    status = prepare_frame(m, d, t, y);
     d->use_frame = false;
     if (status) return status;
     transform(m, d, y + m->nq, u, true);
@@ -293,10 +295,10 @@ static int blocks(const mbsr_model *m, mbsr_data *d, double t, const double *y, 
     int status = need_frame(d);
     if (status) return status;
     d->use_frame = true;
-    status = prepare(m, d, t, y);
+    status = prepare_frame(m, d, t, y);
     if (!status) {
         transform(m, d, v, d->u_given, true);
-        status = evaluate(m, d, t, y, d->u_given, F);
+        status = evaluate_index1(m, d, t, y, d->u_given, F);
     }
     d->use_frame = false;
     if (status) return status;
@@ -306,8 +308,8 @@ static int blocks(const mbsr_model *m, mbsr_data *d, double t, const double *y, 
     return MBSR_OK;
 }
 
-static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
-                    double *F)
+static int index1_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                           const double *yp, double *F)
 {
     const int status = blocks(m, d, t, y, NULL, F);
     if (status) return status;
@@ -324,16 +326,17 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
     return MBSR_OK;
 }
 
-static int start(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
-                 double *yp)
+static int index1_start(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                        const double *udot, double *yp)
 {
     const int status = blocks(m, d, t, y, udot, yp);
     for (int k = 0; k < m->nq + m->nu; ++k) yp[k] = -yp[k];
     return status;
 }
 
-const mbsri_dae_form mbsri_form_index1 = {MBSR_DAE_INDEX1, size,  identify, pack,
-                                          unpack,          start, residual};
+const mbsri_dae_form mbsri_form_index1 = {MBSR_DAE_INDEX1, index1_size,   index1_identify,
+                                          index1_pack,     index1_unpack, index1_start,
+                                          index1_residual};
 
 int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, const double *y,
                           double *cosine)
@@ -343,7 +346,7 @@ int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, co
     if (!status) status = need_frame(d);
     if (status) return status;
     d->use_frame = true;
-    status = prepare(model, d, t, y);
+    status = prepare_frame(model, d, t, y);
     d->use_frame = false;
     if (!status) status = mbsri_check_result(model, d, 1, &d->alignment, "mbsr_index1_alignment");
     if (!status || status == MBSR_FRAME_TURNED) *cosine = d->alignment;
@@ -369,7 +372,7 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
     if (!status) status = need_frame(d);
     if (status) return status;
     d->use_frame = true;
-    status = prepare(m, d, t, y);
+    status = prepare_frame(m, d, t, y);
     d->use_frame = false;
     if (status) return status;
     /* the aligned bases are the new reference: y stays, only the rates of the bases may change */

@@ -9,9 +9,9 @@
  *
  * On solutions Eta does not change: the velocity rows keep the position rows, and Eta takes what
  * discretisation leaves. The weights w, one a joint rate, are inverse inertias of the model
- * (assembly/survey.c): no units are preferred by them, and no mass matrix stands there, which may be
- * singular. With p - C^T Lambda and q - w C_h^T Eta as differential unknowns u, Lambda and
- * Eta follow from algebraic equations that are regular where C has full rank and no direction that
+ * (assembly/survey.c): no units are preferred by them, and no mass matrix stands there, which may
+ * be singular. With p - C^T Lambda and q - w C_h^T Eta as differential unknowns u, Lambda and Eta
+ * follow from algebraic equations that are regular where C has full rank and no direction that
  * closures allow moves without mass: index 1, as the tree has it.
  *
  * Row k that is dropped, being redundant: 0 = Lambda_k, 0 = Eta_k, and no force. Stiff row, with
@@ -20,9 +20,9 @@
  *   lambda = -(s + (d / k) s')         0 = s' / k - (C u + g_t)         0 = g - s / k
  *
  * in which nothing grows with k. Where rows depend on each other, springs share the force by their
- * stiffness, and the velocity rows alone say how; Eta would not be determined. Of a stiff row that is
- * dropped its position row is left out therefore, 0 = Eta_k: with those of the others it follows from
- * its velocity row, and no rounding of g is multiplied by k. */
+ * stiffness, and the velocity rows alone say how; Eta would not be determined. Of a stiff row that
+ * is dropped its position row is left out therefore, 0 = Eta_k: with those of the others it follows
+ * from its velocity row, and no rounding of g is multiplied by k. */
 #include "forms/loops.h"
 
 #include "algebra/dense.h"

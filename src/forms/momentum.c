@@ -22,8 +22,9 @@
  *
  * With closures y = (q, p, u, Lambda, Eta), and their rows stand below: see loops.c.
  *
- * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
- * a momentum of a force. Projections need no basis: nothing can flip or turn. */
+ * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma
+ * are the forces there. s = 1 s makes a momentum of a force. Projections need no basis: nothing can
+ * flip or turn. */
 #include "forms/momentum.h"
 
 #include "algebra/dense.h"
@@ -40,15 +41,15 @@
 #include "recursion/rates.h"
 #include "sweeps/dynamics.h"
 
-static int size(const mbsr_model *m)
+static int momentum_size(const mbsr_model *m)
 {
     return m->nq + 2 * m->nu + mbsri_loops_size(m);
 }
 
-static int identify(const mbsr_model *m, mbsr_data *d, double *id)
+static int momentum_identify(const mbsr_model *m, mbsr_data *d, double *id)
 {
     (void)d;
-    for (int k = 0; k < size(m); ++k) id[k] = k < m->nq + m->nu ? 1.0 : 0.0;
+    for (int k = 0; k < momentum_size(m); ++k) id[k] = k < m->nq + m->nu ? 1.0 : 0.0;
     return MBSR_OK;
 }
 
@@ -58,7 +59,7 @@ void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
     for (int i = m->bodies; i >= 1; --i) mbsri_momentum_of(m, d, i, p + m->body[i].u);
 }
 
-/* p' at the state of mbsr_forces, with rates and impulses. */
+/* p' at the state of mbsr_stage_forces, with rates and impulses. */
 static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
 {
     mbsri_zero(m->size_v, d->sigma);
@@ -79,8 +80,8 @@ int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p)
     return mbsri_check_result(model, data, (size_t)model->nu, p, "mbsr_momenta");
 }
 
-static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
-                double *y)
+static int momentum_pack(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                         const double *u, double *y)
 {
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
@@ -91,8 +92,8 @@ static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, co
     return m->rows > 0 ? mbsri_loops_pack(m, d, y + m->nq + 2 * m->nu) : MBSR_OK;
 }
 
-static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
-                  double *u)
+static int momentum_unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
+                           double *u)
 {
     (void)d, (void)t;
     mbsri_copy((size_t)m->nq, y, q);
@@ -114,16 +115,16 @@ int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, 
     return MBSR_OK;
 }
 
-static int start(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
-                 double *yp)
+static int momentum_start(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                          const double *udot, double *yp)
 {
     (void)t, (void)y;
     mbsri_copy((size_t)m->nu, udot, yp + m->nq + m->nu);
     return mbsri_momentum_derivatives(m, d, yp, yp + m->nq);
 }
 
-static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
-                    double *F)
+static int momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                             const double *yp, double *F)
 {
     const double *p = y + m->nq, *u = p + m->nu, *x = u + m->nu, *xp = yp + m->nq + 2 * m->nu;
     double *F_x = F + m->nq + 2 * m->nu;
@@ -158,5 +159,6 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
     return MBSR_OK;
 }
 
-const mbsri_dae_form mbsri_form_momentum = {MBSR_DAE_MOMENTUM, size, identify, pack, unpack, start,
-                                            residual};
+const mbsri_dae_form mbsri_form_momentum = {MBSR_DAE_MOMENTUM, momentum_size,   momentum_identify,
+                                            momentum_pack,     momentum_unpack, momentum_start,
+                                            momentum_residual};

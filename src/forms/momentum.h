@@ -5,13 +5,13 @@
 
 #include "recursion/data.h"
 
-/* Impulses m and momenta p (by the caller's order) at the state of mbsr_velocities. */
+/* Impulses m and momenta p (by the caller's order) at the state of mbsr_stage_velocities. */
 void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p);
 
 /* ep from p, after the backward recursion of the masses. */
 void mbsri_condense(const mbsr_model *m, mbsr_data *d, const double *p);
 
-/* q' and p' at the state of mbsr_velocities; forces are evaluated on the way. */
+/* q' and p' at the state of mbsr_stage_velocities; forces are evaluated on the way. */
 int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, double *pdot);
 
 #endif

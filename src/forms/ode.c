@@ -10,8 +10,8 @@
  * Directions that no force couples form groups; one difference quotient serves a direction of every
  * group at once, and the groups are solved apart.
  *
- * A slope of gamma counts as damping where it exceeds what rounding makes of a zero (damping.c). The
- * forward differences of a short step tell mostly; where they do not, the step is looked for, a
+ * A slope of gamma counts as damping where it exceeds what rounding makes of a zero (damping.c).
+ * The forward differences of a short step tell mostly; where they do not, the step is looked for, a
  * decade at a time. */
 #include "algebra/dense.h"
 #include "algebra/differences.h"
@@ -61,15 +61,15 @@ struct mbsr_ode {
 
 /* ---- grouping ---- */
 
-static int find(const int *parent, int l)
+static int root_of_set(const int *parent, int l)
 {
     while (parent[l] != l) l = parent[l];
     return l;
 }
 
-static void join(int *parent, int a, int b)
+static void join_sets(int *parent, int a, int b)
 {
-    const int ra = find(parent, a), rb = find(parent, b);
+    const int ra = root_of_set(parent, a), rb = root_of_set(parent, b);
     if (ra < rb) {
         parent[rb] = ra;
     } else {
@@ -93,8 +93,8 @@ static void claim(const mbsr_model *m, const mbsr_data *d, int *owner, int *pare
         const mbsri_group g = mbsri_group_of(m, d, i);
         for (int n = mbsri_group_rank(d, &g); n < g.n; ++n, ++l) {
             parent[l] = l;
-            if (owner[i] >= 0) join(parent, owner[i], l);
-            owner[i] = find(parent, l);
+            if (owner[i] >= 0) join_sets(parent, owner[i], l);
+            owner[i] = root_of_set(parent, l);
         }
         for (int k = 1; k < g.members; ++k) owner[g.member[k]] = owner[i];
     }
@@ -109,7 +109,7 @@ static void join_by_forces(const mbsr_model *m, const int *owner, int *parent)
         for (int k = 0; k < force[id].def.bodies; ++k) {
             const int mine = owner[m->list_index[force[id].list + (size_t)k]];
             if (mine < 0) continue;
-            if (first >= 0) join(parent, first, mine);
+            if (first >= 0) join_sets(parent, first, mine);
             first = first >= 0 ? first : mine;
         }
     }
@@ -120,7 +120,7 @@ static void number_groups(mbsr_ode *o, int *parent)
 {
     o->groups = o->largest = 0;
     for (int l = 0; l < o->k; ++l) {
-        const int root = find(parent, l);
+        const int root = root_of_set(parent, l);
         if (root == l) {
             o->size[o->groups] = 0;
             o->group[l] = o->groups++;
@@ -142,19 +142,19 @@ static void number_groups(mbsr_ode *o, int *parent)
 
 /* ---- memory ---- */
 
-static int no_memory(mbsr_data *d)
+static int no_memory_for_ode(mbsr_data *d)
 {
     return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "mbsr_ode_create: no memory");
 }
 
 /* Directions, groups; then everything whose size depends on them. */
-static int build(mbsr_ode *o)
+static int build_ode(mbsr_ode *o)
 {
     const mbsr_model *m = o->m;
     const size_t k = (size_t)o->k, bodies = (size_t)m->bodies + 1;
     o->body = mbsri_allocate(&m->allocator, (8 * k + bodies) * sizeof(int) + k * sizeof(size_t));
-    if (!o->body) return no_memory(o->d);
+    if (!o->body) return no_memory_for_ode(o->d);
     o->block = (size_t *)(void *)o->body;
     o->body = (int *)(void *)(o->block + k);
     o->group = o->body + k;
@@ -186,7 +186,7 @@ static int build(mbsr_ode *o)
     for (size_t a = 0; a < sizeof length / sizeof length[0]; ++a) total += length[a];
     double *next = mbsri_allocate(&m->allocator, total * sizeof *next);
     o->memory = next;
-    if (!next) return no_memory(o->d);
+    if (!next) return no_memory_for_ode(o->d);
     for (size_t a = 0; a < sizeof length / sizeof length[0]; ++a) {
         *array[a] = next;
         next += length[a];
@@ -204,9 +204,9 @@ int mbsr_ode_create(const mbsr_model *model, mbsr_data *data, double t, const do
     if (!status) status = mbsri_backward_masses(model, data);
     if (status) return status;
     mbsr_ode *o = mbsri_allocate(&model->allocator, sizeof *o);
-    if (!o) return no_memory(data);
+    if (!o) return no_memory_for_ode(data);
     *o = (mbsr_ode){.m = model, .d = data, .k = model->nu - data->total_rank};
-    status = build(o);
+    status = build_ode(o);
     if (status) {
         mbsr_ode_destroy(o);
         return status;
@@ -316,8 +316,8 @@ static void null_vector(const mbsr_ode *o, int l, double *x)
     for (int k = 0; k < g.n; ++k) x[k] = X[k] * o->d->s[g.ig + k];
 }
 
-/* gamma at velocities u; sizes, unless NULL, become at least those of what balances there. Positions
- * and masses are in the data. */
+/* gamma at velocities u; sizes, unless NULL, become at least those of what balances there.
+ * Positions and masses are in the data. */
 static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
 {
     const mbsr_model *m = o->m;
@@ -348,7 +348,7 @@ static double direction(mbsr_ode *o, int c)
 }
 
 /* Where entry (l, direction c of its group) stands in matrix and error. */
-static size_t entry(const mbsr_ode *o, int l, int c)
+static size_t block_entry(const mbsr_ode *o, int l, int c)
 {
     return o->block[o->group[l]] + (size_t)(c * o->size[o->group[l]] + o->place[l]);
 }
@@ -361,7 +361,7 @@ static int displaced(mbsr_ode *o, double h, double *gamma, double *sizes)
 }
 
 /* d gamma / d zeta, block by block, by forward differences of a short step, and its errors. */
-static int differentiate(mbsr_ode *o)
+static int difference_gamma(mbsr_ode *o)
 {
     static const double share = 1e-7;
     for (int c = 0; c < o->largest; ++c) {
@@ -372,8 +372,9 @@ static int differentiate(mbsr_ode *o)
         for (int l = 0; l < o->k; ++l) {
             if (c >= o->size[o->group[l]]) continue;
             const double slope = (o->moved[l] - o->gamma[l]) / h;
-            o->matrix[entry(o, l, c)] = slope;
-            o->error[entry(o, l, c)] = mbsri_slope_noise(1, 0, 1, &slope, o->sizes[l], share, unit);
+            o->matrix[block_entry(o, l, c)] = slope;
+            o->error[block_entry(o, l, c)] =
+                mbsri_slope_noise(1, 0, 1, &slope, o->sizes[l], share, unit);
         }
     }
     return MBSR_OK;
@@ -404,15 +405,16 @@ static int differentiate_with_care(mbsr_ode *o)
         }
         for (int l = 0; l < k; ++l) {
             if (c >= o->size[o->group[l]]) continue;
-            o->matrix[entry(o, l, c)] = mbsri_best_slope(count, k, o->slopes + l, o->sizes + l,
-                                                         lowest, unit, o->error + entry(o, l, c));
+            o->matrix[block_entry(o, l, c)] =
+                mbsri_best_slope(count, k, o->slopes + l, o->sizes + l, lowest, unit,
+                                 o->error + block_entry(o, l, c));
         }
     }
     return MBSR_OK;
 }
 
 /* The blocks become their inverses; returns a direction that is not determined, or -1. */
-static int invert(mbsr_ode *o)
+static int invert_blocks(mbsr_ode *o)
 {
     for (int g = 0; g < o->groups; ++g) {
         int weakest;
@@ -424,15 +426,15 @@ static int invert(mbsr_ode *o)
 }
 
 /* step = -(d gamma / d zeta)^-1 gamma, group by group. */
-static int solve(mbsr_ode *o)
+static int solve_groups(mbsr_ode *o)
 {
-    int status = differentiate(o);
+    int status = difference_gamma(o);
     if (status) return status;
-    int open = invert(o);
+    int open = invert_blocks(o);
     if (open >= 0) {
         status = differentiate_with_care(o);
         if (status) return status;
-        open = invert(o);
+        open = invert_blocks(o);
     }
     if (open >= 0) {
         char label[MBSRI_LABEL];
@@ -461,7 +463,7 @@ static int newton(mbsr_ode *o)
     double before = INFINITY;
     for (int iteration = 0; iteration < MOST; ++iteration) {
         int status = forces_at(o, o->u, o->gamma, NULL);
-        if (!status) status = solve(o);
+        if (!status) status = solve_groups(o);
         if (status) return status;
         apply(o, o->step, o->increment);
         for (int k = 0; k < nu; ++k) o->u[k] += o->increment[k];
@@ -478,7 +480,7 @@ static int newton(mbsr_ode *o)
 }
 
 /* Velocities of x into o->u, from those there; the data is left at forces of that state. */
-static int velocities(mbsr_ode *o, double t, const double *x)
+static int solve_velocities(mbsr_ode *o, double t, const double *x)
 {
     const mbsr_model *m = o->m;
     mbsr_data *d = o->d;
@@ -504,7 +506,7 @@ int mbsr_ode_velocities(mbsr_ode *ode, double t, const double *x, double *u)
     if (status) return status;
     const size_t nu = (size_t)ode->m->nu;
     mbsri_copy(nu, u, ode->u);
-    status = velocities(ode, t, x);
+    status = solve_velocities(ode, t, x);
     if (!status) status = mbsri_check_result(ode->m, ode->d, nu, ode->u, "mbsr_ode_velocities");
     if (!status) mbsri_copy(nu, ode->u, u);
     return status;
@@ -517,7 +519,7 @@ int mbsr_ode_rhs(mbsr_ode *ode, double t, const double *x, double *xdot)
     int status = mbsri_enter(m, ode->d, x && xdot, MBSRI_STAGE_NONE, "mbsr_ode_rhs");
     if (status) return status;
     if (!mbsri_finite((size_t)m->nu, ode->u)) mbsri_zero((size_t)m->nu, ode->u);
-    status = velocities(ode, t, x);
+    status = solve_velocities(ode, t, x);
     if (!status) status = mbsri_velocities(m, ode->d, ode->u);
     if (!status) status = mbsri_momentum_derivatives(m, ode->d, xdot, xdot + m->nq);
     if (status) return status;

@@ -1,21 +1,23 @@
 /* Masses for the tolerances of momenta.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * An error of p_k alone changes u_k by that over D, what is left of the inertia behind the joint where all
- * joints behind it give way. But errors of a step do not come alone: where a light body carries a heavy one by
- * joints that move freely, nearly all of its momentum and of the error in it is the heavy one's, and tested
- * beside D = m it would be held to m / M of what is asked of the heavy body's own. So at least a share of 𝓜_kk
- * counts, the inertia with the joints behind locked. (The scale of a joint has what cancels there, such as a heavy
- * body on the light one itself, but not what is further behind.) In chains, where D is a share of 𝓜_kk by the
- * length of levers alone, that hardly counts. The share keeps errors below one tolerance (a quarter of a car with a
- * carrier of a millionth of the body: 2 at a tenth, 1 at 3 %, 0.2 at 1 %). */
+ * An error of p_k alone changes u_k by that over D, what is left of the inertia behind the joint
+ * where all joints behind it give way. But errors of a step do not come alone: where a light body
+ * carries a heavy one by joints that move freely, nearly all of its momentum and of the error in it
+ * is the heavy one's, and tested beside D = m it would be held to m / M of what is asked of the
+ * heavy body's own. So at least a share of 𝓜_kk counts, the inertia with the joints behind locked.
+ * (The scale of a joint has what cancels there, such as a heavy body on the light one itself, but
+ * not what is further behind.) In chains, where D is a share of 𝓜_kk by the length of levers alone,
+ * that hardly counts. The share keeps errors below one tolerance (a quarter of a car with a carrier
+ * of a millionth of the body: 2 at a tenth, 1 at 3 %, 0.2 at 1 %). */
 #include "dynamics/entry.h"
 #include "model/record.h"
 #include "recursion/backward.h"
 #include "recursion/mass_matrix.h"
 
 #include <mbsrank/dae.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -46,9 +48,9 @@ static double of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
 
 enum { KINDS = 3 };
 
-/* The largest of the masses of each kind of rate; of a kind that has none, from the other one and the length
- * typical of the model. */
-static void find_largest(const mbsr_model *model, const double *mass, double *largest)
+/* The largest of the masses of each kind of rate; of a kind that has none, from the other one and
+ * the length typical of the model. */
+static void find_largest_mass(const mbsr_model *model, const double *mass, double *largest)
 {
     const double length = model->length > 0.0 ? model->length : 1.0;
     mbsr_coordinate_kind kind[MBSR_MAX_D];
@@ -68,15 +70,15 @@ static void find_largest(const mbsr_model *model, const double *mass, double *la
     for (int k = 0; k < KINDS; ++k) largest[k] = largest[k] > 0.0 ? largest[k] : 1.0;
 }
 
-/* The same with loops closed, which does not depend on where they are cut, beside the inertias `locked`: at most
- * the largest of them of its kind, where nothing moves that. */
+/* The same with loops closed, which does not depend on where they are cut, beside the inertias
+ * `locked`: at most the largest of them of its kind, where nothing moves that. */
 static int close_loops(const mbsr_model *model, mbsr_data *data, const double *locked, double *mass)
 {
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     const int status = model->rows > 0 ? mbsr_closures_mobility(model, data, mass) : MBSR_OK;
     if (status || model->rows == 0) return status;
-    find_largest(model, locked, largest);
+    find_largest_mass(model, locked, largest);
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
         mbsr_body_coordinate_kinds(model, id, NULL, kind);

@@ -8,12 +8,14 @@
 
 #include <string.h>
 
-/* Forces that are eliminated when just as many rates have been passed as there are rows leave little of their pivots,
- * and digits get lost from loop to loop: a plan that waits for some more may cost so much more. */
+/* Forces that are eliminated when just as many rates have been passed as there are rows leave
+ * little of their pivots, and digits get lost from loop to loop: a plan that waits for some more
+ * may cost so much more. */
 static const double careful = 0.8;
 enum { MORE = 3 };
 
-/* Those that are linear most often first, so that others stop early; of equals the last one counts. */
+/* Those that are linear most often first, so that others stop early; of equals the last one counts.
+ */
 static const mbsri_order_rule rules[] = {
     {MBSRI_ORDER_BORDER, MBSRI_ORDER_FAR, 0},      {MBSRI_ORDER_GROWTH, MBSRI_ORDER_FAR, 0},
     {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, 0},    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, MORE},

@@ -5,9 +5,9 @@
 
 #include "fronts/plan.h"
 
-/* `far`: orders that take motions of far ends into borders are among them. Only where all joints have inertia: what is
- * left of a joint's inertia by rows eliminated so is zero but for rounding along motions without mass. False: there is
- * no memory. */
+/* `far`: orders that take motions of far ends into borders are among them. Only where all joints
+ * have inertia: what is left of a joint's inertia by rows eliminated so is zero but for rounding
+ * along motions without mass. False: there is no memory. */
 bool mbsri_plan_create(const mbsr_model *m, bool far, mbsri_plan **plan);
 void mbsri_plan_destroy(const mbsr_model *m, mbsri_plan *plan);
 

@@ -6,8 +6,8 @@
 
 #include <math.h>
 
-/* A vector over some rows. It counts by those whose closures meet at one body, nothing of it is nearer to the root, and
- * those of one body are orthonormal there. */
+/* A vector over some rows. It counts by those whose closures meet at one body, nothing of it is
+ * nearer to the root, and those of one body are orthonormal there. */
 typedef struct mbsri_idle {
     int count, *row;
     double *value;
@@ -301,7 +301,8 @@ typedef struct echelon {
     bool *listed;       /* rows */
 } echelon;
 
-/* The row with the greatest place that the vector has, beside its largest number; -1: it is zero. */
+/* The row with the greatest place that the vector has, beside its largest number; -1: it is zero.
+ */
 static int last_row(const echelon *x)
 {
     double largest = 0.0;

@@ -1,9 +1,9 @@
 /* Which unknowns meet in a step.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Unknowns have numbers: rows, then joint rates, then motions of bodies, body after body. As long as all rows are
- * eliminated in their own steps, the unknowns of each front are those of the plan; where some are late, or left out, they
- * are found again. */
+ * Unknowns have numbers: rows, then joint rates, then motions of bodies, body after body. As long
+ * as all rows are eliminated in their own steps, the unknowns of each front are those of the plan;
+ * where some are late, or left out, they are found again. */
 #ifndef MBSRI_FRONTS_NAMES_H
 #define MBSRI_FRONTS_NAMES_H
 
@@ -45,7 +45,8 @@ mbsri_census mbsri_fronts_names(const mbsri_front_names *x, int k);
 /* Fills what a plan has of unknowns, and `bytes`. False: no memory. */
 bool mbsri_fronts_plan_names(const mbsr_model *m, mbsri_plan *plan);
 
-/* Whether step k takes the end of a closure on its own body, or of its own closure on a body that is not passed. */
+/* Whether step k takes the end of a closure on its own body, or of its own closure on a body that
+ * is not passed. */
 static inline bool mbsri_takes_end(const mbsr_model *m, const mbsri_plan *plan, int k, int closure,
                                    int body)
 {

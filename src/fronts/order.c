@@ -1,8 +1,8 @@
 /* Greedy orders of elimination: see order.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * As minimum degree for sparse matrices. An element is what a step has left: a list of vertices. Eliminating a
- * vertex joins the elements that have it in one. */
+ * As minimum degree for sparse matrices. An element is what a step has left: a list of vertices.
+ * Eliminating a vertex joins the elements that have it in one. */
 #include "fronts/order.h"
 
 #include "base/memory.h"
@@ -27,7 +27,7 @@ struct mbsri_order {
     mbsri_plan *plan;
     mbsri_array members, links, heap; /* int, link, key */
     int *first, *count, *spare; /* of elements, which are steps: their vertices; rates passed less
-                                            * rows eliminated; count -1: joined to another */
+                                 * rows eliminated; count -1: joined to another */
     int *first_link, *version, *mark, tick; /* vertices */
     bool *gone, *queued;                    /* vertices: eliminated; among the candidates */
     int *behind;                            /* bodies: successors that have not been passed */
@@ -222,7 +222,8 @@ static bool find_border(mbsri_order *g, int vertex, int *width)
 
 /* ---- which vertices may be next ---- */
 
-/* Rates passed on the paths of the closure, as far as these have been passed in one piece; no more than `enough`. */
+/* Rates passed on the paths of the closure, as far as these have been passed in one piece; no more
+ * than `enough`. */
 static int rates_passed(const mbsri_order *g, const mbsri_closure *c, int enough)
 {
     int rates = 0;
@@ -341,7 +342,8 @@ static void count_operations(mbsri_order *g, int vertex, int width)
     if (width + own > g->plan->widest) g->plan->widest = width + own;
 }
 
-/* What is left becomes an element, unless it is nothing but the inertia that a predecessor gets of a tree. */
+/* What is left becomes an element, unless it is nothing but the inertia that a predecessor gets of
+ * a tree. */
 static bool close_element(mbsri_order *g, int e, size_t first, bool plain)
 {
     g->first[e] = (int)first;

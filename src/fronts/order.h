@@ -31,8 +31,8 @@ typedef struct mbsri_order mbsri_order;
 mbsri_order *mbsri_order_open(const mbsr_model *m);
 void mbsri_order_close(mbsri_order *order);
 
-/* Fills steps, `child` and `when` of a plan with room for bodies + closures steps; stops when `operations` is above
- * `most`. False: there is no memory. */
+/* Fills steps, `child` and `when` of a plan with room for bodies + closures steps; stops when
+ * `operations` is above `most`. False: there is no memory. */
 bool mbsri_order_make(mbsri_order *order, mbsri_order_rule rule, double most, mbsri_plan *plan);
 
 #endif

@@ -14,7 +14,8 @@ static int count_passing(const mbsri_pivots *f, const mbsri_body *b)
     return f->size + f->d - b->d - f->pivots - f->left;
 }
 
-/* E: what rows read of the joint itself, taken from X (n numbers a column), and added to what X consists of. */
+/* E: what rows read of the joint itself, taken from X (n numbers a column), and added to what X
+ * consists of. */
 static void read_joint(mbsri_fronts *w, int i, int count, const int *id, double *X, double *parts)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
@@ -74,7 +75,8 @@ static void project(mbsri_fronts *w, int i, const mbsri_pivots *f, int count, co
         X[k] = fabs(X[k]) <= MBSRI_PIVOTS_ROUNDING * parts[k] ? 0.0 : X[k];
 }
 
-/* Column l of N, the null space of the joint's D: its largest number is 1, whatever rounding there is in D. */
+/* Column l of N, the null space of the joint's D: its largest number is 1, whatever rounding there
+ * is in D. */
 static void null_column(const mbsri_fronts *w, int i, int l, double *N)
 {
     const mbsri_body *b = w->m->body + i;
@@ -85,7 +87,8 @@ static void null_column(const mbsri_fronts *w, int i, int l, double *N)
     for (int k = 0; k < b->n; ++k) N[k] /= largest;
 }
 
-/* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds it. */
+/* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds
+ * it. */
 static bool null_row(int n, int count, const double *N, const double *X, double *row, double *sizes)
 {
     bool some = false;
@@ -129,8 +132,8 @@ static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
     return p;
 }
 
-/* A of what passes, and X^T D^+ X: columns of `count` numbers from A, where they begin N apart, into to, `rows` apart. z, size:
- * n of scratch. */
+/* A of what passes, and X^T D^+ X: columns of `count` numbers from A, where they begin N apart,
+ * into to, `rows` apart. z, size: n of scratch. */
 static inline void add_columns(int n, int count, const double *Dinv, const double *X, int N,
                                const double *A, const double *sizes, int rows, double *to,
                                double *to_sizes, double *z, double *size)
@@ -206,8 +209,8 @@ static carrying see_body(const mbsri_fronts *w, const mbsri_body *b, double *wor
     return c;
 }
 
-/* -H^T (Q - G X) of one unknown, and what was added up in it: |H|^T (|Q| + |U| |D^+| |X|), which has the large numbers of a
- * D^+ that cancel in G X. rest, large: d of scratch. */
+/* -H^T (Q - G X) of one unknown, and what was added up in it: |H|^T (|Q| + |U| |D^+| |X|), which
+ * has the large numbers of a D^+ that cancel in G X. rest, large: d of scratch. */
 static inline void carry_column(int d, int n, int d_pred, const carrying *c, const double *X,
                                 const double *Q, const double *Q_sizes, double *rest, double *large,
                                 double *load, double *size)
@@ -231,8 +234,8 @@ static inline void carry_column(int d, int n, int d_pred, const carrying *c, con
     }
 }
 
-/* Q_pred = -H^T (Q - G X), and what was added up in it, for the predecessor's motion, which the part has from
- * w->slot on. work: d (n + 2) + 2 d_pred (d + 1). */
+/* Q_pred = -H^T (Q - G X), and what was added up in it, for the predecessor's motion, which the
+ * part has from w->slot on. work: d (n + 2) + 2 d_pred (d + 1). */
 static void carry_loads(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b,
                         const mbsri_passing *p, mbsri_part *to, double *work)
 {
@@ -260,8 +263,8 @@ static void carry_loads(const mbsri_fronts *w, const mbsri_pivots *f, const mbsr
     }
 }
 
-/* Marks those of `count` rows (columns numbers each, one behind the other, that get lost) that depend on the
- * others, by elimination with the largest pivots. */
+/* Marks those of `count` rows (columns numbers each, one behind the other, that get lost) that
+ * depend on the others, by elimination with the largest pivots. */
 static void find_dependent(int count, int columns, double *rows, bool *dependent)
 {
     static const double nothing = 1e-11;
@@ -313,8 +316,9 @@ static bool is_rate(const mbsri_fronts *w, int id)
     return id >= w->m->rows && id < w->m->rows + w->m->nu;
 }
 
-/* More motions without mass than rows cannot all be held by these: those whose rows depend on others are
- * determined by nothing, and are left out, so that no more is carried than the loops themselves need. */
+/* More motions without mass than rows cannot all be held by these: those whose rows depend on
+ * others are determined by nothing, and are left out, so that no more is carried than the loops
+ * themselves need. */
 static bool limit_motions(mbsri_fronts *w, mbsri_part *p)
 {
     int motions = 0, rows = 0, to = 0;
@@ -339,8 +343,8 @@ static bool limit_motions(mbsri_fronts *w, mbsri_part *p)
     return true;
 }
 
-/* The part that goes on from a body: what passes, its own null motions, and the motion of the predecessor, where that is
- * not the root, whose motion is known. */
+/* The part that goes on from a body: what passes, its own null motions, and the motion of the
+ * predecessor, where that is not the root, whose motion is known. */
 static mbsri_part *open_next(mbsri_fronts *w, const mbsri_body *b, const mbsri_passing *p)
 {
     const mbsri_body *pred = w->m->body + b->parent;

@@ -1,17 +1,20 @@
-/* The plan of an elimination of models with loops: in which order joints are passed and loop forces eliminated, and
- * what meets where.
- * SPDX-License-Identifier: BSD-3-Clause
+/* The plan of an elimination of models with loops: in which order joints are passed and loop forces
+ * eliminated, and what meets where. SPDX-License-Identifier: BSD-3-Clause
  *
- * Vertices are bodies and closures. Passing the joint of a body replaces its motion by that of its predecessor and the
- * joint's rates, which are eliminated; a closure's forces are eliminated in a step of their own. What a step leaves, its
- * border, are motions of bodies and forces of closures that later steps eliminate: one of them takes it. A border
- * may have the motions of several bodies, so that branches that loops tie go up side by side.
+ * Vertices are bodies and closures. Passing the joint of a body replaces its motion by that of its
+ * predecessor and the joint's rates, which are eliminated; a closure's forces are eliminated in a
+ * step of their own. What a step leaves, its border, are motions of bodies and forces of closures
+ * that later steps eliminate: one of them takes it. A border may have the motions of several
+ * bodies, so that branches that loops tie go up side by side.
  *
  * The forces of a closure go
  *   when all its paths have been passed up to the body where these meet,
- *   or earlier, when all its ends have entered and as many rates have been passed as it has rows, and some more,
- *   or when one end has entered, twice as many have been passed, and the motion of the other is taken into the border.
- * Several orders are made by greedy rules (order.c), and the one with the fewest multiplications is kept (choose.c). */
+ *   or earlier, when all its ends have entered and as many rates have been passed as it has rows,
+ *       and some more,
+ *   or when one end has entered, twice as many have been passed, and the motion of the other is
+ *       taken into the border.
+ * Several orders are made by greedy rules (order.c), and the one with the fewest multiplications is
+ * kept (choose.c). */
 #ifndef MBSRI_FRONTS_PLAN_H
 #define MBSRI_FRONTS_PLAN_H
 

@@ -6,8 +6,8 @@
 
 #include <math.h>
 
-/* Variances of the unknowns of a front: motions and others (count squared). Of a body that passes without front, of its
- * motion. */
+/* Variances of the unknowns of a front: motions and others (count squared). Of a body that passes
+ * without front, of its motion. */
 typedef struct variances {
     int count;
     const int *id;
@@ -179,8 +179,8 @@ static void take_inputs(spread *x, int k, int inputs)
     for (int l = 0; l < s->count; ++l) w->slot[s->id[l]] = -1;
 }
 
-/* Adds M Q M^T, of `inputs` columns of M, to the variances of rates, with `sizes` to what is added up in these, and
- * to P. */
+/* Adds M Q M^T, of `inputs` columns of M, to the variances of rates, with `sizes` to what is added
+ * up in these, and to P. */
 static void add_answers(spread *x, int k, int inputs, double *rate, double *sizes)
 {
     const int n = rates_of(x->w, k), N = x->at[k].count, rows = n + N, most = x->most;

@@ -14,6 +14,8 @@
 #include "ida/tolerances.h"
 #include "ida/watch.h"
 
+#include <mbsrank/driver.h>
+
 #include <float.h>
 #include <math.h>
 #include <string.h>

@@ -10,6 +10,8 @@
 #include "ida/error.h"
 #include "ida/record.h"
 
+#include <mbsrank/driver.h>
+
 #include <float.h>
 #include <math.h>
 

@@ -1,31 +1,42 @@
 /* When steps are careful, and how long matrices live.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A step is ordinary, IDA's own; or careful, one of a trial of 15 to 60; or careful, one of a hundred. Careful steps have a new matrix
- * in each iteration (iteration.c) and filtered error tests (filter.c). They are dear, and do not pay where stiff directions vibrate and
- * have to be resolved. So signs are collected, and what is enough of them begins careful steps, or changes how long the
+ * A step is ordinary, IDA's own; or careful, one of a trial of 15 to 60; or careful, one of a
+ * hundred. Careful steps have a new matrix in each iteration (iteration.c) and filtered error tests
+ * (filter.c). They are dear, and do not pay where stiff directions vibrate and have to be resolved.
+ * So signs are collected, and what is enough of them begins careful steps, or changes how long the
  * matrices of ordinary steps live:
  *
- *   sign              seen by                                                      enough                careful steps   matrices live
- *   STIFF             error test of order <= 3: the filter leaves < 0.05 of it      1                     100
- *   PARTLY_STIFF      ... < 0.1; < 0.3 where matrices are cheap                     1                     a trial
- *   VIBRATES          ... < 0.3 at order 1 or 2 where matrices are dear             2 within 100 steps    the next trial,
- *                                                                                                        after a pause
- *   LOW_ORDER         errors of order 1 and 2 (1 point) that fail their test (3)    6 points, which fade  a trial
- *   TURNS             second correction, by a new matrix, as large as the first     1                     100
- *   TURNED            an old matrix was wrong for a stiff correction                2 within 30 steps     a trial         1 step
- *   MISLED            plain iteration failed, or was verified and wrong             2 within 10 steps     a trial
- *   WRONG_QUOTIENTS   matrix times a direction                                      1                     a trial
- *   MUCH_LEFT         last step of an old matrix: it leaves much                    1                                     half as long
- *   LITTLE_LEFT       ... little                                                    1                                     twice as long
+ *   sign             seen by                                  enough            leads to
+ *   STIFF            error test of order <= 3: the filter     1                 100 careful steps
+ *                    leaves < 0.05 of it
+ *   PARTLY_STIFF     ... < 0.1; < 0.3 where matrices are      1                 a trial
+ *                    cheap
+ *   VIBRATES         ... < 0.3 at order 1 or 2 where          2 in 100 steps    the next trial,
+ *                    matrices are dear                                          after a pause
+ *   LOW_ORDER        errors of order 1 and 2 (1 point) that   6 points, which   a trial
+ *                    fail their test (3)                      fade
+ *   TURNS            second correction, by a new matrix, as   1                 100 careful steps
+ *                    large as the first
+ *   TURNED           an old matrix was wrong for a stiff      2 in 30 steps     a trial; matrices
+ *                    correction                                                 live 1 step
+ *   MISLED           plain iteration failed, or was           2 in 10 steps     a trial
+ *                    verified and wrong
+ *   WRONG_QUOTIENTS  matrix times a direction                 1                 a trial
+ *   MUCH_LEFT        last step of an old matrix: it leaves    1                 matrices live half
+ *                    much                                                       as long
+ *   LITTLE_LEFT      ... little                               1                 twice as long
  *
- * A vibration that coordinates do not show and BDF of high order keeps alive, seen in the errors of tests of order 3 and more for 500
- * steps or longer, takes the order down to 2 until steps are past it: stability.c.
+ * A vibration that coordinates do not show and BDF of high order keeps alive, seen in the errors of
+ * tests of order 3 and more for 500 steps or longer, takes the order down to 2 until steps are past
+ * it: stability.c.
  *
- * A trial takes 15 steps, and twice as many as the last one if that ended no longer than 20 of its lengths ago (3 where matrices are
- * dear), at most 100. The next trial of what vibrates is always twice as long, and the pause before it grows up to 32
- * of its lengths: either it leads out of there, or careful steps are a small part of a run that has to resolve the vibration. Careful
- * steps that are asked for within others prolong these. When they are over steps are ordinary again. */
+ * A trial takes 15 steps, and twice as many as the last one if that ended no longer than 20 of its
+ * lengths ago (3 where matrices are dear), at most 100. The next trial of what vibrates is always
+ * twice as long, and the pause before it grows up to 32 of its lengths: either it leads out of
+ * there, or careful steps are a small part of a run that has to resolve the vibration. Careful
+ * steps that are asked for within others prolong these. When they are over steps are ordinary
+ * again. */
 #include "ida/control.h"
 
 #include <math.h>
@@ -137,8 +148,8 @@ bool mbsri_control_note(mbsri_control *c, long step, mbsri_sign sign, double poi
 
 /* ---- matrices ---- */
 
-/* Where a stiff direction turns, steps are to be careful, and it is old matrices that tell: they are kept at first, and for
- * some time after careful steps. */
+/* Where a stiff direction turns, steps are to be careful, and it is old matrices that tell: they
+ * are kept at first, and for some time after careful steps. */
 static bool is_calm(const mbsri_control *c, long step)
 {
     enum { START = 100, CALM = 500 };

@@ -1,5 +1,5 @@
-/* The controller: all that the driver remembers from step to step about stiff elements and old matrices.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The controller: all that the driver remembers from step to step about stiff elements and old
+ * matrices. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_CONTROL_H
 #define MBSRI_IDA_CONTROL_H
 
@@ -31,8 +31,8 @@ typedef enum mbsri_sign {
     MBSRI_SIGNS
 } mbsri_sign;
 
-/* The matrix of an ordinary step: the one at hand; it, but improved on by a new one at the end of the step; a new one;
- * a new one that is compared with it first. */
+/* The matrix of an ordinary step: the one at hand; it, but improved on by a new one at the end of
+ * the step; a new one; a new one that is compared with it first. */
 typedef enum mbsri_matrix {
     MBSRI_MATRIX_OLD,
     MBSRI_MATRIX_LAST,
@@ -40,7 +40,8 @@ typedef enum mbsri_matrix {
     MBSRI_MATRIX_BEGIN
 } mbsri_matrix;
 
-/* Steps that begin with a new matrix, see renewal.c, and tests of matrices, see iteration.c and quotients.c. */
+/* Steps that begin with a new matrix, see renewal.c, and tests of matrices, see iteration.c and
+ * quotients.c. */
 typedef struct mbsri_matrices {
     double share; /* of a correction that an old one may leave; 0: any, none is renewed for it */
     double due;   /* age at which that is reached */
@@ -62,7 +63,8 @@ typedef struct mbsri_evidence {
     long at; /* step of the last */
 } mbsri_evidence;
 
-/* Norms of an error test: of the momenta in the errors of its order and one below, of the coordinates in the latter. */
+/* Norms of an error test: of the momenta in the errors of its order and one below, of the
+ * coordinates in the latter. */
 typedef struct mbsri_errors {
     double momenta, momenta_below, coordinates_below;
 } mbsri_errors;
@@ -99,7 +101,8 @@ void mbsri_control_begin(mbsri_control *c);
 /* How the step after so many others is taken. */
 mbsri_mode mbsri_control_mode(const mbsri_control *c, long step);
 
-/* Something is seen, and counts so many points: 1, or those of low orders. True where it is enough to change something. */
+/* Something is seen, and counts so many points: 1, or those of low orders. True where it is enough
+ * to change something. */
 bool mbsri_control_note(mbsri_control *c, long step, mbsri_sign sign, double points);
 
 /* The matrix of an ordinary step, where IDA asks for a new one or not; `able`: it can be made. */
@@ -112,22 +115,25 @@ void mbsri_control_plan(mbsri_control *c, long step, double off, double size);
 /* The plain iteration has needed a new one. */
 void mbsri_control_stale(mbsri_control *c, long step);
 
-/* The last step of a matrix has been corrected by a new one, by `left` of what IDA lets be left. True if that is much. */
+/* The last step of a matrix has been corrected by a new one, by `left` of what IDA lets be left.
+ * True if that is much. */
 bool mbsri_control_compared(mbsri_control *c, long step, double left);
 
-/* A second correction has been `quadratic` times the square of the first; whether, after a first one of `size`, the
- * second will be within `enough`. */
+/* A second correction has been `quadratic` times the square of the first; whether, after a first
+ * one of `size`, the second will be within `enough`. */
 void mbsri_control_rate(mbsri_control *c, double quadratic);
 bool mbsri_control_predicts(mbsri_control *c, double size, double enough);
 
 /* Iterations with new matrices have found that plain ones were right, or misled. */
 void mbsri_control_verified(mbsri_control *c, long step, bool misled);
 
-/* Whether a matrix of quotients for steps of h has to be tested; and its defect, of which `most` is allowed. */
+/* Whether a matrix of quotients for steps of h has to be tested; and its defect, of which `most` is
+ * allowed. */
 bool mbsri_control_tests(const mbsri_control *c, long step, double h);
 void mbsri_control_tested(mbsri_control *c, long step, double h, double defect, double most);
 
-/* An error test of order 3 or more in a step of h; and whether the next step is of order 2 at most. */
+/* An error test of order 3 or more in a step of h; and whether the next step is of order 2 at most.
+ */
 void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
                                const mbsri_errors *e);
 bool mbsri_control_low_order(mbsri_control *c, long step, double h);

@@ -8,9 +8,9 @@
  * third root of the rounding error, have none of the second order, for twice the price. Only the
  * coordinates turn a direction: other columns have one side as before.
  *
- * On a stop that is strained by less than such a step the slope has two values, and differences have neither. So in the
- * momentum form of trees these columns are products with the matrix of mbsr_newton, which has the slopes of
- * elements; differences serve the other forms. */
+ * On a stop that is strained by less than such a step the slope has two values, and differences
+ * have neither. So in the momentum form of trees these columns are products with the matrix of
+ * mbsr_newton, which has the slopes of elements; differences serve the other forms. */
 #include "ida/differences.h"
 
 #include "ida/callbacks.h"
@@ -62,8 +62,9 @@ static double largest(const mbsr_ida *ida, const double *y, int first, int last)
     return most;
 }
 
-/* What the momenta and the velocities, in which F is almost linear, are changed by. F has rounding errors
- * of all of them: the step of one that is zero is not much smaller than those of the others. */
+/* What the momenta and the velocities, in which F is almost linear, are changed by. F has rounding
+ * errors of all of them: the step of one that is zero is not much smaller than those of the others.
+ */
 typedef struct sizes {
     double h, momenta, velocities; /* the step of IDA; the largest, in tolerances */
 } sizes;

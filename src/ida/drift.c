@@ -7,7 +7,8 @@
 #include "ida/outputs.h"
 
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -18,15 +19,15 @@ static double largest(int n, const double *x)
     return found;
 }
 
-/* What the energy of stiff rows is by their forces s, s^2 / 2 k, beyond that by their gaps, k g^2 / 2, in
- * which errors of positions are multiplied by k. */
+/* What the energy of stiff rows is by their forces s, s^2 / 2 k, beyond that by their gaps, k g^2 /
+ * 2, in which errors of positions are multiplied by k. */
 static double by_forces(const mbsr_ida *ida, const double *y, const double *g)
 {
     const double *spring = y + mbsri_ida_loops(ida);
     double sum = 0.0;
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, held_row, held;
-        mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
+        mbsr_closure_indices(ida->model, c, &row, NULL, &held_row, &held);
         for (int k = 0; k < held; ++k) {
             const double stiffness = mbsr_closure_stiffness(ida->model, c, k),
                          gap = g[held_row + k], s = spring[row + k];
@@ -44,14 +45,14 @@ static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *dri
            *rows = N_VGetArrayPointer(ida->work), kinetic, potential;
     *drift = (mbsr_ida_drift){0};
     int status = mbsr_dae_unpack(model, data, ida->opt.form, t, y, q, u);
-    if (!status) status = mbsr_positions(model, data, t, q);
-    if (!status) status = mbsr_velocities(model, data, u);
+    if (!status) status = mbsr_stage_positions(model, data, t, q);
+    if (!status) status = mbsr_stage_velocities(model, data, u);
     if (!status) status = mbsr_energy(model, data, &kinetic, &potential);
     if (status) return status;
     drift->energy = kinetic + potential;
     if (mbsr_model_rows(model) == 0) return MBSR_OK;
     status = mbsr_closures_gap(model, data, rows);
-    drift->gap = largest(mbsr_model_held(model), rows);
+    drift->gap = largest(mbsr_model_position_rows(model), rows);
     drift->energy += by_forces(ida, y, rows);
     if (!status) status = mbsr_closures_rate(model, data, rows);
     drift->rate = largest(mbsr_model_rows(model), rows);
@@ -79,17 +80,18 @@ void mbsri_ida_drift_note(mbsr_ida *ida)
     mbsr_data *data = ida->data;
     double *q = N_VGetArrayPointer(ida->moved), *g = N_VGetArrayPointer(ida->work);
     long steps = 0;
-    if (mbsr_model_held(model) == 0) return;
+    if (mbsr_model_position_rows(model) == 0) return;
     IDAGetNumSteps(ida->memory, &steps);
     if (steps == ida->drift.steps) return;
     ida->drift.steps = steps;
     const double *y = N_VGetArrayPointer(ida->y);
     int status = mbsr_dae_unpack(model, data, ida->opt.form, ida->run.present, y, q,
                                  q + mbsr_model_nq(model));
-    if (!status) status = mbsr_positions(model, data, ida->run.present, q);
+    if (!status) status = mbsr_stage_positions(model, data, ida->run.present, q);
     if (!status) status = mbsr_closures_gap(model, data, g);
     if (!status)
-        ida->drift.largest_gap = fmax(ida->drift.largest_gap, largest(mbsr_model_held(model), g));
+        ida->drift.largest_gap =
+            fmax(ida->drift.largest_gap, largest(mbsr_model_position_rows(model), g));
 }
 
 int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift)

@@ -1,8 +1,8 @@
 /* Creation and destruction of the driver.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With error_test.c and nonlinear.c, whose objects SUNDIALS wants in memory of their own, the only file of
- * the component that takes memory. */
+ * With error_test.c and nonlinear.c, whose objects SUNDIALS wants in memory of their own, the only
+ * file of the component that takes memory. */
 #include "ida/callbacks.h"
 #include "ida/bend.h"
 #include "ida/compat.h"
@@ -144,8 +144,8 @@ static int check_data(const mbsr_model *model, mbsr_data *data, mbsr_error *erro
  * own 0.33 costs 15 to 40 % more steps (docs/closed_loops.md). */
 static const double CLOSED_LOOPS = 0.1;
 
-/* Each failed test of a step makes it a quarter as long. IDA's own 10 are a millionth, too few for a step of a hundredth of a second
- * that hits a stop of 1e10 N/m. */
+/* Each failed test of a step makes it a quarter as long. IDA's own 10 are a millionth, too few for
+ * a step of a hundredth of a second that hits a stop of 1e10 N/m. */
 enum { MOST_FAILURES = 30 };
 
 /* Hands the options to IDA; an IDA flag. */

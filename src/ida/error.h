@@ -6,8 +6,8 @@
 #include "base/format.h"
 #include "ida/record.h"
 
-/* Writes *error (if not NULL) and returns status; refuse: without body and force element; pass_on: with those and the text of `why`
- * behind what is said here. */
+/* Writes *error (if not NULL) and returns status; refuse: without body and force element; pass_on:
+ * with those and the text of `why` behind what is said here. */
 int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
     MBSRI_FORMAT(5, 6);
 int mbsri_ida_refuse(mbsr_error *error, int status, const char *format, ...) MBSRI_FORMAT(3, 4);

@@ -1,13 +1,15 @@
 /* The error test of IDA, with norms of one's own.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * IDA asks for masked norms of vectors, and does not say what they are. After Newton's method has solved a step of order k they are
- * the errors of order k, of k - 1 where k > 1, of k - 2 where k > 2, and, if the test is passed and the order may rise, of k + 1. The
- * vectors that IDA makes know what they are tested by. What is used besides: with a norm of 0.7 IDA leaves h as it is at order 1, and
- * it lowers the order where the error of the lower one is no larger. tests/ida/test_ida_norms.c fails where IDA does otherwise.
+ * IDA asks for masked norms of vectors, and does not say what they are. After Newton's method has
+ * solved a step of order k they are the errors of order k, of k - 1 where k > 1, of k - 2 where k >
+ * 2, and, if the test is passed and the order may rise, of k + 1. The vectors that IDA makes know
+ * what they are tested by. What is used besides: with a norm of 0.7 IDA leaves h as it is at order
+ * 1, and it lowers the order where the error of the lower one is no larger.
+ * tests/ida/test_ida_norms.c fails where IDA does otherwise.
  *
- * In ordinary steps the filter (filter.c) is asked after a test has failed, and only for what to do about it: signs for control.c.
- * In careful steps it is asked before. */
+ * In ordinary steps the filter (filter.c) is asked after a test has failed, and only for what to do
+ * about it: signs for control.c. In careful steps it is asked before. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -18,9 +20,10 @@
 
 /* ---- what it says that the filter leaves little ---- */
 
-/* The sign that a test of norm `plain` at such an order gives. In the problems of bench/ordinary.c 0.1 to 0.3 is left of errors that
- * stiff directions make, where pins are springs 0.001 to 0.05: those are long steps, in which nothing could be resolved. Between them
- * a few careful steps do no harm, unless they are dear. Krylov methods are left alone then. */
+/* The sign that a test of norm `plain` at such an order gives. In the problems of bench/ordinary.c
+ * 0.1 to 0.3 is left of errors that stiff directions make, where pins are springs 0.001 to 0.05:
+ * those are long steps, in which nothing could be resolved. Between them a few careful steps do no
+ * harm, unless they are dear. Krylov methods are left alone then. */
 static mbsri_sign sign_of(const mbsri_control *c, int order, double filtered, double plain)
 {
     if (filtered < 0.05 * plain) return MBSRI_SIGN_STIFF;
@@ -28,7 +31,8 @@ static mbsri_sign sign_of(const mbsri_control *c, int order, double filtered, do
     return order <= 2 && !c->iterates ? MBSRI_SIGN_VIBRATES : MBSRI_SIGN_NONE;
 }
 
-/* Whether the filter leaves so little of an error x that a stiff direction alone made it: then it is counted. */
+/* Whether the filter leaves so little of an error x that a stiff direction alone made it: then it
+ * is counted. */
 static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plain)
 {
     if (!(filtered >= 0.0 && filtered < 0.3 * plain)) return false;
@@ -39,8 +43,8 @@ static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plai
     return true;
 }
 
-/* A large error of order 1 or 2, if the filter does not leave most of it: order is low at first, too, and where
- * light damping lets things vibrate. */
+/* A large error of order 1 or 2, if the filter does not leave most of it: order is low at first,
+ * too, and where light damping lets things vibrate. */
 static void note_low_order(mbsri_stiff *s, double points, double filtered)
 {
     static const double most = 0.6;
@@ -77,8 +81,8 @@ void mbsri_stiff_look_back(mbsri_stiff *s)
 
 /* ---- the norms ---- */
 
-/* The offset turns with the stiff direction, and the more of it is left the longer the step: it may be no
- * more than a small share of the momenta. Only at loose tolerances are steps so long. */
+/* The offset turns with the stiff direction, and the more of it is left the longer the step: it may
+ * be no more than a small share of the momenta. Only at loose tolerances are steps so long. */
 static double bounded(mbsri_stiff *s, double filtered, double plain)
 {
     static const double share = 0.02, least = 80.0;
@@ -88,21 +92,23 @@ static double bounded(mbsri_stiff *s, double filtered, double plain)
     return fmax(filtered, plain / fmax(least, share * all));
 }
 
-/* The factor by which the error x, of norm `plain`, is tested more strictly than IDA would: where it may be that of a jump. */
-static double strictness(mbsri_stiff *s, N_Vector x, double plain)
+/* The norm by which an error of `norm`, `momenta` in its momenta, is tested where it may be that of
+ * a jump. Less than `many` tolerances may be noise that no step makes smaller, or what the filter
+ * leaves of an offset: by `doubtful` times IDA's constant at most. */
+static double as_jump(const mbsri_stiff *s, double norm, double momenta, double doubtful)
 {
     static const double many = 10.0;
-    const double unequal = mbsri_stiff_unequal(s);
-    return unequal * plain > many && unequal * mbsri_stiff_momentum_norm(s, x) > many ? unequal
-                                                                                      : 1.0;
+    const double all = mbsri_stiff_unequal(s), unequal = momenta > many ? all : fmin(doubtful, all);
+    return unequal * momenta > many ? unequal * norm : norm;
 }
 
-/* The first norm of an error test decides on all: they have to be comparable. `many` tolerances: beyond these the filter has to know
- * that an error is an offset; what is none is tested as that of a jump. */
+/* The first norm of an error test decides on all: they have to be comparable. `many` tolerances:
+ * beyond these the filter has to know that an error is an offset. What is none, and what the filter
+ * leaves, is tested as that of a jump. */
 static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
 {
-    static const double many = 20.0;
-    const double jump = strictness(s, x, plain) * plain;
+    static const double many = 20.0, noise = 20.0;
+    const double jump = as_jump(s, plain, mbsri_stiff_momentum_norm(s, x), noise);
     s->now.filters = false;
     if (!s->now.careful) {
         keep_error(s, x, plain);
@@ -115,12 +121,13 @@ static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
     stiff_alone(s, x, filtered, plain);
     s->now.filters = true;
-    return bounded(s, filtered, plain);
+    return bounded(s, as_jump(s, filtered, mbsri_stiff_momentum_norm(s, s->filtered), 1.0), plain);
 }
 
-/* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the three
- * equal steps after which it raises the order. With a norm of 0.7 it leaves h as it is. Ordinary steps need
- * that, too: vibrations that higher orders of BDF have excited leave them there. */
+/* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the
+ * three equal steps after which it raises the order. With a norm of 0.7 it leaves h as it is.
+ * Ordinary steps need that, too: vibrations that higher orders of BDF have excited leave them
+ * there. */
 static double hold(mbsri_stiff *s, double found)
 {
     if (!(found <= 1.0)) s->control.failed_at = s->now.steps;
@@ -128,7 +135,8 @@ static double hold(mbsri_stiff *s, double found)
     return s->now.order == 1 && soon ? fmax(found, 0.7) : found;
 }
 
-/* What a test of order 3 or more says of vibrations; x: the error below its order, of norm `plain`. */
+/* What a test of order 3 or more says of vibrations; x: the error below its order, of norm `plain`.
+ */
 static void note_errors(mbsri_stiff *s, N_Vector x, double plain)
 {
     double h = 0.0;
@@ -139,7 +147,8 @@ static void note_errors(mbsri_stiff *s, N_Vector x, double plain)
     mbsri_control_note_errors(&s->control, s->now.steps, fabs(h), s->now.order, e);
 }
 
-/* Carefully, the order does not fall to 1: the offsets of order 2 jump less. Where it is to be low it stays at 2. */
+/* Carefully, the order does not fall to 1: the offsets of order 2 jump less. Where it is to be low
+ * it stays at 2. */
 static bool forbidden(const mbsri_attempt *now, mbsri_call call)
 {
     if (call == MBSRI_CALL_BELOW) return now->order == 2 && (now->low || now->careful);

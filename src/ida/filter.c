@@ -78,18 +78,20 @@ void mbsri_stiff_note(mbsri_stiff *s, mbsri_sign sign)
 
 /* ---- where loops are closed ----
  *
- * The momentum of a joint is that of all bodies behind it, so what an error e_p means depends on where loops are
- * cut. Part of it, along the rows, moves nothing: loop forces take it. The rest moves all joints together, by
+ * The momentum of a joint is that of all bodies behind it, so what an error e_p means depends on
+ * where loops are cut. Part of it, along the rows, moves nothing: loop forces take it. The rest
+ * moves all joints together, by
  *
  *   (., ., e_u, .) = K^-1 (0, c e_p, 0, 0),
  *
- * and e_u means the same wherever loops are cut. So it is tested in the place of e_p, by the tolerances of u. Only
- * where that is less: what moves hardly any mass, such as a slender rod on two balls that turns about itself, errs
- * in u by far more than others notice (see forms/scales.c).
+ * and e_u means the same wherever loops are cut. So it is tested in the place of e_p, by the
+ * tolerances of u. Only where that is less: what moves hardly any mass, such as a slender rod on
+ * two balls that turns about itself, errs in u by far more than others notice (see forms/scales.c).
  *
- * IDA compares errors of neighbouring orders with each other. They are much alike in direction: all of a test get
- * the share that is left of its first. Such errors may be smaller by `stricter` than others: with 1 the four-bar linkage of
- * docs/closed_loops.md errs by a fifth more than when e_p is tested, with 1.5 by less. */
+ * IDA compares errors of neighbouring orders with each other. They are much alike in direction: all
+ * of a test get the share that is left of its first. Such errors may be smaller by `stricter` than
+ * others: with 1 the four-bar linkage of docs/closed_loops.md errs by a fifth more than when e_p is
+ * tested, with 1.5 by less. */
 static const double stricter = 1.5;
 
 /* The norm of x with e_u for e_p; negative if the linear solver fails. */

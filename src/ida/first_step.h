@@ -9,7 +9,8 @@
  * time. */
 double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest);
 
-/* The longest where there is no reason for another: a thousandth of the time that tolerances know. */
+/* The longest where there is no reason for another: a thousandth of the time that tolerances know.
+ */
 double mbsri_ida_longest_first_step(const mbsr_ida *ida);
 
 /* Whether two times differ by no more than rounding, as IDA sees it. */

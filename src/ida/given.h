@@ -18,8 +18,8 @@ typedef struct mbsr_simulation_given {
 /* Adds to the list, or replaces the value of that coordinate. MBSR_ERR_NO_MEMORY. */
 int mbsri_given_add(mbsri_given **list, mbsri_given given);
 
-/* Writes the values into q (nq) and u (nu) of a finished model, and marks in keep_position and keep_rate (nu each)
- * what is to stay. MBSR_ERR_ID, MBSR_ERR_VALUE, with the text in *error. */
+/* Writes the values into q (nq) and u (nu) of a finished model, and marks in keep_position and
+ * keep_rate (nu each) what is to stay. MBSR_ERR_ID, MBSR_ERR_VALUE, with the text in *error. */
 int mbsri_given_apply(const mbsri_given *list, const mbsr_model *model, double *q, double *u,
                       int *keep_position, int *keep_rate, mbsr_error *error);
 

@@ -5,19 +5,21 @@
  * k g is a large force. With an old matrix, whose stiff direction has turned by an angle a since,
  * an iteration leaves a force k g a across that direction, where there is only the inertia m c^2 to
  * resist it: the iterations creep or diverge, or stop, small in the norm, with a rest of strain
- * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges quadratically
- * or not at all. So in careful steps the matrix is new at first, and in each iteration in which the residual
- * r of the momenta, r / c, shows that something is still strained, and the last correction has to be small
- * itself, not by a rate of convergence. (Of a Krylov method it is the preconditioner that would be new, in
- * each step is enough. Where momenta do not show all that is strained it is new in each iteration.) Other
- * steps are left to the solver of SUNDIALS, or begin with a new matrix (renewal.c).
+ * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges
+ * quadratically or not at all. So in careful steps the matrix is new at first, and in each
+ * iteration in which the residual r of the momenta, r / c, shows that something is still strained,
+ * and the last correction has to be small itself, not by a rate of convergence. (Of a Krylov method
+ * it is the preconditioner that would be new, in each step is enough. Where momenta do not show all
+ * that is strained it is new in each iteration.) Other steps are left to the solver of SUNDIALS, or
+ * begin with a new matrix (renewal.c).
  *
- * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs unless
- * something stiff takes it, and where the matrix is old, that may be gone: a stop that was left, a direction
- * that has turned. The correction is small then, and passes for converged. So where r / c was more than the
- * tolerance, and the correction less than a third of it, the next residual is looked at. As long as its
- * r / c is beyond the tolerance and halves each time, iterations with the matrix at hand go on; where it does
- * not, iterations with new matrices have the last word. */
+ * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs
+ * unless something stiff takes it, and where the matrix is old, that may be gone: a stop that was
+ * left, a direction that has turned. The correction is small then, and passes for converged. So
+ * where r / c was more than the tolerance, and the correction less than a third of it, the next
+ * residual is looked at. As long as its r / c is beyond the tolerance and halves each time,
+ * iterations with the matrix at hand go on; where it does not, iterations with new matrices have
+ * the last word. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -27,17 +29,17 @@
 
 /* ---- careful steps ---- */
 
-/* Whether two corrections in a row, of new matrices, are of one size: the stiff direction turns so much
- * in one of them that the next has to undo what it did. An old matrix would not do here. */
+/* Whether two corrections in a row, of new matrices, are of one size: the stiff direction turns so
+ * much in one of them that the next has to undo what it did. An old matrix would not do here. */
 static bool turns(double before, double size, double tolerance)
 {
     return before > tolerance && size > 0.3 * before;
 }
 
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
- * above the smaller one here, four of them in a row within it will do; or within `rounding`, where they do not
- * even shrink: with short steps h rounding of q is one of velocities by 1/h. Nothing better is to be had either
- * where corrections have been shortened in vain twice. */
+ * above the smaller one here, four of them in a row within it will do; or within `rounding`, where
+ * they do not even shrink: with short steps h rounding of q is one of velocities by 1/h. Nothing
+ * better is to be had either where corrections have been shortened in vain twice. */
 static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding)
 {
     enum { ITERATIONS = 10 };
@@ -80,9 +82,9 @@ int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double ro
     return status;
 }
 
-/* What stiff elements ask of an iterative solver: of IDA's own accuracy, a twentieth of what Newton's
- * method leaves, elements that its preconditioner knows nothing of make wrong corrections, and so do
- * quotients over the length of a tolerance. 0 and 1 are IDA's defaults. */
+/* What stiff elements ask of an iterative solver: of IDA's own accuracy, a twentieth of what
+ * Newton's method leaves, elements that its preconditioner knows nothing of make wrong corrections,
+ * and so do quotients over the length of a tolerance. 0 and 1 are IDA's defaults. */
 void mbsri_stiff_prepare(mbsri_stiff *s, bool careful)
 {
     if (s->control.iterates) {
@@ -108,8 +110,8 @@ static void learn(mbsri_stiff *s)
     c->learned = c->iterates || matrices > 0;
 }
 
-/* Plain iterations go on until the momenta that are left do not matter: MOST of them, as long as they
- * halve what is left. SUN_NLS_CONTINUE: that was not enough. */
+/* Plain iterations go on until the momenta that are left do not matter: MOST of them, as long as
+ * they halve what is left. SUN_NLS_CONTINUE: that was not enough. */
 static int go_on(mbsri_stiff *s, N_Vector ee, double tolerance)
 {
     enum { MOST = 4 };
@@ -126,8 +128,8 @@ static int go_on(mbsri_stiff *s, N_Vector ee, double tolerance)
     }
 }
 
-/* Iterations with new matrices after plain ones. Where they are dear and have nothing to correct, the
- * next are put off, for twice as long each time. */
+/* Iterations with new matrices after plain ones. Where they are dear and have nothing to correct,
+ * the next are put off, for twice as long each time. */
 static int renew(mbsri_stiff *s, N_Vector ee, double tolerance)
 {
     if (s->now.steps < s->control.matrices.verify_at) return SUN_NLS_SUCCESS;

@@ -15,8 +15,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Where this derivative jumps IDA starts anew; where a higher one does, a step that ends there is all
- * that may be wanted, and across the points of a smooth table IDA finds its way with fewer. */
+/* Where this derivative jumps IDA starts anew; where a higher one does, a step that ends there is
+ * all that may be wanted, and across the points of a smooth table IDA finds its way with fewer. */
 enum { RESTART = 1 };
 
 /* Restarts without another look where c did not serve. */
@@ -91,9 +91,9 @@ void mbsri_ida_arrive(mbsr_ida *ida)
 
 /* ---- the state behind a kink ---- */
 
-/* At t for q, p in y and a first u there: u is found, and `rate` has q', p', then u. Corrections of u
- * come from K = dF/dy + c dF/dy', which is factored at a large c, where those of q and p are nothing
- * beside them. False where they do not become small. */
+/* At t for q, p in y and a first u there: u is found, and `rate` has q', p', then u. Corrections of
+ * u come from K = dF/dy + c dF/dy', which is factored at a large c, where those of q and p are
+ * nothing beside them. False where they do not become small. */
 static bool find_rates(mbsr_ida *ida, double t, N_Vector y, N_Vector rate)
 {
     enum { MOST = 8 };
@@ -140,8 +140,8 @@ static bool settle(mbsr_ida *ida, double t, double span)
 /* p of q, u at t, from the positions on. */
 static int momenta(mbsr_ida *ida, double t, const double *q, const double *u, double *p)
 {
-    int status = mbsr_positions(ida->model, ida->data, t, q);
-    if (!status) status = mbsr_velocities(ida->model, ida->data, u);
+    int status = mbsr_stage_positions(ida->model, ida->data, t, q);
+    if (!status) status = mbsr_stage_velocities(ida->model, ida->data, u);
     return status ? status : mbsr_momenta(ida->model, ida->data, p);
 }
 

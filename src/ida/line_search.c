@@ -1,17 +1,20 @@
 /* How far a correction of Newton's method goes where a force has a kink.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The force of a cable, a stop or a contact has a kink where it lets go, and where its damper holds no more. From the slack side Newton's
- * method sees nothing stiff and flies far beyond the kink; from there it comes back to the slack side, as the force is concave, and so on:
- * no length of the step changes that. Forces balance somewhere between such two points. Along a correction d
+ * The force of a cable, a stop or a contact has a kink where it lets go, and where its damper holds
+ * no more. From the slack side Newton's method sees nothing stiff and flies far beyond the kink;
+ * from there it comes back to the slack side, as the force is concave, and so on: no length of the
+ * step changes that. Forces balance somewhere between such two points. Along a correction d
  *
  *   w(x) = -d_u . F_p(x),     d_u the velocities in d, F_p the balance of momenta in the residual,
  *
- * is the power of what is out of balance, which falls monotonically from w > 0 at the last point for all forces that
- * resist. Where it comes out at the next point with the opposite sign and not much smaller, d is shortened to where w vanishes.
+ * is the power of what is out of balance, which falls monotonically from w > 0 at the last point
+ * for all forces that resist. Where it comes out at the next point with the opposite sign and not
+ * much smaller, d is shortened to where w vanishes.
  *
- * Beyond the kink w is steep and nearly straight: the line through two points there is followed as long as that
- * halves what is enclosed, else it is halved itself. Where rounding of coordinates makes a step of w, nothing vanishes. */
+ * Beyond the kink w is steep and nearly straight: the line through two points there is followed as
+ * long as that halves what is enclosed, else it is halved itself. Where rounding of coordinates
+ * makes a step of w, nothing vanishes. */
 #include "ida/stiff.h"
 
 #include <math.h>
@@ -30,7 +33,8 @@ static int evaluate(mbsri_stiff *s, N_Vector ee, point *x)
     return status;
 }
 
-/* Where the line through two points on the far side meets zero, if that is between near and far; else half-way. */
+/* Where the line through two points on the far side meets zero, if that is between near and far;
+ * else half-way. */
 static double propose(const point *near, const point *far, const point *farther)
 {
     const double slope = (farther->power - far->power) / (farther->back - far->back),
@@ -38,8 +42,8 @@ static double propose(const point *near, const point *far, const point *farther)
     return zero > far->back && zero < near->back ? zero : 0.5 * (near->back + far->back);
 }
 
-/* Between near and far, where w > 0 and < 0: a point where |w| <= small, or where the momenta left are `enough`. *found: whether
- * there is one. */
+/* Between near and far, where w > 0 and < 0: a point where |w| <= small, or where the momenta left
+ * are `enough`. *found: whether there is one. */
 static int enclose(mbsri_stiff *s, N_Vector ee, point near, point far, double small, double enough,
                    bool *found)
 {

@@ -14,7 +14,8 @@
 
 /* ---- choice ---- */
 
-/* Derivatives for dense matrices where difference quotients do not serve (differences.c), if there are any without. */
+/* Derivatives for dense matrices where difference quotients do not serve (differences.c), if there
+ * are any without. */
 static void take_tangent(mbsr_ida *ida)
 {
     mbsr_newton_opt opt = ida->opt.newton;
@@ -49,8 +50,8 @@ static int choose(mbsr_ida *ida, mbsr_error *error)
     return MBSR_OK;
 }
 
-/* Bodies in vector code make a matrix cheap, blocks and force elements across the tree dear, flexible bodies and many
- * elements too dear to be made without need. */
+/* Bodies in vector code make a matrix cheap, blocks and force elements across the tree dear,
+ * flexible bodies and many elements too dear to be made without need. */
 void mbsri_ida_judge_matrix(const mbsr_ida *ida)
 {
     enum { MANY = 8, SPACE = 6 };

@@ -6,7 +6,8 @@
 #include "ida/linear.h"
 #include "ida/stiff.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -18,7 +19,7 @@ static const double STRETCHED = 1e-2;
 
 int mbsri_ida_loops(const mbsr_ida *ida)
 {
-    return ida->size - mbsr_model_rows(ida->model) - mbsr_model_held(ida->model);
+    return ida->size - mbsr_model_rows(ida->model) - mbsr_model_position_rows(ida->model);
 }
 
 /* ---- tolerances ---- */
@@ -26,7 +27,8 @@ int mbsri_ida_loops(const mbsr_ida *ida)
 /* Beyond so many joint rates and rows one product with C^T for each row is not worth while. */
 enum { MOST_PRODUCTS = 600 };
 
-/* Of the multipliers of one row, C^T of which is `along`. place: tolerances of what joint rates move. */
+/* Of the multipliers of one row, C^T of which is `along`. place: tolerances of what joint rates
+ * move. */
 static void scale_row(mbsr_ida *ida, const double *along, const double *w, const double *place,
                       double *impulse, double *shift)
 {
@@ -53,7 +55,7 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
     for (int k = 0; k < rows; ++k) e[k] = 0.0;
     for (int c = 0; c < mbsr_model_closures(ida->model) && nu > 0; ++c) {
         int row, own, held_row, held;
-        mbsr_closure_place(ida->model, c, &row, &own, &held_row, &held);
+        mbsr_closure_indices(ida->model, c, &row, &own, &held_row, &held);
         for (int k = 0; k < own && !status; ++k) {
             double impulse, shift;
             e[row + k] = 1.0;
@@ -77,7 +79,7 @@ void mbsri_ida_allow_rounding(mbsr_ida *ida)
     double *atol = N_VGetArrayPointer(ida->tol.atol), lever = 0.0;
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, own;
-        mbsr_closure_place(ida->model, c, &row, &own, NULL, NULL);
+        mbsr_closure_indices(ida->model, c, &row, &own, NULL, NULL);
         for (int k = 0; k < own; ++k) {
             const double stiffness = mbsr_closure_stiffness(ida->model, c, k);
             mbsr_coordinate_kind kind = MBSR_COORDINATE_TRANSLATION;
@@ -97,10 +99,10 @@ void mbsri_ida_allow_rounding(mbsr_ida *ida)
 
 static bool springs_share(mbsr_ida *ida)
 {
-    if (mbsr_closures_dropped(ida->model, ida->data, ida->dropped)) return false;
+    if (mbsr_closures_redundant(ida->model, ida->data, ida->dropped)) return false;
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, rows;
-        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        mbsr_closure_indices(ida->model, c, &row, &rows, NULL, NULL);
         for (int k = 0; k < rows; ++k) {
             if (ida->dropped[row + k] && mbsr_closure_stiffness(ida->model, c, k) > 0.0)
                 return true;
@@ -218,7 +220,8 @@ static double or_all(const mbsr_ida *ida, double of_kind)
     return of_kind > 0.0 ? of_kind : ida->opt.atol;
 }
 
-/* The gap of a row, of all, from which it counts as open, a thousand tolerances; `gap` is looked at first. */
+/* The gap of a row, of all, from which it counts as open, a thousand tolerances; `gap` is looked at
+ * first. */
 static double limit_of(mbsr_ida *ida, int row, double gap)
 {
     static const double many = 1e3;
@@ -242,7 +245,7 @@ static int check_gaps(mbsr_ida *ida, mbsr_error *error, double t, const double *
     const double *spring = y + mbsri_ida_loops(ida);
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, held_row, held;
-        mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
+        mbsr_closure_indices(ida->model, c, &row, NULL, &held_row, &held);
         for (int k = 0; k < held; ++k) {
             const char *name = "";
             const double stiffness = mbsr_closure_stiffness(ida->model, c, k),
@@ -264,10 +267,11 @@ static int check_dropped(mbsr_ida *ida, mbsr_error *error, double t, const doubl
     const int rows = mbsr_model_rows(ida->model), nq = mbsr_model_nq(ida->model);
     double *g = N_VGetArrayPointer(ida->work), *q = N_VGetArrayPointer(ida->moved);
     bool any = false;
-    if (rows == 0 || mbsr_closures_dropped(ida->model, ida->data, ida->dropped)) return MBSR_OK;
+    if (rows == 0 || mbsr_closures_redundant(ida->model, ida->data, ida->dropped)) return MBSR_OK;
     for (int k = 0; k < rows; ++k) any = any || ida->dropped[k] != 0;
     if (!any || mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, t, y, q, q + nq) ||
-        mbsr_positions(ida->model, ida->data, t, q) || mbsr_closures_gap(ida->model, ida->data, g))
+        mbsr_stage_positions(ida->model, ida->data, t, q) ||
+        mbsr_closures_gap(ida->model, ida->data, g))
         return MBSR_OK;
     return check_gaps(ida, error, t, y, g);
 }

@@ -32,7 +32,8 @@ static void begin(mbsri_stiff *s, N_Vector w, void *memory)
     IDAGetCurrentCj(memory, &s->now.c);
 }
 
-/* It has ended well. The longest step so far: what is fast beside it is stiff, however short steps have become. */
+/* It has ended well. The longest step so far: what is fast beside it is stiff, however short steps
+ * have become. */
 static void end(mbsri_stiff *s)
 {
     const double c = fabs(s->now.c);
@@ -175,7 +176,8 @@ static void set_operations(SUNNonlinearSolver solver)
     solver->ops->getnumconvfails = get_failures;
 }
 
-/* The vectors are made before y knows of the filter: they need none. Those of the plain iteration do. */
+/* The vectors are made before y knows of the filter: they need none. Those of the plain iteration
+ * do. */
 static bool make(SUNNonlinearSolver solver, N_Vector y, SUNContext context)
 {
     mbsri_stiff *s = content(solver);

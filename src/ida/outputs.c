@@ -7,7 +7,8 @@
 #include "ida/vectors.h"
 #include "ida/watch.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <string.h>
@@ -37,7 +38,8 @@ void mbsri_ida_free_outputs(mbsr_ida *ida)
     if (o->yp) N_VDestroy(o->yp);
 }
 
-/* The span of time in which nothing jumps, around the present; the time that stands for it, which is before a kink. */
+/* The span of time in which nothing jumps, around the present; the time that stands for it, which
+ * is before a kink. */
 static double look_around(mbsr_ida *ida)
 {
     const mbsri_ida_kinks *k = &ida->kinks;
@@ -57,7 +59,7 @@ static bool has_stiff_rows(const mbsr_ida *ida)
 {
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, rows;
-        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        mbsr_closure_indices(ida->model, c, &row, &rows, NULL, NULL);
         for (int k = 0; k < rows; ++k) {
             if (mbsr_closure_stiffness(ida->model, c, k) > 0.0) return true;
         }
@@ -95,8 +97,8 @@ static double tolerances(const mbsr_ida *ida, const double *x, double s, int fir
     return largest;
 }
 
-/* Whether the forces at the completed state would change momenta in a step by many tolerances more than the interpolation
- * does: stiff elements are strained by errors of positions. */
+/* Whether the forces at the completed state would change momenta in a step by many tolerances more
+ * than the interpolation does: stiff elements are strained by errors of positions. */
 static bool is_strained(mbsr_ida *ida)
 {
     static const double many = 30.0;
@@ -108,8 +110,8 @@ static bool is_strained(mbsr_ida *ida)
     return tolerances(ida, change, fabs(step), nq, nq + nu) > many;
 }
 
-/* The same state with its strain taken out, unless that is far away: in a step that has passed over an impact momenta are
- * off by what the impact changes. */
+/* The same state with its strain taken out, unless that is far away: in a step that has passed over
+ * an impact momenta are off by what the impact changes. */
 static void relieve(mbsr_ida *ida, double t)
 {
     static const double far = 1000.0;
@@ -120,10 +122,11 @@ static void relieve(mbsr_ida *ida, double t)
     N_VLinearSum(1.0, o->y, -1.0, ida->y, ida->work);
     const double moved = tolerances(ida, N_VGetArrayPointer(ida->work), 1.0, 0, controlled);
     if (!status && moved <= far)
-        status = mbsr_complete(o->completion, ida->data, ida->opt.form, t, y, yp);
+        status = mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t, y, yp);
     if (!status && moved <= far) return;
     copy_raw(ida);
-    o->complete = mbsr_complete(o->completion, ida->data, ida->opt.form, t, y, yp) == MBSR_OK;
+    o->complete =
+        mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t, y, yp) == MBSR_OK;
 }
 
 /* The joint accelerations among y' of a form; NULL where it has others. */
@@ -152,11 +155,11 @@ static int show_raw(mbsr_ida *ida, double *q, double *u, double *udot, double *l
     double *work = N_VGetArrayPointer(ida->work);
     int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->run.present, y, own, own + nq);
     if (!status && !closed)
-        status = mbsr_inverse_dynamics(m, d, ida->run.present, own, own + nq, rates, work);
+        status = mbsr_inverse_dynamics(m, d, ida->run.present, own, own + nq, rates, NULL, work);
     if (!status && closed)
         status = mbsr_dae_residual(m, d, ida->opt.form, ida->run.present, y, yp, work);
-    if (!status && closed) status = mbsr_accelerations(m, d, rates);
-    if (!status && closed && lambda) status = mbsr_closures_force(m, d, lambda);
+    if (!status && closed) status = mbsr_stage_accelerations(m, d, rates);
+    if (!status && closed && lambda) status = mbsr_closures_lambda(m, d, lambda);
     if (status)
         return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(d), "mbsr_ida_motion");
     if (q) memcpy(q, own, nq * sizeof *q);
@@ -171,8 +174,9 @@ static int complete_start(mbsr_ida *ida)
     mbsri_ida_output *o = &ida->output;
     N_VScale(1.0, ida->y, o->y);
     N_VScale(1.0, ida->yp, o->yp);
-    const int status = mbsr_complete(o->completion, ida->data, ida->opt.form, ida->run.present,
-                                     N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
+    const int status =
+        mbsr_completion_solve(o->completion, ida->data, ida->opt.form, ida->run.present,
+                              N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
     if (!status) return MBSR_OK;
     return mbsri_ida_pass_on(&ida->error, status, mbsr_completion_error(o->completion),
                              "mbsr_ida_motion: the start");
@@ -205,8 +209,8 @@ void mbsri_ida_complete(mbsr_ida *ida)
     o->tried = true;
     mbsri_ida_exchange_watch(ida);
     if (!has_stiff_rows(ida) || relax(ida, t)) copy_raw(ida);
-    const int status = mbsr_complete(o->completion, ida->data, ida->opt.form, t,
-                                     N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
+    const int status = mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t,
+                                             N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
     o->complete = status == MBSR_OK;
     if (o->complete && !has_stiff_rows(ida) && is_strained(ida)) relieve(ida, t);
     mbsri_ida_exchange_watch(ida);

@@ -1,9 +1,9 @@
 /* States as they are handed out.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Between steps IDA interpolates all of y. Errors of q and momenta are controlled, and so these are good; u where
- * nothing has mass, loop forces and y' are not. They are found from q and the momenta (mbsr_complete), in vectors of
- * their own: IDA goes on as if nobody had asked. */
+ * Between steps IDA interpolates all of y. Errors of q and momenta are controlled, and so these are
+ * good; u where nothing has mass, loop forces and y' are not. They are found from q and the momenta
+ * (mbsr_completion_solve), in vectors of their own: IDA goes on as if nobody had asked. */
 #ifndef MBSRI_IDA_OUTPUTS_H
 #define MBSRI_IDA_OUTPUTS_H
 
@@ -13,7 +13,8 @@
 int mbsri_ida_make_outputs(mbsr_ida *ida, mbsr_error *error);
 void mbsri_ida_free_outputs(mbsr_ida *ida);
 
-/* Completes the state at `present`, unless it is; where that fails it stays as it was interpolated, and counts. */
+/* Completes the state at `present`, unless it is; where that fails it stays as it was interpolated,
+ * and counts. */
 void mbsri_ida_complete(mbsr_ida *ida);
 
 /* It is another one from now on. */

@@ -3,11 +3,11 @@
  *
  * Too stiff a matrix (see differences.c) makes corrections so small that they pass for converged:
  * a run with long steps then stands still and reports success. So new ones are multiplied, by
- * differences of two sides, with a direction v: K^-1 (F(y + e v) - F(y - e v)) / 2 e should be v. It
- * is y' at the end of the step, the way that the motion goes: the correction that was found with the
- * matrix lies, more often than not, where the matrix is right. What counts are the momenta: velocities
- * show as well how much a motion without anything stiff changes the matrix within a step. Two residuals
- * for each matrix tested; none where nothing in it is stiff. */
+ * differences of two sides, with a direction v: K^-1 (F(y + e v) - F(y - e v)) / 2 e should be v.
+ * It is y' at the end of the step, the way that the motion goes: the correction that was found with
+ * the matrix lies, more often than not, where the matrix is right. What counts are the momenta:
+ * velocities show as well how much a motion without anything stiff changes the matrix within a
+ * step. Two residuals for each matrix tested; none where nothing in it is stiff. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -24,8 +24,9 @@ static bool note_test(mbsri_stiff *s, double h, double defect)
     return defect > most_defect;
 }
 
-/* Whether nothing in the matrix resists a step: K^-1 c leaves momenta, of a tolerance each with signs + - - +, as
- * they are. Then quotients are right, too. One solution; where the filter is dear this is not asked. */
+/* Whether nothing in the matrix resists a step: K^-1 c leaves momenta, of a tolerance each with
+ * signs + - - +, as they are. Then quotients are right, too. One solution; where the filter is dear
+ * this is not asked. */
 static bool nothing_stiff(mbsri_stiff *s)
 {
     double *x = NV_DATA_S(s->change);

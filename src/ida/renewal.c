@@ -1,25 +1,29 @@
 /* When Newton's method gets a new matrix.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * IDA keeps a matrix until h has changed or Newton's method does not converge. By then bodies have turned away from it, and
- * a test of the norm of corrections does not see how little is corrected along light directions, or across stiff ones,
- * where only inertia resists. What is left adds up. So matrices are renewed when they are due, at an age in steps that is
- * learned from what old ones leave, compared with new ones.
+ * IDA keeps a matrix until h has changed or Newton's method does not converge. By then bodies have
+ * turned away from it, and a test of the norm of corrections does not see how little is corrected
+ * along light directions, or across stiff ones, where only inertia resists. What is left adds up.
+ * So matrices are renewed when they are due, at an age in steps that is learned from what old ones
+ * leave, compared with new ones.
  *
- * Light directions: of the spin of a rod between two ball joints, 1/57 of its inertia across, hardly anything is corrected.
- * What is left alternates from step to step, and the prediction of order 5 multiplies that by 63: it grows until error
- * tests fail, and there are twice as many steps. On the tree a matrix takes no more than two residuals. So steps begin
- * with a new one where the first correction d, solved for with both,
+ * Light directions: of the spin of a rod between two ball joints, 1/57 of its inertia across,
+ * hardly anything is corrected. What is left alternates from step to step, and the prediction of
+ * order 5 multiplies that by 63: it grows until error tests fail, and there are twice as many
+ * steps. On the tree a matrix takes no more than two residuals. So steps begin with a new one where
+ * the first correction d, solved for with both,
  *
  *   r = |d_old - d_new| / |d_new|,
  *
- * is to reach a given share, which is what the next iteration with the old one would have to correct. The
- * iterations of such a step converge quadratically, |d2| = a |d1|^2, and one is mostly all.
+ * is to reach a given share, which is what the next iteration with the old one would have to
+ * correct. The iterations of such a step converge quadratically, |d2| = a |d1|^2, and one is mostly
+ * all.
  *
- * Stiff directions: once one has been seen to turn, ordinary steps get a new matrix at the latest when the one at hand
- * is `life` steps old, however dear. The last step of an old one is corrected once more by the new one. `life` is halved
- * where that is much of what IDA lets be left, which is also a sign for careful steps, and doubled where it is
- * little; where each step has a matrix of its own every fifth is such a step instead. */
+ * Stiff directions: once one has been seen to turn, ordinary steps get a new matrix at the latest
+ * when the one at hand is `life` steps old, however dear. The last step of an old one is corrected
+ * once more by the new one. `life` is halved where that is much of what IDA lets be left, which is
+ * also a sign for careful steps, and doubled where it is little; where each step has a matrix of
+ * its own every fifth is such a step instead. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>

@@ -4,6 +4,7 @@
 #include "ida/given.h"
 
 #include <mbsrank/simulation.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -156,16 +157,16 @@ static int prepare(mbsr_simulation *s, mbsr_dae_form form)
     return MBSR_OK;
 }
 
-/* The driver's state in joint coordinates, with the data at its accelerations. The index-1 form as it is interpolated has
- * none: at its velocities. */
+/* The driver's state in joint coordinates, with the data at its accelerations. The index-1 form as
+ * it is interpolated has none: at its velocities. */
 static int evaluate(mbsr_simulation *s)
 {
     int status = mbsr_ida_motion(s->ida, s->q, s->u, s->udot, s->lambda);
     if (status != MBSR_ERR_VALUE) return note(s, status, mbsr_ida_error(s->ida));
     for (int k = 0; k < mbsr_model_nu(s->model); ++k) s->udot[k] = NAN;
     status = mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
-    if (!status) status = mbsr_positions(s->model, s->data, s->t, s->q);
-    if (!status) status = mbsr_velocities(s->model, s->data, s->u);
+    if (!status) status = mbsr_stage_positions(s->model, s->data, s->t, s->q);
+    if (!status) status = mbsr_stage_velocities(s->model, s->data, s->u);
     return note(s, status, mbsr_data_error(s->data));
 }
 
@@ -285,14 +286,14 @@ int mbsr_simulation_watch_masses(mbsr_simulation *s, const mbsr_small_masses_opt
                 mbsr_small_masses_error(s->small));
 }
 
-int mbsr_simulation_masses(mbsr_simulation *s, mbsr_small_masses_report *report)
+int mbsr_simulation_get_masses(mbsr_simulation *s, mbsr_small_masses_report *report)
 {
     if (!s) return MBSR_ERR_NULL;
     if (s->status) return s->status;
     if (!s->small)
         return refuse(s, MBSR_ERR_SEQUENCE,
-                      "mbsr_simulation_masses: call mbsr_simulation_watch_masses first");
-    return note(s, mbsr_small_masses_report_of(s->small, report),
+                      "mbsr_simulation_get_masses: call mbsr_simulation_watch_masses first");
+    return note(s, mbsr_small_masses_get_report(s->small, report),
                 mbsr_small_masses_error(s->small));
 }
 
@@ -363,11 +364,11 @@ int mbsr_simulation_check(mbsr_simulation *s, int status)
     return s->status;
 }
 
-mbsr_ida_stats mbsr_simulation_stats(const mbsr_simulation *s)
+int mbsr_simulation_get_stats(const mbsr_simulation *s, mbsr_ida_stats *stats)
 {
-    mbsr_ida_stats stats = {0};
-    if (s && s->ida) (void)mbsr_ida_get_stats(s->ida, &stats);
-    return stats;
+    if (stats) *stats = (mbsr_ida_stats){0};
+    if (!s || !stats) return MBSR_ERR_NULL;
+    return s->ida ? mbsr_ida_get_stats(s->ida, stats) : MBSR_OK;
 }
 
 void mbsr_simulation_forgive(mbsr_simulation *s)

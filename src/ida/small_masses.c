@@ -77,8 +77,9 @@ static int body_of(const mbsr_model *m, int k, int *coordinate)
     return MBSR_NONE;
 }
 
-/* A run that has failed: where the largest rate has come to change by itself in next to no time, the smooth motion ends
- * in a jump, as at a fold of the forces that hold what has no mass; else the failure is the driver's, or the report's. */
+/* A run that has failed: where the largest rate has come to change by itself in next to no time,
+ * the smooth motion ends in a jump, as at a fold of the forces that hold what has no mass; else the
+ * failure is the driver's, or the report's. */
 static int explain(const follower *f, double from, int status, mbsr_error *error)
 {
     static const double moment = 1e-6; /* of the run */

@@ -1,21 +1,25 @@
 /* Vibrations that BDF of order 3 and more keeps alive.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Near the imaginary axis BDF of order 3 to 5 is unstable: a vibration of frequency w that the mechanism has damped out long ago
- * grows from rounding where h w is between about 0.1 and 1.5, until the error test shortens the step, and stays so for good. BDF of
- * order 2 damps it, by (h w)^4 / 4 in a step.
+ * Near the imaginary axis BDF of order 3 to 5 is unstable: a vibration of frequency w that the
+ * mechanism has damped out long ago grows from rounding where h w is between about 0.1 and 1.5,
+ * until the error test shortens the step, and stays so for good. BDF of order 2 damps it, by (h
+ * w)^4 / 4 in a step.
  *
- * What an error test measures for orders k and k - 1 are differences of the solution of order k + 1 and k, and each difference makes
- * a vibration 2 sin(h w / 2) times as large. So over the last steps
+ * What an error test measures for orders k and k - 1 are differences of the solution of order k + 1
+ * and k, and each difference makes a vibration 2 sin(h w / 2) times as large. So over the last
+ * steps
  *
- *   (h w)^2 = sum |e_p,k|^2 / sum |e_p,k-1|^2,     A^2 = mean of |e_p,k-1|^2 / (h w)^2k,     Q^2 the same of e_q,k-1
+ *   (h w)^2 = sum |e_p,k|^2 / sum |e_p,k-1|^2,     A^2 = mean of |e_p,k-1|^2 / (h w)^2k,
+ *       Q^2 the same of e_q,k-1
  *
- * tell its frequency and its amplitudes in momenta and coordinates, in tolerances. Q of a motion is thousands; a vibration of `many`
- * tolerances in momenta, of which coordinates show less than `unseen` and `little` of that, is nobody's motion. (Order 2 follows what
- * else moves less well: with a Q up to 0.3 and any A an arm with elastic gears lost 17 000 tolerances.) It takes some A^(4/3) steps
- * at most to go, as (h w)^3 A is about 1. As many are
- * waited for: the attempt costs no more than what the vibration has cost. It ends when a step takes two periods, beyond which orders
- * above 2 are stable again. */
+ * tell its frequency and its amplitudes in momenta and coordinates, in tolerances. Q of a motion is
+ * thousands; a vibration of `many` tolerances in momenta, of which coordinates show less than
+ * `unseen` and `little` of that, is nobody's motion. (Order 2 follows what else moves less well:
+ * with a Q up to 0.3 and any A an arm with elastic gears lost 17 000 tolerances.) It takes some
+ * A^(4/3) steps at most to go, as (h w)^3 A is about 1. As many are waited for: the attempt costs
+ * no more than what the vibration has cost. It ends when a step takes two periods, beyond which
+ * orders above 2 are stable again. */
 #include "ida/control.h"
 
 #include <math.h>

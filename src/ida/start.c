@@ -12,6 +12,7 @@
 #include "ida/watch.h"
 
 #include <mbsrank/index.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -132,8 +133,8 @@ static int check_balance(mbsr_ida *ida, double t, const double *y)
         body, mbsr_body_name(ida->model, body), t, share);
 }
 
-/* In the recursive form nothing is done about stiff elements where ranks are deficient: differences over
- * coordinates, as careful steps take them, would change these. */
+/* In the recursive form nothing is done about stiff elements where ranks are deficient: differences
+ * over coordinates, as careful steps take them, would change these. */
 static void choose_care(mbsr_ida *ida)
 {
     mbsri_stiff *s = mbsri_stiff_of(ida->nonlinear);

@@ -1,6 +1,6 @@
-/* Stiff elements under IDA: an error test and a Newton iteration that are not misled by them. What goes on from step to step is
- * decided in control.c; the functions below are told what they work with, and tell what they have seen.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Stiff elements under IDA: an error test and a Newton iteration that are not misled by them. What
+ * goes on from step to step is decided in control.c; the functions below are told what they work
+ * with, and tell what they have seen. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_STIFF_H
 #define MBSRI_IDA_STIFF_H
 
@@ -16,11 +16,12 @@
 
 typedef sunrealtype (*mbsri_masked_norm)(N_Vector x, N_Vector w, N_Vector id);
 
-/* How errors are measured: by the filter of filter.c; as they are; momenta by what they move, see filter.c. */
+/* How errors are measured: by the filter of filter.c; as they are; momenta by what they move, see
+ * filter.c. */
 typedef enum mbsri_test { MBSRI_TEST_FILTERED, MBSRI_TEST_PLAIN, MBSRI_TEST_MOVED } mbsri_test;
 
-/* The last masked norm that IDA has asked for, see error_test.c: none of an error test; none yet; of its order; one below; two
- * below; one above. */
+/* The last masked norm that IDA has asked for, see error_test.c: none of an error test; none yet;
+ * of its order; one below; two below; one above. */
 typedef enum mbsri_call {
     MBSRI_CALL_NONE,
     MBSRI_CALL_AWAITED,
@@ -61,14 +62,14 @@ typedef struct mbsri_past {
 
 /* What mbsr_ida_stiffest is told. */
 typedef struct mbsri_blame {
-    N_Vector
-        direction; /* what the filter took off last, or the correction at which a careful iteration failed */
-    N_Vector state;    /* where that was */
-    double at;         /* time of it */
-    bool of_iteration; /* it was an iteration */
-    double slowest;    /* the smallest c of a step that Newton's method solved, 1/s; 0: none yet */
-    double *stiffness; /* of the force elements, see stiffest.c */
-    int forces;        /* as many */
+    N_Vector direction; /* what the filter took off last, or the correction at which a careful
+                           iteration failed */
+    N_Vector state;     /* where that was */
+    double at;          /* time of it */
+    bool of_iteration;  /* it was an iteration */
+    double slowest;     /* the smallest c of a step that Newton's method solved, 1/s; 0: none yet */
+    double *stiffness;  /* of the force elements, see stiffest.c */
+    int forces;         /* as many */
 } mbsri_blame;
 
 typedef struct mbsri_stiff {
@@ -87,7 +88,8 @@ typedef struct mbsri_stiff {
     bool low_order;  /* no order above 2 is allowed, so that a low one says nothing */
     double stricter; /* careful steps are held to errors by this smaller than the tolerances */
     void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
-    /* x becomes dF/dy' x; NULL: entries first .. last - 1 of F have a rate each, and x is all of it */
+    /* x becomes dF/dy' x; NULL: entries first .. last - 1 of F have a rate each, and x is all of it
+     */
     int (*weigh)(void *user, N_Vector x);
     void *user;
 
@@ -110,8 +112,8 @@ mbsri_stiff *mbsri_stiff_behind(N_Vector v);
 /* To be called before a step is tried: asks whether the last error test failed, and why. */
 void mbsri_stiff_look_back(mbsri_stiff *s);
 
-/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix and e_p the momenta of x that count; right, unless it is NULL,
- * what is in brackets. Nonzero if the linear solver fails. */
+/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix and e_p the momenta of x that count;
+ * right, unless it is NULL, what is in brackets. Nonzero if the linear solver fails. */
 int mbsri_stiff_filter(mbsri_stiff *s, N_Vector x, N_Vector right);
 
 /* The norm of x with its momenta filtered; negative if the linear solver fails. */
@@ -120,28 +122,32 @@ double mbsri_stiff_filtered_norm(mbsri_stiff *s, N_Vector x);
 /* Norm of the momenta of x in the error test. */
 double mbsri_stiff_momentum_norm(mbsri_stiff *s, N_Vector x);
 
-/* Whether the filter leaves little of the momenta of x, a correction: a stiff element asked for it. */
+/* Whether the filter leaves little of the momenta of x, a correction: a stiff element asked for it.
+ */
 bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x);
 
-/* The norm of x, an error, the first or a later one of an error test, its momenta measured by what they move with
- * loops closed. */
+/* The norm of x, an error, the first or a later one of an error test, its momenta measured by what
+ * they move with loops closed. */
 double mbsri_stiff_moved(mbsri_stiff *s, N_Vector x, bool first);
 
-/* What jumps.c has to know: IDA had taken so many steps at the last attempt; an error test begins. */
+/* What jumps.c has to know: IDA had taken so many steps at the last attempt; an error test begins.
+ */
 void mbsri_stiff_note_step(mbsri_stiff *s, long before);
 void mbsri_stiff_note_attempt(mbsri_stiff *s);
 
-/* By how much IDA's error constant is smaller than that of equal steps, or than 1 where steps have become short: 1 to 20. */
+/* By how much IDA's error constant is smaller than that of equal steps, or than 1 where steps have
+ * become short; at least 1. */
 double mbsri_stiff_unequal(const mbsri_stiff *s);
 
-/* Whether what takes an error x off along s->filtered has acted before the step, too: K s->filtered = s->error. True where
- * that is not known. */
+/* Whether what takes an error x off along s->filtered has acted before the step, too: K s->filtered
+ * = s->error. True where that is not known. */
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x);
 
 /* ---- Newton's method ---- */
 
-/* One iteration: s->change becomes -F at ee; it is solved for, and ee changes by it. The matrix is new, unless the momenta
- * r / c of the residual are `within` that: then nothing stiff is strained, and the one at hand will do. */
+/* One iteration: s->change becomes -F at ee; it is solved for, and ee changes by it. The matrix is
+ * new, unless the momenta r / c of the residual are `within` that: then nothing stiff is strained,
+ * and the one at hand will do. */
 int mbsri_stiff_evaluate(mbsri_stiff *s, N_Vector ee);
 int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within);
 
@@ -154,8 +160,8 @@ double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);
 /* r / c of the momenta in the residual s->change, as their part of the norm. */
 double mbsri_stiff_left(const mbsri_stiff *s);
 
-/* The power of the velocities of a correction d along a residual r, see line_search.c. The momentum form has velocities besides
- * the momenta, in the others they stand where these do. */
+/* The power of the velocities of a correction d along a residual r, see line_search.c. The momentum
+ * form has velocities besides the momenta, in the others they stand where these do. */
 static inline double mbsri_stiff_power(const mbsri_stiff *s, N_Vector d, N_Vector r)
 {
     const int shift = s->last < N_VGetLength(d) ? s->last - s->first : 0;
@@ -172,23 +178,26 @@ typedef enum mbsri_search {
     MBSRI_SEARCH_IN_VAIN
 } mbsri_search;
 
-/* Shortens the correction s->filtered, which has led to ee, where it has gone too far; s->change is -F at ee before and after.
- * `before`: its power where it began; `enough`: momenta r / c that may be left, 0 where the residual does not show them. */
+/* Shortens the correction s->filtered, which has led to ee, where it has gone too far; s->change is
+ * -F at ee before and after. `before`: its power where it began; `enough`: momenta r / c that may
+ * be left, 0 where the residual does not show them. */
 int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough,
                        mbsri_search *found);
 
-/* A careful step; within `rounding` corrections need not shrink. A status of SUNDIALS, as those below. */
+/* A careful step; within `rounding` corrections need not shrink. A status of SUNDIALS, as those
+ * below. */
 int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding);
 
-/* An ordinary step. SUN_NLS_CONTINUE: its matrix was wrong, and the step is to be tried carefully. */
+/* An ordinary step. SUN_NLS_CONTINUE: its matrix was wrong, and the step is to be tried carefully.
+ */
 int mbsri_stiff_iterate_plainly(mbsri_stiff *s, N_Vector predicted, N_Vector ee, double tolerance,
                                 bool set_up);
 
 /* Newton's method with a new matrix, compared with the old one. */
 int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, double tolerance);
 
-/* After a plain iteration, which has returned `status`: improves ee if it was the last with that matrix, and tells
- * how long matrices live. The status. */
+/* After a plain iteration, which has returned `status`: improves ee if it was the last with that
+ * matrix, and tells how long matrices live. The status. */
 int mbsri_stiff_judge(mbsri_stiff *s, mbsri_matrix matrix, int status, N_Vector ee,
                       double tolerance);
 
@@ -196,7 +205,8 @@ int mbsri_stiff_judge(mbsri_stiff *s, mbsri_matrix matrix, int status, N_Vector 
  * correction that was found with it. */
 bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee);
 
-/* Tells the driver's functions, and an iterative linear solver, that steps are careful now, or not. */
+/* Tells the driver's functions, and an iterative linear solver, that steps are careful now, or not.
+ */
 void mbsri_stiff_prepare(mbsri_stiff *s, bool careful);
 
 /* A sign of Newton's method. */
@@ -211,9 +221,10 @@ void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration);
 SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form form, N_Vector y,
                                       SUNContext context);
 
-/* Careful steps are held to 0.3 of the tolerances, for part of what the filter takes off an error is left,
- * and where a relative one above 7e-5 is asked for, to 0.3 of that: a step is then a large part of a turn. At the whole of
- * them a stiff mechanism gains several times the energy that rigid ones do at the same tolerance. */
+/* Careful steps are held to 0.3 of the tolerances, for part of what the filter takes off an error
+ * is left, and where a relative one above 7e-5 is asked for, to 0.3 of that: a step is then a large
+ * part of a turn. At the whole of them a stiff mechanism gains several times the energy that rigid
+ * ones do at the same tolerance. */
 void mbsri_stiff_set_rtol(mbsri_stiff *s, double rtol);
 
 /* What belongs to the nonlinear solver; NULL if it is another one. */

@@ -6,11 +6,11 @@
  *
  *   s = E'' + c P'' / 2,    c of the step: d E / d q twice along G v, P twice along v
  *
- * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's method
- * failed its corrections lie across the stiff direction, which is not known: there it is the sum of
- * s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be compared with c^2 of the
- * longest step so far: the present one may be very short where nothing converges. The same is asked where
- * a run has ended and neither is known. */
+ * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's
+ * method failed its corrections lie across the stiff direction, which is not known: there it is the
+ * sum of s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be
+ * compared with c^2 of the longest step so far: the present one may be very short where nothing
+ * converges. The same is asked where a run has ended and neither is known. */
 #include "ida/stiffest.h"
 
 #include "ida/bend.h"
@@ -38,13 +38,13 @@ static int move(const place *p, double step, const double *v)
     const int nq = mbsr_model_nq(p->model), nu = mbsr_model_nu(p->model);
     const double *u = p->state + nq;
     double *q = p->work, *w = q + nq;
-    int status = mbsr_positions(p->model, p->data, p->t, p->state);
-    if (!status) status = mbsr_velocities(p->model, p->data, v);
+    int status = mbsr_stage_positions(p->model, p->data, p->t, p->state);
+    if (!status) status = mbsr_stage_velocities(p->model, p->data, v);
     if (!status) status = mbsr_coordinate_rates(p->model, p->data, q);
     for (int k = 0; k < nq; ++k) q[k] = p->state[k] + step * q[k];
     for (int k = 0; k < nu; ++k) w[k] = u[k] + step * v[k];
-    if (!status) status = mbsr_positions(p->model, p->data, p->t, q);
-    return status ? status : mbsr_velocities(p->model, p->data, w);
+    if (!status) status = mbsr_stage_positions(p->model, p->data, p->t, q);
+    return status ? status : mbsr_stage_velocities(p->model, p->data, w);
 }
 
 /* The step along v: small beside what moves, and well above rounding. */
@@ -84,8 +84,8 @@ static int along(const place *p, const double *v, double factor)
 static int mass_of(const place *p, const double *v, double *mass)
 {
     double kinetic = 0.0, potential = 0.0;
-    int status = mbsr_positions(p->model, p->data, p->t, p->state);
-    if (!status) status = mbsr_velocities(p->model, p->data, v);
+    int status = mbsr_stage_positions(p->model, p->data, p->t, p->state);
+    if (!status) status = mbsr_stage_velocities(p->model, p->data, v);
     if (!status) status = mbsr_energy(p->model, p->data, &kinetic, &potential);
     *mass = 2.0 * kinetic;
     return status;
@@ -120,8 +120,8 @@ static int largest(const double *s, int forces, int known, const int *taken)
     return best;
 }
 
-/* The answer, along `direction` or, where that is NULL, all coordinates: of these, elements count that are fast
- * beside c. */
+/* The answer, along `direction` or, where that is NULL, all coordinates: of these, elements count
+ * that are fast beside c. */
 static int rank(const place *p, const double *direction, int most, int *force, double *share,
                 int *count)
 {
@@ -160,8 +160,8 @@ static double slowest(const mbsri_stiff *s)
     return h == 0.0 ? INFINITY : 1.0 / fabs(h);
 }
 
-/* Where s knows: the c of that step, and the direction; NULL where iterations failed. The velocities of y
- * begin at `first`. */
+/* Where s knows: the c of that step, and the direction; NULL where iterations failed. The
+ * velocities of y begin at `first`. */
 static const double *recall(const mbsri_stiff *s, int first, double *c)
 {
     IDAGetCurrentCj(s->memory, c);
@@ -241,7 +241,8 @@ void mbsri_ida_blame_stiff(mbsr_ida *ida, int flag)
 
 /* ---- of an IDA of one's own ---- */
 
-/* The state: where s knows, or the end of the last step, if some attempt has failed since the start. */
+/* The state: where s knows, or the end of the last step, if some attempt has failed since the
+ * start. */
 static bool find_state(mbsri_stiff *s, bool known, N_Vector y, double *t)
 {
     long tests = 0, iterations = 0;

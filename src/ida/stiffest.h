@@ -5,8 +5,8 @@
 
 #include "ida/record.h"
 
-/* After a failure of IDA, its flag, the text of which stands in ida->error: adds the names of the elements,
- * if there are any. */
+/* After a failure of IDA, its flag, the text of which stands in ida->error: adds the names of the
+ * elements, if there are any. */
 void mbsri_ida_blame_stiff(mbsr_ida *ida, int flag);
 
 #endif

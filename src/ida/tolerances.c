@@ -7,6 +7,8 @@
 #include "ida/loops.h"
 #include "ida/progress.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 
 /* ---- tolerances ---- */
@@ -48,8 +50,8 @@ static void find_places(const mbsr_ida *ida, double *place)
     }
 }
 
-/* Multipliers are integrals, which grow with time: their tolerances are absolute. Only forces of stiff
- * rows have a relative one as well. */
+/* Multipliers are integrals, which grow with time: their tolerances are absolute. Only forces of
+ * stiff rows have a relative one as well. */
 static void set_loops(mbsr_ida *ida, double *atol)
 {
     double *relative = N_VGetArrayPointer(ida->tol.mass);
@@ -60,7 +62,7 @@ static void set_loops(mbsr_ida *ida, double *atol)
     }
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, rows;
-        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        mbsr_closure_indices(ida->model, c, &row, &rows, NULL, NULL);
         for (int k = 0; k < rows; ++k)
             relative[first + row + k] = mbsr_closure_stiffness(ida->model, c, k) > 0.0 ? 1.0 : 0.0;
     }
@@ -82,8 +84,8 @@ static double time_of_body(const mbsr_ida *ida, int body, int velocity, mbsr_coo
     return place > 0.0 && speed > 0.0 ? place / speed : INFINITY;
 }
 
-/* The unit of time that tolerances are in; 1 s where they do not tell. Those of each index-1 velocity
- * have masses in them. */
+/* The unit of time that tolerances are in; 1 s where they do not tell. Those of each index-1
+ * velocity have masses in them. */
 static double find_time(const mbsr_ida *ida, int velocity)
 {
     double time = INFINITY;
@@ -144,8 +146,8 @@ static int scale_momenta(mbsr_ida *ida)
     return MBSR_OK;
 }
 
-/* v: the square root of the mass on its joint, and of the joint's tolerances, which are taken anew, the
- * smallest. */
+/* v: the square root of the mass on its joint, and of the joint's tolerances, which are taken anew,
+ * the smallest. */
 static void scale_velocities(mbsr_ida *ida, int body, double mass)
 {
     const int nq = mbsr_model_nq(ida->model);

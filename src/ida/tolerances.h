@@ -5,9 +5,10 @@
 
 #include "ida/record.h"
 
-/* Absolute tolerances that the options say, and from the data at mbsr_backward those of what stands
- * beside q and u: errors that atol in a velocity makes, momenta with the mass on their joint,
- * index-1 velocities with its square root. What has no scales there, without memory say, is refused. */
+/* Absolute tolerances that the options say, and from the data at mbsr_stage_backward those of what
+ * stands beside q and u: errors that atol in a velocity makes, momenta with the mass on their
+ * joint, index-1 velocities with its square root. What has no scales there, without memory say, is
+ * refused. */
 void mbsri_ida_set_tolerances(mbsr_ida *ida);
 int mbsri_ida_scale_tolerances(mbsr_ida *ida);
 

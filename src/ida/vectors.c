@@ -1,5 +1,5 @@
-/* Operations on serial vectors: see vectors.h. An output may be one of the inputs, as N_Vector allows.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Operations on serial vectors: see vectors.h. An output may be one of the inputs, as N_Vector
+ * allows. SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/vectors.h"
 
 #include "ida/compat.h"
@@ -8,8 +8,8 @@
 
 #include <math.h>
 
-/* In the loops below entry k of the output depends on the entries k of the inputs only: GCC asks to be told,
- * Clang checks at run time. */
+/* In the loops below entry k of the output depends on the entries k of the inputs only: GCC asks to
+ * be told, Clang checks at run time. */
 #if defined(__GNUC__) && !defined(__clang__)
 #define EACH_ALONE _Pragma("GCC ivdep")
 #else

@@ -8,6 +8,8 @@
 
 #include "ida/record.h"
 
+#include <mbsrank/driver.h>
+
 static inline void mbsri_ida_exchange_watch(mbsr_ida *ida)
 {
     mbsr_rank_watch_exchange(ida->model, ida->data, &ida->watch, ida->watched);

@@ -28,7 +28,7 @@ mbsri_exact mbsri_exact_of(const mbsr_inertia *inertia)
 }
 
 /* a - b, rounded; 0 where that is no number. */
-static double rest(mbsri_two a, double b)
+static double rounding_of(mbsri_two a, double b)
 {
     const double left = (a.hi - b) + a.lo;
     return isfinite(left) ? left : 0.0;
@@ -38,9 +38,9 @@ void mbsri_exact_settle(const mbsri_exact *exact, mbsr_inertia *inertia)
 {
     inertia->exact = 1;
     inertia->lost = exact->lost;
-    for (int k = 0; k < 3; ++k) inertia->com_rest[k] = rest(exact->com[k], inertia->com[k]);
+    for (int k = 0; k < 3; ++k) inertia->com_rest[k] = rounding_of(exact->com[k], inertia->com[k]);
     for (int k = 0; k < 6; ++k)
-        inertia->tensor_rest[k] = rest(exact->tensor[k], inertia->tensor[k]);
+        inertia->tensor_rest[k] = rounding_of(exact->tensor[k], inertia->tensor[k]);
 }
 
 void mbsri_exact_rotate(const double R[9], const mbsri_two x[3], mbsri_two y[3])
@@ -53,7 +53,7 @@ void mbsri_exact_rotate(const double R[9], const mbsri_two x[3], mbsri_two y[3])
 }
 
 /* trace / divisor 1 - A: from I to P with 2, back with 1. */
-static void exchange(double divisor, mbsri_two A[6])
+static void tensor_to_second_moment(double divisor, mbsri_two A[6])
 {
     const mbsri_two sum = mbsri_two_add(mbsri_two_add(A[MBSR_XX], A[MBSR_YY]), A[MBSR_ZZ]),
                     part = {sum.hi / divisor, sum.lo / divisor};
@@ -65,7 +65,7 @@ static void exchange(double divisor, mbsri_two A[6])
 void mbsri_exact_turn(const double R[9], mbsri_two tensor[6])
 {
     mbsri_two RP[3][3]; /* columns */
-    exchange(2.0, tensor);
+    tensor_to_second_moment(2.0, tensor);
     for (int j = 0; j < 3; ++j) {
         const mbsri_two column[3] = {tensor[mbsri_tensor_place(0, j)],
                                      tensor[mbsri_tensor_place(1, j)],
@@ -80,7 +80,7 @@ void mbsri_exact_turn(const double R[9], mbsri_two tensor[6])
             tensor[mbsri_tensor_place(j, k)] = sum;
         }
     }
-    exchange(1.0, tensor);
+    tensor_to_second_moment(1.0, tensor);
 }
 
 void mbsri_exact_parallel_axes(double mass, const mbsri_two c[3], mbsri_two tensor[6])
@@ -101,7 +101,8 @@ void mbsri_exact_parallel_axes(double mass, const mbsri_two c[3], mbsri_two tens
     }
 }
 
-/* The axis v of the smallest moment, where that is much below the others: what I v = 0 would make it. */
+/* The axis v of the smallest moment, where that is much below the others: what I v = 0 would make
+ * it. */
 static void least_axis(const mbsri_two tensor[6], double v[3])
 {
     double I[9], most = 0.0;

@@ -5,10 +5,10 @@
  *
  *   I = trace(P) 1 - P,    P = trace(I) / 2 1 - I
  *
- * but turning is not the same for both where the axes R are orthonormal only up to rounding: R P R^T
- * is still that of a distribution of mass, whose points have moved by rounding, so a moment of next to
- * nothing about an axis stays one. R I R^T is wrong by the trace of I times machine precision. So P is
- * turned. */
+ * but turning is not the same for both where the axes R are orthonormal only up to rounding: R P
+ * R^T is still that of a distribution of mass, whose points have moved by rounding, so a moment of
+ * next to nothing about an axis stays one. R I R^T is wrong by the trace of I times machine
+ * precision. So P is turned. */
 #ifndef MBSRI_EXACT_H
 #define MBSRI_EXACT_H
 
@@ -41,8 +41,9 @@ void mbsri_exact_rotate(const double R[9], const mbsri_two x[3], mbsri_two y[3])
 void mbsri_exact_turn(const double R[9], mbsri_two tensor[6]);
 void mbsri_exact_parallel_axes(double mass, const mbsri_two c[3], mbsri_two tensor[6]);
 
-/* Whether a moment about an axis through the body's origin is so small beside others, and the axis so
- * oblique, that the tensor about the origin in double precision does not have it to ten digits. */
+/* Whether a moment about an axis through the body's origin is so small beside others, and the axis
+ * so oblique, that the tensor about the origin in double precision does not have it to ten digits.
+ */
 bool mbsri_exact_hides_moment(const mbsr_inertia *inertia);
 
 /* M of a rigid body, 6 x 6, in a pose with axes R. */

@@ -14,7 +14,7 @@ static const double origin[3] = {0.0, 0.0, 0.0};
 
 /* ---- tensors as six entries ---- */
 
-static void unpack(const double tensor[6], double I[9])
+static void tensor_of(const double tensor[6], double I[9])
 {
     I[0] = tensor[MBSR_XX], I[4] = tensor[MBSR_YY], I[8] = tensor[MBSR_ZZ];
     I[1] = I[3] = tensor[MBSR_XY];
@@ -22,7 +22,7 @@ static void unpack(const double tensor[6], double I[9])
     I[5] = I[7] = tensor[MBSR_YZ];
 }
 
-static void pack(const double I[9], double tensor[6])
+static void tensor_entries(const double I[9], double tensor[6])
 {
     tensor[MBSR_XX] = I[0], tensor[MBSR_YY] = I[4], tensor[MBSR_ZZ] = I[8];
     tensor[MBSR_XY] = 0.5 * (I[1] + I[3]);
@@ -31,7 +31,7 @@ static void pack(const double I[9], double tensor[6])
 }
 
 /* B = R A R^T; B is not A */
-static void turn(const double R[9], const double A[9], double B[9])
+static void rotate_tensor(const double R[9], const double A[9], double B[9])
 {
     double RA[9];
     mbsri_multiply3(R, A, RA);
@@ -80,11 +80,11 @@ mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3], const mb
     if (!frame) frame = &body;
     if (!tensor || !(mbsri_frame_defect(frame->R) < 1e-6)) return invalid();
     if (!com) com = origin;
-    unpack(tensor, I);
-    turn(frame->R, I, turned);
+    tensor_of(tensor, I);
+    rotate_tensor(frame->R, I, turned);
     for (int k = 0; k < 3; ++k) arm[k] = com[k] - frame->x[k];
     add_parallel_axes(-mass, arm, turned);
-    pack(turned, result);
+    tensor_entries(turned, result);
     mbsr_inertia inertia = mbsr_inertia_rigid(mass, com, result), given = inertia;
     memcpy(given.tensor, tensor, sizeof given.tensor);
     given.exact = 0;
@@ -114,7 +114,7 @@ mbsr_inertia mbsr_inertia_rod(double mass, const double a[3], const double b[3])
         half[k] = 0.5 * (b[k] - a[k]);
     }
     add_parallel_axes(mass / 3.0, half, I);
-    pack(I, tensor);
+    tensor_entries(I, tensor);
     mbsr_inertia rod = mbsr_inertia_rigid(mass, middle, tensor);
     mbsri_exact exact = {.mass = mass};
     mbsri_two reach[3];
@@ -191,7 +191,7 @@ static mbsr_inertia as_rigid(const mbsr_inertia *inertia)
     return *inertia;
 }
 
-mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
+mbsr_inertia mbsr_inertia_in_frame(const mbsr_frame *frame, mbsr_inertia inertia)
 {
     mbsr_inertia moved = as_rigid(&inertia);
     double I[9], turned[9];
@@ -206,14 +206,15 @@ mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
     mbsri_exact_turn(frame->R, exact.tensor);
     mbsri_rotate3(frame->R, moved.com, moved.com);
     mbsri_add3(1.0, frame->x, moved.com);
-    unpack(moved.tensor, I);
-    turn(frame->R, I, turned);
-    pack(turned, moved.tensor);
+    tensor_of(moved.tensor, I);
+    rotate_tensor(frame->R, I, turned);
+    tensor_entries(turned, moved.tensor);
     mbsri_exact_settle(&exact, &moved);
     return moved;
 }
 
-/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts. */
+/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts.
+ */
 static mbsri_exact exact_sum(double mass, const mbsr_inertia part[2])
 {
     mbsri_exact sum = {.mass = mass};
@@ -244,12 +245,12 @@ mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b)
     for (int l = 0; l < 2 && mass != 0.0; ++l) mbsri_add3(part[l].mass / mass, part[l].com, com);
     for (int l = 0; l < 2; ++l) {
         double arm[3];
-        unpack(part[l].tensor, I);
+        tensor_of(part[l].tensor, I);
         for (int k = 0; k < 3; ++k) arm[k] = part[l].com[k] - com[k];
         add_parallel_axes(part[l].mass, arm, I);
         for (int k = 0; k < 9; ++k) total[k] += I[k];
     }
-    pack(total, tensor);
+    tensor_entries(total, tensor);
     mbsr_inertia sum = mbsr_inertia_rigid(mass, com, tensor);
     sum.unchecked = part[0].unchecked != 0 || part[1].unchecked != 0;
     const mbsri_exact exact = exact_sum(mass, part);
@@ -260,7 +261,7 @@ mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b)
 /* ---- in a pose ---- */
 
 /* M += the block B (3 x 3) at rows `row`, columns `column`. */
-static void add_block(const double B[9], int row, int column, double *M)
+static void add_3x3(const double B[9], int row, int column, double *M)
 {
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k) M[6 * (column + j) + row + k] += B[3 * j + k];
@@ -271,16 +272,16 @@ void mbsri_rigid_mass(const mbsr_inertia *inertia, const double R[9], double *M)
 {
     double c[3], body[9], I[9], first[9];
     mbsri_rotate3(R, inertia->com, c);
-    unpack(inertia->tensor, body);
-    turn(R, body, I);
+    tensor_of(inertia->tensor, body);
+    rotate_tensor(R, body, I);
     add_parallel_axes(inertia->mass, c, I);
     for (int k = 0; k < 3; ++k) c[k] *= inertia->mass;
     mbsri_cross_matrix3(c, first);
     mbsri_zero(36, M);
-    add_block(I, 0, 0, M);
-    add_block(first, 0, 3, M);
+    add_3x3(I, 0, 0, M);
+    add_3x3(first, 0, 3, M);
     for (int k = 0; k < 9; ++k) first[k] = -first[k];
-    add_block(first, 3, 0, M);
+    add_3x3(first, 3, 0, M);
     for (int k = 3; k < 6; ++k) M[7 * k] = inertia->mass;
 }
 
@@ -327,8 +328,8 @@ void mbsri_turned_mass(const double *A, const double R[9], double *M)
         for (int j = 0; j < 3; ++j) {
             for (int k = 0; k < 3; ++k) B[3 * j + k] = A[6 * (column + j) + row + k];
         }
-        turn(R, B, turned);
-        add_block(turned, row, column, M);
+        rotate_tensor(R, B, turned);
+        add_3x3(turned, row, column, M);
     }
 }
 

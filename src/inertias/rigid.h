@@ -8,8 +8,8 @@
 /* M of a rigid body, 6 x 6. */
 void mbsri_rigid_mass(const mbsr_inertia *inertia, const double R[9], double *M);
 
-/* y += factor M x, with the digits that a small moment beside large ones needs: the tensor about the
- * centre of mass is applied in body axes and in twofold precision. */
+/* y += factor M x, with the digits that a small moment beside large ones needs: the tensor about
+ * the centre of mass is applied in body axes and in twofold precision. */
 void mbsri_rigid_times(const mbsr_inertia *inertia, const double R[9], double factor,
                        const double x[6], double y[6]);
 

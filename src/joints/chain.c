@@ -4,8 +4,8 @@
  * Frame A stands on the predecessor, frame B on the body. Steps move a running frame from A to B:
  * rotations about and translations along an axis, screws, and a rotation by a quaternion. Each step
  * is one column or three of the body's velocity: with the axis a and the origin c of the running
- * frame before the step, r the body's origin, both from the predecessor's origin (arms lose nothing where
- * the world's is far),
+ * frame before the step, r the body's origin, both from the predecessor's origin (arms lose nothing
+ * where the world's is far),
  *
  *   rotation      S = (a, a x (r - c))      screw   rotation + pitch (0, a)
  *   translation   S = (0, a)                quaternion: rotations about the frame's three axes
@@ -67,13 +67,13 @@ static void add_change_of_cross(const double a[3], const double da[3], const dou
 }
 
 /* dR = turn x R */
-static void turned(const double turn[3], const double R[9], double dR[9])
+static void turned_rotation(const double turn[3], const double R[9], double dR[9])
 {
     for (int k = 0; k < 3; ++k) mbsri_cross3(turn, R + 3 * k, dR + 3 * k);
 }
 
 /* The turn of dR = turn x R: half the sum of R_k x dR_k over the columns. */
-static void turn_of(const double R[9], const double dR[9], double turn[3])
+static void turn_of_change(const double R[9], const double dR[9], double turn[3])
 {
     for (int k = 0; k < 3; ++k) turn[k] = 0.0;
     for (int k = 0; k < 3; ++k) mbsri_add_cross3(R + 3 * k, dR + 3 * k, turn);
@@ -115,7 +115,7 @@ static void change_predecessor(const mbsr_joint_args *args, const mbsr_joint_cha
     memset(dw->omega_pred, 0, sizeof dw->omega_pred);
     memset(dw->v_pred, 0, sizeof dw->v_pred);
     if (args->pred_space == MBSR_SPACE_SPATIAL) {
-        turn_of(w->R_pred, dp + MBSR_POSE_R, dw->turn_pred);
+        turn_of_change(w->R_pred, dp + MBSR_POSE_R, dw->turn_pred);
         memcpy(dw->r_pred, dp + MBSR_POSE_X, sizeof dw->r_pred);
         if (dV) memcpy(dw->omega_pred, dV, sizeof dw->omega_pred);
         if (dV) memcpy(dw->v_pred, dV + 3, sizeof dw->v_pred);
@@ -145,7 +145,7 @@ static void turn_about(double R[9], const double n[3], double s)
 }
 
 /* A new column along axis a (world) through the running frame's origin. */
-static column *add_column(chain *w, chain_change *dw, const double a[3])
+static column *add_axis_column(chain *w, chain_change *dw, const double a[3])
 {
     const int k = w->columns++;
     column *col = w->column + k;
@@ -204,7 +204,7 @@ static void step_along(const mbsr_joint_args *args, const mbsr_joint_change *by,
     const double *axis = args->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
     double a[3];
     mbsri_rotate3(w->R, axis, a);
-    column *col = add_column(w, dw, a);
+    column *col = add_axis_column(w, dw, a);
     col->driven = (code & MBSRI_DRIVEN) != 0;
     col->place = code >> MBSRI_PLACE_SHIFT;
     col->turn = kind == MBSRI_TRANSLATION ? 0.0 : 1.0;
@@ -254,7 +254,7 @@ static int step_quaternion(const mbsr_joint_args *args, const mbsr_joint_change 
     memcpy(axes, w->R, sizeof axes);
     const int first = w->columns;
     for (int k = 0; k < 3; ++k) {
-        column *col = add_column(w, dw, axes + 3 * k);
+        column *col = add_axis_column(w, dw, axes + 3 * k);
         col->driven = false;
         col->place = k;
         col->turn = 1.0;
@@ -551,7 +551,7 @@ int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by
     chain_change dw;
     const int status = walk_both(args, by, &w, &dw);
     if (status) return status;
-    turned(dw.turn, w.Ri, dp + MBSR_POSE_R);
+    turned_rotation(dw.turn, w.Ri, dp + MBSR_POSE_R);
     for (int k = 0; k < 3; ++k) dp[MBSR_POSE_X + k] = dw.r_pred[k] + dw.r[k];
     double lower[9];
     mbsri_cross_matrix3(dw.r, lower);

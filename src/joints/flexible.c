@@ -1,8 +1,8 @@
-/* Joints of flexible bodies: the mount that holds one at a marker, and the marker as a body of its own.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Joints of flexible bodies: the mount that holds one at a marker, and the marker as a body of its
+ * own. SPDX-License-Identifier: BSD-3-Clause
  *
- * With the marker's twist V_k = B V (flexible/marker.h), its predecessor's or its own V = (omega, v,
- * s'),
+ * With the marker's twist V_k = B V (flexible/marker.h), its predecessor's or its own V = (omega,
+ * v, s'),
  *
  *   marker   0 = V_i - B V_pi                                  H = -B,  kII = -B' V_pi
  *   mount    0 = V_i - X^-1 (V_pi - (G Psi, L Phi) u),  X^-1 = [1 0; [a]x 1];   0 = s' - u
@@ -22,7 +22,7 @@ enum { MODAL = MBSR_POSE_SIZE }; /* where s stands in the pose */
 static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
 /* What turns R into R + dR = R + [x]x R. */
-static void turn_of(const double R[9], const double dR[9], double x[3])
+static void small_turn(const double R[9], const double dR[9], double x[3])
 {
     double W[9];
     mbsri_multiply_transposed3(dR, R, W);
@@ -32,7 +32,7 @@ static void turn_of(const double R[9], const double dR[9], double x[3])
 }
 
 /* dR = [x]x R */
-static void turn(const double x[3], const double R[9], double dR[9])
+static void cross_matrix_times(const double x[3], const double R[9], double dR[9])
 {
     for (int k = 0; k < 9; k += 3) mbsri_cross3(x, R + k, dR + k);
 }
@@ -72,7 +72,7 @@ static int marker_position(const mbsr_joint_args *args, double *p)
 }
 
 /* a or a derivative of it. */
-static const double *arm_of(const mbsri_flex_view *view, mbsri_flex_part part)
+static const double *arm_or_derivative(const mbsri_flex_view *view, mbsri_flex_part part)
 {
     const double *const a[] = {view->at.a, view->rate.a, view->change.a, view->rate_change.a};
     return a[part];
@@ -82,7 +82,7 @@ static const double *arm_of(const mbsri_flex_view *view, mbsri_flex_part part)
 static void fill_B(const mbsri_flex_view *view, mbsri_flex_part part, double *H)
 {
     for (int k = 0; k < 6; ++k) H[7 * k] = part == MBSRI_FLEX_AT ? -1.0 : 0.0;
-    fill_arm(6, 1.0, arm_of(view, part), H);
+    fill_arm(6, 1.0, arm_or_derivative(view, part), H);
     for (int k = 0; k < view->flex->n; ++k) {
         double *column = H + 6 * (6 + k);
         mbsri_flex_column(view, part, k, column, column + 3);
@@ -121,7 +121,7 @@ static void change_marker(const mbsr_joint_args *args, const mbsr_joint_change *
                           mbsri_flex_view *view)
 {
     double x[3];
-    turn_of(args->p_pred, by->p_pred, x);
+    small_turn(args->p_pred, by->p_pred, x);
     mbsri_flex_see_change(view, x, by->p_pred + MODAL);
 }
 
@@ -137,7 +137,7 @@ void mbsri_marker_change(const mbsr_joint_args *args, const mbsr_joint_change *b
     change_marker(args, by, view);
     mbsri_rotate3(view->at.G, view->dpsi, x);
     mbsri_add3(1.0, view->turn, x);
-    turn(x, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
+    cross_matrix_times(x, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
     for (int k = 0; k < 3; ++k)
         dp[MBSR_POSE_X + k] = by->p_pred[MBSR_POSE_X + k] + view->change.a[k];
     fill_B(view, MBSRI_FLEX_CHANGE, dH);
@@ -242,7 +242,7 @@ static void fill_mount_dJ(const mbsri_flex_view *view, mbsri_flex_part derivativ
     mbsri_flex_column(view, derivative, k, column, column + 3);
     mbsri_add_cross3(view->at.a, column, column + 3);
     mbsri_flex_column(view, MBSRI_FLEX_AT, k, angular, linear);
-    mbsri_add_cross3(arm_of(view, derivative), angular, column + 3);
+    mbsri_add_cross3(arm_or_derivative(view, derivative), angular, column + 3);
 }
 
 static int mount_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
@@ -262,7 +262,7 @@ static void change_mount(const mbsr_joint_args *args, const mbsr_joint_change *b
 {
     double x[3] = {0.0, 0.0, 0.0}, own[3];
     if (args->pred_space != MBSR_SPACE_FIXED)
-        turn_of(args->p_pred + MBSR_POSE_R, by->p_pred + MBSR_POSE_R, x);
+        small_turn(args->p_pred + MBSR_POSE_R, by->p_pred + MBSR_POSE_R, x);
     mbsri_flex_turn(view, by->q, own);
     mbsri_add3(-1.0, own, x);
     mbsri_flex_see_change(view, x, by->q);
@@ -275,7 +275,7 @@ static int mount_tangent(const mbsr_joint_args *args, const mbsr_joint_change *b
     (void)dK, (void)dkI;
     see_mount(args, &view);
     change_mount(args, by, &view);
-    turn(view.turn, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
+    cross_matrix_times(view.turn, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
     for (int k = 0; k < 3; ++k) {
         const bool rests = args->pred_space == MBSR_SPACE_FIXED;
         dp[MBSR_POSE_X + k] = (rests ? 0.0 : by->p_pred[MBSR_POSE_X + k]) - view.change.a[k];

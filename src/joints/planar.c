@@ -37,7 +37,7 @@ typedef struct planar {
     double theta;                   /* theta_i */
 } planar;
 
-static bool turns(const mbsr_joint_args *args)
+static bool predecessor_turns(const mbsr_joint_args *args)
 {
     return args->pred_space == MBSR_SPACE_PLANAR;
 }
@@ -67,14 +67,14 @@ static int relative(const mbsr_joint_args *args, planar *w)
     return MBSR_OK;
 }
 
-static int prepare(const mbsr_joint_args *args, planar *w)
+static int prepare_planar(const mbsr_joint_args *args, planar *w)
 {
     const double *param = args->param;
     const int status = relative(args, w);
     if (status) return status;
-    const double theta_pred = turns(args) ? args->p_pred[2] : 0.0;
+    const double theta_pred = predecessor_turns(args) ? args->p_pred[2] : 0.0;
     const double angle = theta_pred + param[A_ANGLE];
-    w->omega_pred = turns(args) && args->V_pred ? args->V_pred[2] : 0.0;
+    w->omega_pred = predecessor_turns(args) && args->V_pred ? args->V_pred[2] : 0.0;
     const double cosine = cos(theta_pred), sine = sin(theta_pred);
     const bool turned = angle != theta_pred;
     w->ex[0] = turned ? cos(angle) : cosine;
@@ -100,8 +100,8 @@ static void change(const mbsr_joint_args *args, const mbsr_joint_change *by, con
         dw->sdot[k] = is_free && by->u ? by->u[free] : 0.0;
         free += is_free;
     }
-    const double turn = turns(args) ? by->p_pred[2] : 0.0;
-    dw->omega_pred = turns(args) && by->V_pred ? by->V_pred[2] : 0.0;
+    const double turn = predecessor_turns(args) ? by->p_pred[2] : 0.0;
+    dw->omega_pred = predecessor_turns(args) && by->V_pred ? by->V_pred[2] : 0.0;
     dw->ex[0] = -turn * w->ex[1];
     dw->ex[1] = turn * w->ex[0];
     /* the arm turns with the predecessor, and B slides along the axes of A */
@@ -132,7 +132,7 @@ static void change_direction(const planar *dw, int k, double *column)
 static int position(const mbsr_joint_args *args, double *p)
 {
     planar w;
-    const int status = prepare(args, &w);
+    const int status = prepare_planar(args, &w);
     if (status) return status;
     const bool moves = args->pred_space != MBSR_SPACE_FIXED;
     for (int k = 0; k < 2; ++k) p[k] = (moves ? args->p_pred[k] : 0.0) + w.arm[k] - w.b[k];
@@ -145,11 +145,11 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
 {
     (void)K;
     planar w;
-    const int status = prepare(args, &w), d = args->d;
+    const int status = prepare_planar(args, &w), d = args->d;
     if (status) return status;
     if (args->pred_space != MBSR_SPACE_FIXED) {
         H[0] = H[d + 1] = -1.0;
-        if (turns(args)) {
+        if (predecessor_turns(args)) {
             H[2 * d] = w.arm[1] - w.b[1];
             H[2 * d + 1] = -(w.arm[0] - w.b[0]);
             if (d == 3) H[8] = -1.0;
@@ -177,7 +177,7 @@ static void add_slide(const double ex[2], const double sdot[2], double slide[2])
 
 /* += rates of the first two entries of the columns of `direction`, with the angular velocities op
  * of the predecessor and oi of the body */
-static void add_slopes(double op, double oi, const planar *w, double slope[3][2])
+static void add_direction_rates(double op, double oi, const planar *w, double slope[3][2])
 {
     slope[0][0] -= op * w->ex[1], slope[0][1] += op * w->ex[0];
     slope[1][0] -= op * w->ex[0], slope[1][1] -= op * w->ex[1];
@@ -189,7 +189,7 @@ static void add_slopes(double op, double oi, const planar *w, double slope[3][2]
 static int bias(const mbsr_joint_args *args, double *kII)
 {
     planar w;
-    const int status = prepare(args, &w), d = args->d;
+    const int status = prepare_planar(args, &w), d = args->d;
     if (status) return status;
     const double op = w.omega_pred, oi = op + w.sdot[2];
     double slide[2] = {0.0};
@@ -209,15 +209,15 @@ static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double
 {
     (void)Kdot;
     planar w;
-    const int status = prepare(args, &w), d = args->d;
+    const int status = prepare_planar(args, &w), d = args->d;
     if (status) return status;
     const double op = w.omega_pred, oi = op + w.sdot[2];
-    if (turns(args)) {
+    if (predecessor_turns(args)) {
         Hdot[2 * d] = args->V[1] - args->V_pred[1];
         Hdot[2 * d + 1] = -(args->V[0] - args->V_pred[0]);
     }
     double slope[3][2] = {{0.0}};
-    add_slopes(op, oi, &w, slope);
+    add_direction_rates(op, oi, &w, slope);
     for (int k = 0, column = 0; k < 3; ++k) {
         if (!(args->option[FREE] & (1 << k))) continue;
         Jdot[column * d] = -slope[k][0];
@@ -233,13 +233,13 @@ static int tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, dou
 {
     (void)dK;
     planar w, dw;
-    const int status = prepare(args, &w), d = args->d;
+    const int status = prepare_planar(args, &w), d = args->d;
     if (status) return status;
     change(args, by, &w, &dw);
     const bool moves = args->pred_space != MBSR_SPACE_FIXED;
     for (int k = 0; k < 2; ++k) dp[k] = (moves ? by->p_pred[k] : 0.0) + dw.arm[k] - dw.b[k];
     if (d == 3) dp[2] = dw.theta;
-    if (turns(args)) {
+    if (predecessor_turns(args)) {
         dH[2 * d] = dw.arm[1] - dw.b[1];
         dH[2 * d + 1] = -(dw.arm[0] - dw.b[0]);
     }
@@ -262,7 +262,7 @@ static int rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by
 {
     (void)dKdot, (void)dqdot;
     planar w, dw;
-    const int status = prepare(args, &w), d = args->d;
+    const int status = prepare_planar(args, &w), d = args->d;
     if (status) return status;
     change(args, by, &w, &dw);
     const double op = w.omega_pred, oi = op + w.sdot[2];
@@ -277,13 +277,13 @@ static int rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by
     dkII[1] -= 2.0 * (dop * slide[0] + op * dslide[0]);
     dkII[0] -= 2.0 * oi * doi * w.b[0] + oi * oi * dw.b[0];
     dkII[1] -= 2.0 * oi * doi * w.b[1] + oi * oi * dw.b[1];
-    if (turns(args)) {
+    if (predecessor_turns(args)) {
         dHdot[2 * d] = by->V[1] - by->V_pred[1];
         dHdot[2 * d + 1] = -(by->V[0] - by->V_pred[0]);
     }
     double dslope[3][2] = {{0.0}};
-    add_slopes(dop, doi, &w, dslope);
-    add_slopes(op, oi, &dw, dslope);
+    add_direction_rates(dop, doi, &w, dslope);
+    add_direction_rates(op, oi, &dw, dslope);
     for (int k = 0, column = 0; k < 3; ++k) {
         double dv[2];
         change_direction(&dw, k, dv);
@@ -295,7 +295,7 @@ static int rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by
     return MBSR_OK;
 }
 
-static int count(int mask)
+static int count_coordinates(int mask)
 {
     return (mask & 1) + (mask >> 1 & 1) + (mask >> 2 & 1);
 }
@@ -323,7 +323,7 @@ static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
         mbsri_print(text, MBSR_TEXT_SIZE,
                     "free is %d and driven is %d; they must be disjoint subsets of %d", free,
                     driven, all);
-    } else if (count(free) != joint->n) {
+    } else if (count_coordinates(free) != joint->n) {
         mbsri_print(text, MBSR_TEXT_SIZE, "free is %d, which has not n = %d coordinates", free,
                     joint->n);
     } else if (joint->params != PARAMS) {
@@ -331,8 +331,8 @@ static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
     } else if (driven && !joint->motion) {
         mbsri_print(text, MBSR_TEXT_SIZE, "driven is %d, but motion is NULL", driven);
     } else if (joint->motion == mbsr_table_motion &&
-               mbsri_table_columns(joint->user) != count(driven)) {
-        return mbsri_table_refuse(joint->user, count(driven), text);
+               mbsri_table_columns(joint->user) != count_coordinates(driven)) {
+        return mbsri_table_refuse(joint->user, count_coordinates(driven), text);
     } else {
         int k = DRIVEN + 1;
         while (k < MBSR_JOINT_OPTIONS && joint->option[k] == 0) ++k;
@@ -362,10 +362,10 @@ bool mbsri_planar_coordinates(const mbsr_joint_table *table, const int *option, 
     return table == &planar_table;
 }
 
-static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame B, int free,
-                       int driven, mbsr_motion_fn motion, void *user)
+static mbsr_joint make_planar(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame B, int free,
+                              int driven, mbsr_motion_fn motion, void *user)
 {
-    const int d = space == MBSR_SPACE_PLANAR ? 3 : 2, n = count(free & 7);
+    const int d = space == MBSR_SPACE_PLANAR ? 3 : 2, n = count_coordinates(free & 7);
     return (mbsr_joint){.table = &planar_table,
                         .space = space,
                         .d = d,
@@ -382,44 +382,44 @@ static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame 
 mbsr_joint mbsr_joint_planar(mbsr_planar_frame A, mbsr_planar_frame B, int free, int driven,
                              mbsr_motion_fn motion, void *user)
 {
-    return make(MBSR_SPACE_PLANAR, A, B, free, driven, motion, user);
+    return make_planar(MBSR_SPACE_PLANAR, A, B, free, driven, motion, user);
 }
 
 mbsr_joint mbsr_joint_planar_weld(mbsr_planar_frame A, mbsr_planar_frame B)
 {
-    return make(MBSR_SPACE_PLANAR, A, B, 0, 0, NULL, NULL);
+    return make_planar(MBSR_SPACE_PLANAR, A, B, 0, 0, NULL, NULL);
 }
 
 mbsr_joint mbsr_joint_planar_revolute(mbsr_planar_frame A, mbsr_planar_frame B)
 {
-    return make(MBSR_SPACE_PLANAR, A, B, MBSR_ANGLE, 0, NULL, NULL);
+    return make_planar(MBSR_SPACE_PLANAR, A, B, MBSR_ANGLE, 0, NULL, NULL);
 }
 
 mbsr_joint mbsr_joint_planar_prismatic(mbsr_planar_frame A, mbsr_planar_frame B)
 {
-    return make(MBSR_SPACE_PLANAR, A, B, MBSR_X, 0, NULL, NULL);
+    return make_planar(MBSR_SPACE_PLANAR, A, B, MBSR_X, 0, NULL, NULL);
 }
 
 mbsr_joint mbsr_joint_planar_pin_slot(mbsr_planar_frame A, mbsr_planar_frame B)
 {
-    return make(MBSR_SPACE_PLANAR, A, B, MBSR_X | MBSR_ANGLE, 0, NULL, NULL);
+    return make_planar(MBSR_SPACE_PLANAR, A, B, MBSR_X | MBSR_ANGLE, 0, NULL, NULL);
 }
 
 mbsr_joint mbsr_joint_planar_free(mbsr_planar_frame A, mbsr_planar_frame B)
 {
-    return make(MBSR_SPACE_PLANAR, A, B, MBSR_X | MBSR_Y | MBSR_ANGLE, 0, NULL, NULL);
+    return make_planar(MBSR_SPACE_PLANAR, A, B, MBSR_X | MBSR_Y | MBSR_ANGLE, 0, NULL, NULL);
 }
 
 mbsr_joint mbsr_joint_point(mbsr_planar_frame A, int free, int driven, mbsr_motion_fn motion,
                             void *user)
 {
-    return make(MBSR_SPACE_POINT, A, (mbsr_planar_frame){0}, free, driven, motion, user);
+    return make_planar(MBSR_SPACE_POINT, A, (mbsr_planar_frame){0}, free, driven, motion, user);
 }
 
 mbsr_joint mbsr_joint_point_free(void)
 {
-    return make(MBSR_SPACE_POINT, (mbsr_planar_frame){0}, (mbsr_planar_frame){0}, MBSR_X | MBSR_Y,
-                0, NULL, NULL);
+    return make_planar(MBSR_SPACE_POINT, (mbsr_planar_frame){0}, (mbsr_planar_frame){0},
+                       MBSR_X | MBSR_Y, 0, NULL, NULL);
 }
 
 mbsr_joint mbsr_joint_custom(const mbsr_joint_table *table, int d, int n, void *user)

@@ -12,8 +12,8 @@
 
 /* ---- what is refused ---- */
 
-static int refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, int number,
-                  double value)
+static int refuse_joint(char text[MBSR_TEXT_SIZE], int status, const char *format, int number,
+                        double value)
 {
     mbsri_print(text, MBSR_TEXT_SIZE, format, number, value);
     return status;
@@ -66,17 +66,18 @@ static int check_axes(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
         if (kind == MBSRI_QUATERNION) continue;
         const double length = mbsri_norm3(a);
         if (!(fabs(length - 1.0) < 1e-9)) {
-            return refuse(text, MBSR_ERR_VALUE, "the direction of axis %d has length %g", k,
-                          length);
+            return refuse_joint(text, MBSR_ERR_VALUE, "the direction of axis %d has length %g", k,
+                                length);
         }
         if (kind != MBSRI_SCREW && a[3] != 0.0) {
-            return refuse(text, MBSR_ERR_VALUE, "axis %d is no screw, but its pitch is %g", k,
-                          a[3]);
+            return refuse_joint(text, MBSR_ERR_VALUE, "axis %d is no screw, but its pitch is %g", k,
+                                a[3]);
         }
         if (k > 0 && (joint->option[k] & MBSRI_STEP_KIND) == kind && kind != MBSRI_SCREW &&
             !((joint->option[k] | joint->option[1 + k]) & MBSRI_DRIVEN) &&
             parallel(a, a - MBSRI_AXIS_SIZE)) {
-            return refuse(text, MBSR_ERR_VALUE, "axis %d is parallel to the one before", k, 0.0);
+            return refuse_joint(text, MBSR_ERR_VALUE, "axis %d is parallel to the one before", k,
+                                0.0);
         }
     }
     return MBSR_OK;
@@ -90,8 +91,8 @@ static int check_translations(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE]
     if (joint->n < 3 || (joint->option[3] & MBSRI_STEP_KIND) != MBSRI_TRANSLATION) return MBSR_OK;
     mbsri_cross3(a, a + MBSRI_AXIS_SIZE, c);
     if (fabs(mbsri_dot3(c, a + 2 * MBSRI_AXIS_SIZE)) > 1e-6) return MBSR_OK;
-    return refuse(text, MBSR_ERR_VALUE, "the directions of its first three axes lie in a plane", 0,
-                  0.0);
+    return refuse_joint(text, MBSR_ERR_VALUE,
+                        "the directions of its first three axes lie in a plane", 0, 0.0);
 }
 
 static int check_predecessor(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
@@ -99,13 +100,14 @@ static int check_predecessor(const mbsr_joint *joint, mbsr_space pred_space, int
 {
     (void)joint, (void)pred_d;
     if (pred_space == MBSR_SPACE_FLEXIBLE)
-        return refuse(text, MBSR_ERR_SPACE,
-                      "the predecessor is FLEXIBLE; put the joint on a marker of it", 0, 0.0);
+        return refuse_joint(text, MBSR_ERR_SPACE,
+                            "the predecessor is FLEXIBLE; put the joint on a marker of it", 0, 0.0);
     if (pred_space != MBSR_SPACE_GENERAL) return MBSR_OK;
-    return refuse(text, MBSR_ERR_SPACE,
-                  "the predecessor is in GENERAL space; it must be SPATIAL, PLANAR, POINT or a "
-                  "root",
-                  0, 0.0);
+    return refuse_joint(
+        text, MBSR_ERR_SPACE,
+        "the predecessor is in GENERAL space; it must be SPATIAL, PLANAR, POINT or a "
+        "root",
+        0, 0.0);
 }
 
 static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE]);
@@ -189,8 +191,8 @@ static int check_any_steps(const mbsr_joint *joint, int *free, char text[MBSR_TE
         const bool turns = kind == MBSRI_QUATERNION;
         if (kind < MBSRI_ROTATION || kind > MBSRI_QUATERNION ||
             (turns && (quaternions > 1 || joint->table == &compound))) {
-            return refuse(text, MBSR_ERR_VALUE, "the kind of axis %d is none of mbsr_axis_kind", k,
-                          0.0);
+            return refuse_joint(text, MBSR_ERR_VALUE,
+                                "the kind of axis %d is none of mbsr_axis_kind", k, 0.0);
         }
         const int right =
             turns ? STEP(kind, 0) : STEP(kind | is_driven, is_driven ? driven : *free);
@@ -201,8 +203,8 @@ static int check_any_steps(const mbsr_joint *joint, int *free, char text[MBSR_TE
     if (joint->motion == mbsr_table_motion && mbsri_table_columns(joint->user) != driven)
         return mbsri_table_refuse(joint->user, driven, text);
     if (driven == 0 || joint->motion) return MBSR_OK;
-    return refuse(text, MBSR_ERR_VALUE, "%d of its axes are driven, but motion is NULL", driven,
-                  0.0);
+    return refuse_joint(text, MBSR_ERR_VALUE, "%d of its axes are driven, but motion is NULL",
+                        driven, 0.0);
 }
 
 /* The shape of a table by which a constructor made the joint; NULL: another one. */
@@ -231,9 +233,10 @@ static int check_steps(const mbsr_joint *joint, int *free, char text[MBSR_TEXT_S
 static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
 {
     const int steps = joint->option[0];
-    if (steps == AXES_NULL) return refuse(text, MBSR_ERR_NULL, "axes is NULL", 0, 0.0);
+    if (steps == AXES_NULL) return refuse_joint(text, MBSR_ERR_NULL, "axes is NULL", 0, 0.0);
     if (steps < 0 || steps > MBSRI_MAX_STEPS)
-        return refuse(text, MBSR_ERR_VALUE, "it has %d axes, which must be 0 .. 6", steps, 0.0);
+        return refuse_joint(text, MBSR_ERR_VALUE, "it has %d axes, which must be 0 .. 6", steps,
+                            0.0);
     int free = 0, status = check_steps(joint, &free, text);
     if (status) return status;
     for (int k = 1 + steps; k < MBSR_JOINT_OPTIONS; ++k) {
@@ -249,7 +252,8 @@ static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
     if (joint->nq != nq) return changed(text, "nq", -1, joint->nq, nq);
     if (quaternions == 0 && (joint->table->coordinate_rates == mbsri_chain_coordinate_rates ||
                              joint->table->normalise == mbsri_chain_normalise)) {
-        return refuse(text, MBSR_ERR_VALUE, "its table is of a joint with a quaternion", 0, 0.0);
+        return refuse_joint(text, MBSR_ERR_VALUE, "its table is of a joint with a quaternion", 0,
+                            0.0);
     }
     if (joint->params != params) return changed(text, "params", -1, joint->params, params);
     status = check_frames(joint, text);
@@ -263,7 +267,8 @@ static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
 
 static const double e_x[3] = {1.0, 0.0, 0.0}, e_y[3] = {0.0, 1.0, 0.0}, e_z[3] = {0.0, 0.0, 1.0};
 
-static mbsr_joint start(const mbsr_joint_table *table, const mbsr_frame *A, const mbsr_frame *B)
+static mbsr_joint spatial_joint(const mbsr_joint_table *table, const mbsr_frame *A,
+                                const mbsr_frame *B)
 {
     mbsr_joint joint = {.table = table,
                         .space = MBSR_SPACE_SPATIAL,
@@ -275,8 +280,8 @@ static mbsr_joint start(const mbsr_joint_table *table, const mbsr_frame *A, cons
     return joint;
 }
 
-/* One more step; a direction of length zero, as NULL is, is kept for the check to find. `place` is that of its
- * coordinate. */
+/* One more step; a direction of length zero, as NULL is, is kept for the check to find. `place` is
+ * that of its coordinate. */
 static void add_step(mbsr_joint *joint, int kind, const double direction[3], double pitch,
                      bool driven, int place)
 {
@@ -294,7 +299,7 @@ static void add_step(mbsr_joint *joint, int kind, const double direction[3], dou
 static mbsr_joint one_axis(const mbsr_joint_table *table, const mbsr_frame *A, const mbsr_frame *B,
                            int kind, const double axis[3], double pitch)
 {
-    mbsr_joint joint = start(table, A, B);
+    mbsr_joint joint = spatial_joint(table, A, B);
     add_step(&joint, kind, axis, pitch, false, 0);
     return joint;
 }
@@ -310,7 +315,7 @@ static mbsr_joint two_axes(const mbsr_joint_table *table, const mbsr_frame *A, c
 mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int count,
                                const mbsr_axis *axes, mbsr_motion_fn motion, void *user)
 {
-    mbsr_joint joint = start(&compound, A, B);
+    mbsr_joint joint = spatial_joint(&compound, A, B);
     int driven = 0;
     if (count < 0 || count > MBSRI_MAX_STEPS) {
         joint.option[0] = count != AXES_NULL ? count : -1;
@@ -335,7 +340,7 @@ mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int cou
 
 mbsr_joint mbsr_joint_weld(const mbsr_frame *A, const mbsr_frame *B)
 {
-    return start(&weld, A, B);
+    return spatial_joint(&weld, A, B);
 }
 
 mbsr_joint mbsr_joint_revolute(const mbsr_frame *A, const mbsr_frame *B, const double axis[3])
@@ -374,7 +379,7 @@ static void add_translations(mbsr_joint *joint, int count, int place)
 
 mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B)
 {
-    mbsr_joint joint = start(&in_plane, A, B);
+    mbsr_joint joint = spatial_joint(&in_plane, A, B);
     add_translations(&joint, 2, 0);
     add_step(&joint, MBSRI_ROTATION, e_z, 0.0, false, 2);
     return joint;
@@ -382,7 +387,7 @@ mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B)
 
 mbsr_joint mbsr_joint_translational(const mbsr_frame *A, const mbsr_frame *B)
 {
-    mbsr_joint joint = start(&translational, A, B);
+    mbsr_joint joint = spatial_joint(&translational, A, B);
     add_translations(&joint, 3, 0);
     return joint;
 }
@@ -394,7 +399,7 @@ mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *B)
 
 mbsr_joint mbsr_joint_free(const mbsr_frame *A, const mbsr_frame *B)
 {
-    mbsr_joint joint = start(&free_joint, A, B);
+    mbsr_joint joint = spatial_joint(&free_joint, A, B);
     add_translations(&joint, 3, 3);
     add_step(&joint, MBSRI_QUATERNION, e_z, 0.0, false, 0);
     return joint;

@@ -1,21 +1,23 @@
 /* Positions that close loops.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * min |W^(1/2) x|^2 towards g(q + G x) = 0 by Levenberg-Marquardt steps: with A = S C_h W^(-1/2), where W and S
- * make numbers of joint coordinates and gaps (closing.h),
+ * min |W^(1/2) x|^2 towards g(q + G x) = 0 by Levenberg-Marquardt steps: with A = S C_h W^(-1/2),
+ * where W and S make numbers of joint coordinates and gaps (closing.h),
  *
  *   (A^T A + mu |A|^2 1) z = -A^T S g,    x = W^(-1/2) z,
  *
- * which are the equations of fronts/fronts.h for a tree whose only inertias are W, with rows that give way,
+ * which are the equations of fronts/fronts.h for a tree whose only inertias are W, with rows that
+ * give way,
  *
  *   W x = C_h^T lambda,    C_h x + mu |A|^2 S^-2 lambda = -g
  *
  * mu falls tenfold with each step that makes the gaps
- * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest lever or the
- * gaps, whichever is more. It ends
+ * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest
+ * lever or the gaps, whichever is more. It ends
  *
  *   closed      every gap is below the tolerance
- *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have stopped to
+ *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have
+ *       stopped to
  *               fall, by 1e-6 of them in ten steps: so does a mechanism that is stretched */
 #include "loops/assemble.h"
 

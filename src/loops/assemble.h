@@ -7,7 +7,7 @@
 #include "recursion/closures.h"
 
 #include <mbsrank/dae.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* The standard options, but for their cookie. */
 static inline mbsr_assembly_opt mbsri_assembly_standard(void)
@@ -42,7 +42,8 @@ typedef struct mbsri_closer {
     void *memory;
 } mbsri_closer;
 
-/* Takes memory from the model's allocator; mbsri_closer_close gives it back, after a failure too. */
+/* Takes memory from the model's allocator; mbsri_closer_close gives it back, after a failure too.
+ */
 int mbsri_closer_open(mbsri_closer *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_closer_close(mbsri_closer *w);
 
@@ -52,15 +53,17 @@ static inline bool mbsri_is_asked(const mbsri_closer *w, const mbsri_closure *c,
     return !mbsri_is_loose(c, k) && !w->let_go[c->row + k];
 }
 
-/* q (nq) is brought to a closed position, or the nearest found (MBSR_LOOP_OPEN, with its text), in O(bodies + loops) a
- * step. */
+/* q (nq) is brought to a closed position, or the nearest found (MBSR_LOOP_OPEN, with its text), in
+ * O(bodies + loops) a step. */
 int mbsri_assemble(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                    mbsr_assembly_info *info);
 
-/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have none. */
+/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have
+ * none. */
 int mbsri_assembly_gaps(const mbsri_closer *w, double *g);
 
-/* to (nq) = q moved by step along the joint rates x (n): q + step G x, at the positions q of the data. */
+/* to (nq) = q moved by step along the joint rates x (n): q + step G x, at the positions q of the
+ * data. */
 int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double step, const double *x,
                    double *to);
 

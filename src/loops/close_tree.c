@@ -1,8 +1,8 @@
 /* Positions that close loops, along the tree.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Gauss-Newton steps in the measure of closing.h: the least x with C_h x = -g solves W x = C_h^T lambda, the
- * equations of fronts/fronts.h for a tree whose only inertias are W. */
+ * Gauss-Newton steps in the measure of closing.h: the least x with C_h x = -g solves W x = C_h^T
+ * lambda, the equations of fronts/fronts.h for a tree whose only inertias are W. */
 #include "loops/close_tree.h"
 
 #include "algebra/dense.h"
@@ -135,7 +135,8 @@ static int move(closer *w, double *q, double *norm, bool *better)
     return MBSR_OK;
 }
 
-/* It is given up where six steps have not halved the gaps: rows depend on each other but for these. */
+/* It is given up where six steps have not halved the gaps: rows depend on each other but for these.
+ */
 static int iterate(closer *w, double *q, int *iterations, bool *closed)
 {
     enum { WINDOW = 6 };

@@ -5,9 +5,10 @@
  *
  *   sum weight_k (x_k / span_k)^2       span: 1 rad, or the longest lever of the mechanism
  *
- * of joint coordinates. It knows neither units nor the tree: of two cuts with the same coordinates (the joint that is
- * cut having its own, on a massless body) it makes the same of the same guess. Gaps are compared likewise, turns
- * to 1 rad, places to the lever, sums of joint coordinates to what the coordinates' spans make of them. */
+ * of joint coordinates. It knows neither units nor the tree: of two cuts with the same coordinates
+ * (the joint that is cut having its own, on a massless body) it makes the same of the same guess.
+ * Gaps are compared likewise, turns to 1 rad, places to the lever, sums of joint coordinates to
+ * what the coordinates' spans make of them. */
 #include "loops/closing.h"
 
 #include "algebra/dense.h"
@@ -23,8 +24,8 @@
 
 /* ---- levers ---- */
 
-/* The distance between the origins of a body and its predecessor: H has [r]x, of norm sqrt(2) |r|, in space, r turned
- * by 90 degrees in the plane. */
+/* The distance between the origins of a body and its predecessor: H has [r]x, of norm sqrt(2) |r|,
+ * in space, r turned by 90 degrees in the plane. */
 static double lever_of_body(const mbsr_data *d, const mbsri_body *b)
 {
     const double *H = d->H + b->dp;
@@ -41,7 +42,8 @@ static double lever_of_body(const mbsr_data *d, const mbsri_body *b)
     return sqrt(angles > 1 ? 0.5 * square : square);
 }
 
-/* The arm at which rows of places act on body l of a closure, the same for two points in whatever direction it is. */
+/* The arm at which rows of places act on body l of a closure, the same for two points in whatever
+ * direction it is. */
 static double lever_of_rows(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l)
 {
     const bool space = m->body[c->body[l]].joint.space == MBSR_SPACE_SPATIAL;

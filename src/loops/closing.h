@@ -6,7 +6,7 @@
 #include "recursion/closures.h"
 #include "recursion/data.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* Of joint rate k and of a gap. */
 typedef struct mbsri_closing {
@@ -15,25 +15,27 @@ typedef struct mbsri_closing {
     double *gap;  /* held: what gaps are compared to */
 } mbsri_closing;
 
-/* Fills c, whose arrays are there, at the positions of the data; finds the derivatives of the closures. */
+/* Fills c, whose arrays are there, at the positions of the data; finds the derivatives of the
+ * closures. */
 int mbsri_closing_measure(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt,
                           mbsri_closing *c);
 
-/* The share, 1 at most, of the step x (nu) that turns by 1 rad and moves by the lever, times `far` if that is more
- * than 1, at most. */
+/* The share, 1 at most, of the step x (nu) that turns by 1 rad and moves by the lever, times `far`
+ * if that is more than 1, at most. */
 double mbsri_closing_share(const mbsr_model *m, const mbsri_closing *c, const double *x,
                            double far);
 
-/* What rounding in gaps is relative to: the largest place of a body at the positions of the data over the lever, 1 at
- * least. */
+/* What rounding in gaps is relative to: the largest place of a body at the positions of the data
+ * over the lever, 1 at least. */
 double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_closing *c);
 
 /* The largest of gaps g (held), and their Euclidean norm, in this measure. */
 double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g);
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g);
 
-/* The squared length of row k of the closure over all joint rates, each times what it gives (nu, the caller's order): from
- * the ends to the body where these meet. closure_V of the data is zero before and after. */
+/* The squared length of row k of the closure over all joint rates, each times what it gives (nu,
+ * the caller's order): from the ends to the body where these meet. closure_V of the data is zero
+ * before and after. */
 double mbsri_row_square(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
                         const double *give);
 

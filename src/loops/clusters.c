@@ -130,7 +130,8 @@ static void begin_row(clusters *w, const mbsri_closure *c, int k, double lever)
     }
 }
 
-/* Row k of the closure over the n rates of the cluster, into line: -J^T f from the leaves to where it meets. */
+/* Row k of the closure over the n rates of the cluster, into line: -J^T f from the leaves to where
+ * it meets. */
 static void find_row(clusters *w, const mbsri_closure *c, int k, int root, int n, double lever)
 {
     const mbsr_model *m = w->m;

@@ -1,9 +1,10 @@
 /* Dense matrices of a model with closures, and solutions with them.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * K = [M -C^T; C 0] is equilibrated symmetrically, S K S with the largest entry of each row about 1, so
- * that units do not matter (what is nothing but rounding is zero before: rounding.h), and decomposed by singular values. Its kernel is ker M and ker C in u, and
- * ker C^T in lambda: from M x = C^T y, C x = 0 follows x^T M x = 0. */
+ * K = [M -C^T; C 0] is equilibrated symmetrically, S K S with the largest entry of each row about
+ * 1, so that units do not matter (what is nothing but rounding is zero before: rounding.h), and
+ * decomposed by singular values. Its kernel is ker M and ker C in u, and ker C^T in lambda: from M
+ * x = C^T y, C x = 0 follows x^T M x = 0. */
 #include "loops/dense.h"
 
 #include "algebra/dense.h"
@@ -170,8 +171,8 @@ static void fill(mbsri_dense *w, const bool *dropped)
     }
 }
 
-/* Scales to begin with, in which no units are left: joint rates over their spans, the largest inertia 1,
- * the largest entry of each row 1. */
+/* Scales to begin with, in which no units are left: joint rates over their spans, the largest
+ * inertia 1, the largest entry of each row 1. */
 static void begin_scales(mbsri_dense *w)
 {
     const size_t N = (size_t)w->N, n = (size_t)w->n;
@@ -208,9 +209,9 @@ static void equilibrate(mbsri_dense *w)
     }
 }
 
-/* Vectors of the kernel, from the last column of V on: those of its part in u, orthonormal, then those of
- * its part in lambda. The kernel is the sum of both, so that its vectors have parts in u with singular
- * values 1 and 0. */
+/* Vectors of the kernel, from the last column of V on: those of its part in u, orthonormal, then
+ * those of its part in lambda. The kernel is the sum of both, so that its vectors have parts in u
+ * with singular values 1 and 0. */
 static void split_kernel(mbsri_dense *w)
 {
     const int n = w->n, N = w->N;

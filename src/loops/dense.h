@@ -45,17 +45,20 @@ typedef struct mbsri_dense {
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_dense_close(mbsri_dense *w);
 
-/* Likewise, without matrices where the model has more than so many joint rates and rows, and no stiff ones (row_fronts.h). */
+/* Likewise, without matrices where the model has more than so many joint rates and rows, and no
+ * stiff ones (row_fronts.h). */
 int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);
 
-/* Factors K = [M -C^T; C 0] with the rows of `kept` (NULL: all), the others replaced by lambda = 0; at
- * the velocities of the data. Of joint rates j with stays[j] (n, NULL: none) u_j = right_j / M_jj instead. */
+/* Factors K = [M -C^T; C 0] with the rows of `kept` (NULL: all), the others replaced by lambda = 0;
+ * at the velocities of the data. Of joint rates j with stays[j] (n, NULL: none) u_j = right_j /
+ * M_jj instead. */
 int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays);
 
-/* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range. */
+/* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range.
+ */
 void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x);
 
 /* Vector l < moving of the kernel of K, in u: n numbers, the largest over its span 1. */

@@ -2,10 +2,12 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   forward     M u' - C^T lambda = -h(q, u, 0),   C u' = -bias
- *   inverse     B tau + C^T lambda = need with least |tau|:  tau = B^T x,   B B^T x + C^T lambda = need,   C x = 0
+ *   inverse     B tau + C^T lambda = need with least |tau|:  tau = B^T x,
+ *       B B^T x + C^T lambda = need,   C x = 0
  *
- * with the rigid rows C; springs of stiff ones are forces. Both are solved along the tree (fronts/fronts.h), the second
- * one for a tree whose only masses are a unit of armature at each joint rate that is actuated. */
+ * with the rigid rows C; springs of stiff ones are forces. Both are solved along the tree
+ * (fronts/fronts.h), the second one for a tree whose only masses are a unit of armature at each
+ * joint rate that is actuated. */
 #include "loops/forward.h"
 
 #include "algebra/dense.h"

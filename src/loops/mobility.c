@@ -1,8 +1,8 @@
 /* What a unit impulse on each joint rate changes it by, loops closed: see mobility.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Entries of the inverse of the equations (spread.h). Motions that nothing determines are found by solving K x = K z for
- * some z: what x and z differ by is one of them. */
+ * Entries of the inverse of the equations (spread.h). Motions that nothing determines are found by
+ * solving K x = K z for some z: what x and z differ by is one of them. */
 #include "loops/mobility.h"
 
 #include "algebra/dense.h"
@@ -23,7 +23,8 @@ typedef struct mobility {
 
 /* ---- motions that nothing determines ---- */
 
-/* M z: a = -(H a_pred + J z), and the momenta back along the tree; z and the result in the order of the sweeps. */
+/* M z: a = -(H a_pred + J z), and the momenta back along the tree; z and the result in the order of
+ * the sweeps. */
 static void multiply(mobility *x, const double *z, double *result)
 {
     const mbsr_model *m = x->w.m;

@@ -1,10 +1,11 @@
 /* Velocities, accelerations and loop forces that closures allow, at a position.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * h(q, u, a) = M a + (bias - applied forces) is the inverse dynamics of the tree, K = [M -C^T; C 0] with
- * the rows that are independent.
+ * h(q, u, a) = M a + (bias - applied forces) is the inverse dynamics of the tree, K = [M -C^T; C 0]
+ * with the rows that are independent.
  *
- *   velocities     K (du; Lambda) = (0; -(C u + g_t)): the momenta change by impulses of the loops alone
+ *   velocities     K (du; Lambda) = (0; -(C u + g_t)): the momenta change by impulses of the loops
+ *       alone
  *   u', lambda     K (u'; lambda) = (-h(q, u, 0); -(C' u + g_t')) */
 #include "loops/motion.h"
 
@@ -158,9 +159,9 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
     return mbsri_refuse_motion(w->m, w->d, largest, w->function, why);
 }
 
-/* Where rows depend on each other, springs among them share what they bear so that their energy, the sum of
- * lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of N span the part of
- * the kernel of K in lambda. Overwrites K and x. */
+/* Where rows depend on each other, springs among them share what they bear so that their energy,
+ * the sum of lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of
+ * N span the part of the kernel of K in lambda. Overwrites K and x. */
 static int share_forces(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
@@ -193,8 +194,9 @@ static int share_forces(mbsri_dense *w, double *lambda)
     return MBSR_OK;
 }
 
-/* Loop forces that are rounding of the others and of what acts (right, n), by the work of each along its row: zero.
- * They would stiffen directions along which nothing holds. Rounding grows with the condition of K. */
+/* Loop forces that are rounding of the others and of what acts (right, n), by the work of each
+ * along its row: zero. They would stiffen directions along which nothing holds. Rounding grows with
+ * the condition of K. */
 static void clear_traces(mbsri_dense *w, const double *right, double *lambda)
 {
     const int kept = w->N - w->nulls;
@@ -209,8 +211,8 @@ static void clear_traces(mbsri_dense *w, const double *right, double *lambda)
     }
 }
 
-/* What is left of rows (rows) that may be rounding of what acts (right, n), in the scaled equations: zero. Where rows hold
- * all that has mass, accelerations are nothing else. */
+/* What is left of rows (rows) that may be rounding of what acts (right, n), in the scaled
+ * equations: zero. Where rows hold all that has mass, accelerations are nothing else. */
 static void clear_left(const mbsri_dense *w, const double *right, double *left)
 {
     static const double rounding = 1e-12;

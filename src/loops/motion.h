@@ -12,8 +12,8 @@ void mbsri_loops_leave_out(mbsri_dense *w, bool springs);
 /* K at (t, q, u), which the data then has. */
 int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *u);
 
-/* h - C^T lambda at (t, q, u) and accelerations a, into r (n); lambda and tau may be NULL. Springs of
- * rows that K has are left to lambda. */
+/* h - C^T lambda at (t, q, u) and accelerations a, into r (n); lambda and tau may be NULL. Springs
+ * of rows that K has are left to lambda. */
 int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
                         const double *tau, const double *a, const double *lambda, double *r);
 
@@ -34,8 +34,9 @@ int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char 
 /* The largest of rows x (rows) over their lengths (0: 1). */
 double mbsri_largest_row(const mbsr_model *m, const double *x, const double *length);
 
-/* MBSR_LOOP_OPEN where more is left of rows (rows) than rounding, although the equations are solved: they contradict
- * each other. length: likewise; size: the largest of what was added up in a row, over its length. */
+/* MBSR_LOOP_OPEN where more is left of rows (rows) than rounding, although the equations are
+ * solved: they contradict each other. length: likewise; size: the largest of what was added up in a
+ * row, over its length. */
 int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, const double *length,
                       double size, const char *what, const char *function);
 

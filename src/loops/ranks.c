@@ -1,12 +1,12 @@
 /* Which rows of closures are independent.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Rows of C over joint rates in their spans, scaled to about length 1, are made orthogonal one after the other, twice each; what is left of a
- * row is its distance from the span of those before, whose square is the pivot of a Cholesky
- * factorisation of C C^T with unit diagonal.
+ * Rows of C over joint rates in their spans, scaled to about length 1, are made orthogonal one
+ * after the other, twice each; what is left of a row is its distance from the span of those before,
+ * whose square is the pivot of a Cholesky factorisation of C C^T with unit diagonal.
  *
- * A position may be singular: fewer rows are independent than in the closed positions around it. So two
- * of these are looked at as well, on both sides along a direction that the loops leave free. */
+ * A position may be singular: fewer rows are independent than in the closed positions around it. So
+ * two of these are looked at as well, on both sides along a direction that the loops leave free. */
 #include "loops/ranks.h"
 
 #include "algebra/dense.h"
@@ -65,8 +65,8 @@ static void find_scales(const mbsri_row_set *s, double *scale)
     }
 }
 
-/* The distance of row `row`, over its scale, from the span of the first `count` vectors of Q, squared; the
- * rest of it is left in x, of length 1. */
+/* The distance of row `row`, over its scale, from the span of the first `count` vectors of Q,
+ * squared; the rest of it is left in x, of length 1. */
 static double distance(const mbsri_row_set *s, int row, int count)
 {
     const size_t n = (size_t)s->n;
@@ -86,8 +86,9 @@ static double distance(const mbsri_row_set *s, int row, int count)
     return square;
 }
 
-/* A pass over rigid rows of one kind: position rows or others. Those that depend on the first `count` vectors of
- * Q and those of this pass are dropped; returns how many vectors there are then. */
+/* A pass over rigid rows of one kind: position rows or others. Those that depend on the first
+ * `count` vectors of Q and those of this pass are dropped; returns how many vectors there are then.
+ */
 static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbsri_ranks *found)
 {
     int first;
@@ -113,7 +114,8 @@ static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbs
     return count;
 }
 
-/* Stiffness of stiff row k of a closure whose rows begin at `first` in C, in the joint rates of the set. */
+/* Stiffness of stiff row k of a closure whose rows begin at `first` in C, in the joint rates of the
+ * set. */
 static double stiffness_of(const mbsri_row_set *s, const mbsri_closure *c, int first, int k)
 {
     const double scale = s->scale[first + k];
@@ -129,8 +131,8 @@ static bool is_soft(const mbsri_row_set *s, const mbsri_closure *c, int first, i
     return stiffness_of(s, c, first, k) < soft * most;
 }
 
-/* The stiff row, soft or not, that is farthest from the span of those taken, the first of equals; -1 where none
- * is left. `row`: among all rows. */
+/* The stiff row, soft or not, that is farthest from the span of those taken, the first of equals;
+ * -1 where none is left. `row`: among all rows. */
 static int farthest(const mbsri_row_set *s, bool soft, int *row)
 {
     int first, at = -1;
@@ -159,8 +161,9 @@ static void shorten(const mbsri_row_set *s, const double *q)
     }
 }
 
-/* Where rows of a closure depend on others its soft ones all do without: their forces are known well enough without,
- * and the mechanism moves against them into positions where all rows together lose rank. */
+/* Where rows of a closure depend on others its soft ones all do without: their forces are known
+ * well enough without, and the mechanism moves against them into positions where all rows together
+ * lose rank. */
 static void leave_out_soft(const mbsri_row_set *s, bool *dropped)
 {
     int first;
@@ -174,8 +177,8 @@ static void leave_out_soft(const mbsri_row_set *s, bool *dropped)
     }
 }
 
-/* Stiff position rows, the farthest from all before first: of those that depend on each other any may do
- * without, and the others are to stay independent for as much of the motion as may be. */
+/* Stiff position rows, the farthest from all before first: of those that depend on each other any
+ * may do without, and the others are to stay independent for as much of the motion as may be. */
 static int pass_springs(const mbsri_row_set *s, int count, bool *dropped)
 {
     int first, row = 0;
@@ -254,8 +257,8 @@ int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 
 enum { DIRECTIONS = 3 };
 
-/* One of some directions of joint rates that the rows leave free, the same in every run, from the vectors that
- * mbsri_ranks_here has left: into w->x. False where there is none. */
+/* One of some directions of joint rates that the rows leave free, the same in every run, from the
+ * vectors that mbsri_ranks_here has left: into w->x. False where there is none. */
 static bool free_direction(mbsri_dense *w, int independent, int number)
 {
     static const double least[DIRECTIONS] = {0.3, -0.5, -0.5},
@@ -307,8 +310,8 @@ static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
     return closed;
 }
 
-/* Positions w->q a step (of what joint rates span) from q, where the rows that are independent at q close loops, and the
- * ranks there, into w->other; *found is false without such a position. */
+/* Positions w->q a step (of what joint rates span) from q, where the rows that are independent at q
+ * close loops, and the ranks there, into w->other; *found is false without such a position. */
 static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *dropped, int number,
                         mbsri_ranks *there, bool *found)
 {
@@ -321,7 +324,8 @@ static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *d
     return *found ? ranks_at(w, t, w->q, w->other, there) : status;
 }
 
-/* The most rows that are independent beside q, where those of `dropped` may open: into w->beside. */
+/* The most rows that are independent beside q, where those of `dropped` may open: into w->beside.
+ */
 static int widest_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
                          mbsri_ranks *widest)
 {
@@ -339,8 +343,8 @@ static int widest_beside(mbsri_dense *w, double t, const double *q, const bool *
     return status;
 }
 
-/* Whether all rows close beside q in a position that is not singular itself; if so, the ranks there, the rows that
- * depend on others into w->beside. */
+/* Whether all rows close beside q in a position that is not singular itself; if so, the ranks
+ * there, the rows that depend on others into w->beside. */
 static int closed_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
                          mbsri_ranks *there, bool *found)
 {

@@ -33,24 +33,26 @@ typedef struct mbsri_row_set {
     double *left;      /* rows */
 } mbsri_row_set;
 
-/* Marks the rows of the set that depend on those before them, as mbsri_ranks_here does, in the order of
- * all rows, and adds to what was found. */
+/* Marks the rows of the set that depend on those before them, as mbsri_ranks_here does, in the
+ * order of all rows, and adds to what was found. */
 void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found);
 
-/* The length to which each row is compared, into `scale` (rows): the largest of its closure and kind, a
- * thousandth of the largest of its kind at least. Its own length would not do: where links are stretched
- * a row becomes small as a whole. */
+/* The length to which each row is compared, into `scale` (rows): the largest of its closure and
+ * kind, a thousandth of the largest of its kind at least. Its own length would not do: where links
+ * are stretched a row becomes small as a whole. */
 void mbsri_rank_scales(const mbsri_dense *w, double *scale);
 
-/* Marks the rows that depend on those before them, position rows of all closures before the others; of
- * stiff rows those whose position row depends on the rigid ones and on stiff ones farther from these. At the C of the
- * workspace; uses its A and right. On fronts distances are those from all others. Nonzero: on fronts alone. */
+/* Marks the rows that depend on those before them, position rows of all closures before the others;
+ * of stiff rows those whose position row depends on the rigid ones and on stiff ones farther from
+ * these. At the C of the workspace; uses its A and right. On fronts distances are those from all
+ * others. Nonzero: on fronts alone. */
 int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
 
-/* The same for the position q (closed) and for positions nearby, into `dropped` what holds where most rows are
- * independent; *nearby: how many. Rows that depend on others at q alone open beside it, to the second order, where
- * these others are closed: then it is singular, and what counts is a closed position nearby that is not, or, where
- * none is found, that position beside it. The data is left at the positions q. */
+/* The same for the position q (closed) and for positions nearby, into `dropped` what holds where
+ * most rows are independent; *nearby: how many. Rows that depend on others at q alone open beside
+ * it, to the second order, where these others are closed: then it is singular, and what counts is a
+ * closed position nearby that is not, or, where none is found, that position beside it. The data is
+ * left at the positions q. */
 int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
                        int *nearby);
 

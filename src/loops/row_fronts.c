@@ -127,7 +127,8 @@ static double project(mbsri_row_fronts *w)
     return square;
 }
 
-/* What all rows that are dropped, each of length 1, with signs, have beside the span of the others, squared. */
+/* What all rows that are dropped, each of length 1, with signs, have beside the span of the others,
+ * squared. */
 static double distance_of_dropped(mbsri_row_fronts *w, const bool *dropped)
 {
     const mbsr_model *m = w->m;

@@ -28,7 +28,8 @@ static bool any_asked(const mbsri_closer *w)
     return any;
 }
 
-/* Lets go of the stiff rows that depend on others at q; *any: whether there are more than before. */
+/* Lets go of the stiff rows that depend on others at q; *any: whether there are more than before.
+ */
 static int find_dependent(mbsri_closer *w, double t, const double *q, bool *any)
 {
     const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
@@ -95,8 +96,8 @@ bool mbsri_springs_let_go(mbsri_dense *w)
     return any;
 }
 
-/* A and b: rows of springs, sqrt(k) (C, -g - lambda / k), of which those that are let go have lambda = -k g; and
- * rigid ones, 0 = C x, which weigh more. */
+/* A and b: rows of springs, sqrt(k) (C, -g - lambda / k), of which those that are let go have
+ * lambda = -k g; and rigid ones, 0 = C x, which weigh more. */
 static void fill(mbsri_dense *w, const double *g, const double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
@@ -120,8 +121,8 @@ static void fill(mbsri_dense *w, const double *g, const double *lambda)
     }
 }
 
-/* The displacement x (n) into w->b after which springs exert what they and lambda do now, C^T lambda =
- * -C^T k (g + C x) but for rigid rows:
+/* The displacement x (n) into w->b after which springs exert what they and lambda do now, C^T
+ * lambda = -C^T k (g + C x) but for rigid rows:
  *
  *   sum k (C x + g + lambda / k)^2 = min, with C x = 0 in rigid rows */
 static int displacement(mbsri_dense *w, double t, const double *q, const double *lambda)
@@ -165,8 +166,9 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
     return MBSR_OK;
 }
 
-/* Forces depend on the gaps, so that gaps found for one another converge slowly, or not at all, where springs are soft
- * beside these forces: a share of what is missing is taken that would have left nothing of it so far (Aitken). */
+/* Forces depend on the gaps, so that gaps found for one another converge slowly, or not at all,
+ * where springs are soft beside these forces: a share of what is missing is taken that would have
+ * left nothing of it so far (Aitken). */
 void mbsri_springs_move(mbsri_dense *w)
 {
     static const double most = 100.0, rounding = 1e-16; /* of squares: not to be followed */
@@ -193,7 +195,8 @@ void mbsri_springs_move(mbsri_dense *w)
     }
 }
 
-/* Forces of settled springs at the gaps that they have been given; refused where others were found. */
+/* Forces of settled springs at the gaps that they have been given; refused where others were found.
+ */
 int mbsri_springs_take(const mbsri_dense *w, double *lambda)
 {
     const mbsr_model *m = w->m;

@@ -1,34 +1,35 @@
 /* Springs of a settled start: gaps at which stiff rows bear what keeps them so.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Stiff rows are closed like rigid ones, and then given the gaps of their forces. Those that depend on others are
- * springs throughout: their gaps follow from the others', and what these bear goes over to them as they give
- * way. */
+ * Stiff rows are closed like rigid ones, and then given the gaps of their forces. Those that depend
+ * on others are springs throughout: their gaps follow from the others', and what these bear goes
+ * over to them as they give way. */
 #ifndef MBSRI_LOOPS_SETTLED_H
 #define MBSRI_LOOPS_SETTLED_H
 
 #include "loops/dense.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
-/* As mbsri_assemble; where stiff rows are more than the freedoms and do not meet, those that depend on others
- * at the guess are let go. */
+/* As mbsri_assemble; where stiff rows are more than the freedoms and do not meet, those that depend
+ * on others at the guess are let go. */
 int mbsri_assemble_settled(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                            mbsr_assembly_info *info);
 
 /* Lets go of the stiff rows that the data leaves out; true where some of them are settled. */
 bool mbsri_springs_let_go(mbsri_dense *w);
 
-/* What the gaps of settled rows in w->offset lack of those at which their springs have the forces lambda (rows), into
- * w->missing; *changed: whether that is more than rounding. `shared`: rows that are let go bear their part. */
+/* What the gaps of settled rows in w->offset lack of those at which their springs have the forces
+ * lambda (rows), into w->missing; *changed: whether that is more than rounding. `shared`: rows that
+ * are let go bear their part. */
 int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *lambda, bool shared,
                        bool *changed);
 
 /* Moves w->offset on, to where nothing will be missing. */
 void mbsri_springs_move(mbsri_dense *w);
 
-/* Forces of settled springs at the gaps that they have been given, into lambda; refused where others were
- * found. */
+/* Forces of settled springs at the gaps that they have been given, into lambda; refused where
+ * others were found. */
 int mbsri_springs_take(const mbsri_dense *w, double *lambda);
 
 #endif

@@ -9,8 +9,8 @@
 
 #include <math.h>
 
-/* weights (k) of the component's directions with weights x (c), but for those that add less than 1e-6
- * of the largest joint rate: reports leave such rates out, and list no elements for them. */
+/* weights (k) of the component's directions with weights x (c), but for those that add less than
+ * 1e-6 of the largest joint rate: reports leave such rates out, and list no elements for them. */
 static void spread(mbsri_report *r, int c, const double *x, double *weights)
 {
     const mbsri_null_space *w = &r->w;
@@ -36,7 +36,8 @@ double mbsri_report_least(const mbsri_report *r)
     return 1e-6 * size;
 }
 
-/* Clears u and q_rate at joints whose rates do not count, and the twists of bodies that move as little. */
+/* Clears u and q_rate at joints whose rates do not count, and the twists of bodies that move as
+ * little. */
 static void drop_rates(mbsri_report *r)
 {
     const mbsr_model *m = r->w.m;
@@ -60,8 +61,8 @@ void mbsri_report_combine(mbsri_report *r, const double *weights)
     drop_rates(r);
 }
 
-/* Notes in `seen` which elements determine the direction of this kind in u, twist and q_rate, `share` and `least` as
- * in mbsri_element_resists; their number in *count. */
+/* Notes in `seen` which elements determine the direction of this kind in u, twist and q_rate,
+ * `share` and `least` as in mbsri_element_resists; their number in *count. */
 static int find_seen(mbsri_report *r, mbsr_direction_kind kind, double share, double least,
                      int *count)
 {
@@ -91,8 +92,8 @@ int mbsri_report_see(mbsri_report *r, mbsr_direction_kind kind, int *count)
     return status;
 }
 
-/* listed: the bodies on which elements act that determine the direction of this kind in u, twist and
- * q_rate; the number of these elements. */
+/* listed: the bodies on which elements act that determine the direction of this kind in u, twist
+ * and q_rate; the number of these elements. */
 static int list_bodies(mbsri_report *r, mbsr_direction_kind kind, int *elements)
 {
     const mbsr_model *m = r->w.m;

@@ -1,16 +1,17 @@
 /* Completing a state: see completion.h of the public headers.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * K(c) = dF/dy + c dF/dy' of the momentum form, r = (r_q, r_p, r_u, r_Lambda, r_Eta). As c grows, x = K(c)^-1 r has for
- * r_q = r_p = 0
+ * K(c) = dF/dy + c dF/dy' of the momentum form, r = (r_q, r_p, r_u, r_Lambda, r_Eta). As c grows, x
+ * = K(c)^-1 r has for r_q = r_p = 0
  *
  *   x_q, x_p -> 0 in trees; with loops what closes them in the weights w, and impulses C^T I
  *   x_u -> the correction of velocities,     c x_Lambda -> that of loop forces, and c I
  *
- * so that Newton's method with r = (0, 0, F_u, F_Lambda, F_Eta) settles u at given q and p. The rates follow from
- * F = 0 differentiated, K(c) y' = c dF/dy' y' - dF/dt in the rows of algebraic equations. In the others r = c q' and c p', with what is
- * known of them, gives x_q and x_p that miss q' and p' by a share of 1/c, and the next solution aims so much further. What x_Lambda
- * finds is missing in the loop forces, which p' was found with.
+ * so that Newton's method with r = (0, 0, F_u, F_Lambda, F_Eta) settles u at given q and p. The
+ * rates follow from F = 0 differentiated, K(c) y' = c dF/dy' y' - dF/dt in the rows of algebraic
+ * equations. In the others r = c q' and c p', with what is known of them, gives x_q and x_p that
+ * miss q' and p' by a share of 1/c, and the next solution aims so much further. What x_Lambda finds
+ * is missing in the loop forces, which p' was found with.
  *
  * Rates of trees all of whose directions move mass are those of forward dynamics. */
 #include "massless/completion_elastic.h"
@@ -31,12 +32,13 @@
 #include "recursion/spans.h"
 
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
-/* c in the time in which the state changes much, one after the other until one serves: beyond all that is stiff, but not so
- * far that springs which alone hold something are drowned. */
+/* c in the time in which the state changes much, one after the other until one serves: beyond all
+ * that is stiff, but not so far that springs which alone hold something are drowned. */
 static const double ladder[] = {1e6, 1e9, 1e4, 1e12};
 enum { RUNGS = sizeof ladder / sizeof ladder[0] };
 
@@ -241,7 +243,8 @@ static int attempt(mbsr_completion *w, bool velocities)
     return status ? status : mbsri_completion_rates(w);
 }
 
-/* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of springs. */
+/* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of
+ * springs. */
 static bool continues(const mbsr_completion *w, double c, bool deficient)
 {
     static const double far = 10.0;
@@ -249,9 +252,9 @@ static bool continues(const mbsr_completion *w, double c, bool deficient)
            w->c <= far * c;
 }
 
-/* With what is known from the last state; then with one c after the other. The failure that counts is the first of
- * these, but for singular matrices: far out they are so because something soft is drowned. From w->given, with loop forces
- * behind it. */
+/* With what is known from the last state; then with one c after the other. The failure that counts
+ * is the first of these, but for singular matrices: far out they are so because something soft is
+ * drowned. From w->given, with loop forces behind it. */
 static int search(mbsr_completion *w, bool velocities)
 {
     mbsr_error first = {.status = MBSR_OK};
@@ -343,7 +346,7 @@ int mbsr_completion_motion(const mbsr_completion *completion, mbsr_data *data, d
     if (q) mbsri_copy(nq, w->y, q);
     if (u) mbsri_copy(nu, w->y + w->rates, u);
     if (udot) mbsri_copy(nu, w->rate + w->rates, udot);
-    return lambda && w->m->rows > 0 ? mbsr_closures_force(w->m, data, lambda) : MBSR_OK;
+    return lambda && w->m->rows > 0 ? mbsr_closures_lambda(w->m, data, lambda) : MBSR_OK;
 }
 
 /* The state of another form. */
@@ -369,24 +372,24 @@ static int complete_momentum(mbsr_completion *w, double *y, double *yp)
     const size_t size = (size_t)w->size, rows = (size_t)w->m->rows;
     mbsri_copy(size, y, w->given);
     mbsri_copy(rows, yp + w->loops, w->given + size);
-    int status = mbsri_check_input(w->d, size + rows, w->given, "mbsr_complete", "y");
+    int status = mbsri_check_input(w->d, size + rows, w->given, "mbsr_completion_solve", "y");
     if (!status) status = mbsri_normalise(w->m, w->d, w->given);
     if (status) return refuse(w, status);
     status = search(w, true);
     if (status) return status;
     mbsri_copy((size_t)w->loops, w->rate, w->ahead_rate);
     mbsri_copy(size - (size_t)w->loops, w->yp + w->loops, w->ahead_rate + w->loops);
-    status = mbsri_check_result(w->m, w->d, size, w->ahead_rate, "mbsr_complete");
+    status = mbsri_check_result(w->m, w->d, size, w->ahead_rate, "mbsr_completion_solve");
     if (status) return refuse(w, status);
     mbsri_copy(size, w->y, y);
     mbsri_copy(size, w->ahead_rate, yp);
     return MBSR_OK;
 }
 
-int mbsr_complete(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form form, double t,
-                  double *y, double *yp)
+int mbsr_completion_solve(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form form,
+                          double t, double *y, double *yp)
 {
-    static const char name[] = "mbsr_complete";
+    static const char name[] = "mbsr_completion_solve";
     mbsr_completion *w = completion;
     int status = enter(w, data, t, y && yp, name);
     if (status) return status;
@@ -404,8 +407,8 @@ int mbsr_complete(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form fo
     return conclude(w, status);
 }
 
-/* Rates of a closed model at w->given. Where forward dynamics does not serve, forces on bodies without mass make loop
- * forces: those of a state beside this one, with velocities that balance. */
+/* Rates of a closed model at w->given. Where forward dynamics does not serve, forces on bodies
+ * without mass make loop forces: those of a state beside this one, with velocities that balance. */
 static int find_dynamics(mbsr_completion *w)
 {
     int status = begin(w);
@@ -420,10 +423,11 @@ static int find_dynamics(mbsr_completion *w)
     return status ? status : mbsri_completion_rates(w);
 }
 
-int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double t, const double *q,
-                           const double *u, const double *tau, double *udot, double *lambda)
+int mbsr_completion_dynamics(mbsr_completion *completion, mbsr_data *data, double t,
+                             const double *q, const double *u, const double *tau, double *udot,
+                             double *lambda)
 {
-    static const char name[] = "mbsr_complete_dynamics";
+    static const char name[] = "mbsr_completion_dynamics";
     mbsr_completion *w = completion;
     int status = enter(w, data, t, q && u && udot, name);
     if (status) return status;
@@ -441,8 +445,9 @@ int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double 
     return conclude(w, status);
 }
 
-/* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. Where a one-sided element lets go on the way it
- * goes to and fro between what holds on either side, with half the corrections less and less. */
+/* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. Where a one-sided
+ * element lets go on the way it goes to and fro between what holds on either side, with half the
+ * corrections less and less. */
 static int relax(mbsr_completion *w, double c)
 {
     enum { MOST = 40, PATIENT = 4 };

@@ -1,14 +1,15 @@
-/* Completing a state where springs alone hold some direction without mass (index 2): see completion.c.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Completing a state where springs alone hold some direction without mass (index 2): see
+ * completion.c. SPDX-License-Identifier: BSD-3-Clause
  *
- * A force gamma in such a direction that depends on positions alone is balanced at all times. Held q, it is
- * off by what an integrator has left of it; what is wanted are the velocities with which it stays there, gamma' = 0, and
- * the accelerations, gamma'' = 0. The solution of K(c) x = (0, 0, gamma') has a part that grows with c,
+ * A force gamma in such a direction that depends on positions alone is balanced at all times. Held
+ * q, it is off by what an integrator has left of it; what is wanted are the velocities with which
+ * it stays there, gamma' = 0, and the accelerations, gamma'' = 0. The solution of K(c) x = (0, 0,
+ * gamma') has a part that grows with c,
  *
  *   x_u = a + c b + O(1/c),
  *
- * and b is what u is to be changed by; likewise for gamma'' and u'. gamma' and gamma'' are difference quotients of the
- * fourth order along the motion. */
+ * and b is what u is to be changed by; likewise for gamma'' and u'. gamma' and gamma'' are
+ * difference quotients of the fourth order along the motion. */
 #include "massless/completion_elastic.h"
 
 #include "algebra/dense.h"
@@ -49,8 +50,9 @@ int mbsri_completion_split(mbsr_completion *w, const double *r)
     return status;
 }
 
-/* Whether masses and dampers leave something of a push, whose solution is w->x: F_u,u x_u is all of it where they take it
- * all. Directions without mass may have a small part in the push. F is that at the state, and is again. */
+/* Whether masses and dampers leave something of a push, whose solution is w->x: F_u,u x_u is all of
+ * it where they take it all. Directions without mass may have a small part in the push. F is that
+ * at the state, and is again. */
 static int ask_springs(mbsr_completion *w, const double *push, bool *some)
 {
     static const double left = 1e-3, short_way = 1e-4;
@@ -149,8 +151,8 @@ static bool moves_plainly(const mbsr_model *m)
     return i > m->bodies;
 }
 
-/* The positions w->q at s on the path q + s G(u + s u'/2): G at the middle of the way makes the path one of the second
- * order, whatever the coordinates. */
+/* The positions w->q at s on the path q + s G(u + s u'/2): G at the middle of the way makes the
+ * path one of the second order, whatever the coordinates. */
 static int go_along(mbsr_completion *w, double s, const double *udot)
 {
     const mbsr_model *m = w->m;
@@ -189,8 +191,8 @@ static void leave_out_momenta(mbsr_completion *w)
     }
 }
 
-/* F_u at the time t + s on the path, with velocities u + s u' and loop forces lambda + s lambda'. The momenta there are
- * those of the velocities, unless no equation of forces knows of them. */
+/* F_u at the time t + s on the path, with velocities u + s u' and loop forces lambda + s lambda'.
+ * The momenta there are those of the velocities, unless no equation of forces knows of them. */
 static int look_along(mbsr_completion *w, double s, const double *udot, bool apart)
 {
     const mbsr_model *m = w->m;
@@ -215,7 +217,8 @@ static int look_along(mbsr_completion *w, double s, const double *udot, bool apa
     return status;
 }
 
-/* Weights of F at -2h .. 2h for the first derivative, times 12 h, and for the second, times 12 h^2. */
+/* Weights of F at -2h .. 2h for the first derivative, times 12 h, and for the second, times 12 h^2.
+ */
 static const double first_weight[5] = {1.0, -8.0, 0.0, 8.0, -1.0},
                     second_weight[5] = {-1.0, 16.0, -30.0, 16.0, -1.0};
 
@@ -241,7 +244,8 @@ static int differentiate(mbsr_completion *w, const double *udot, bool twice)
     return MBSR_OK;
 }
 
-/* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. F stays that at the state. */
+/* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. F
+ * stays that at the state. */
 static int balance(mbsr_completion *w, bool twice, double *x, double *change)
 {
     mbsri_copy((size_t)w->size, w->F, w->further);

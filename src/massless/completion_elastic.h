@@ -5,26 +5,31 @@
 
 #include "massless/completion_matrix.h"
 
-/* Solutions for c and MBSRI_COMPLETION_RATIO c from r: x becomes a and other b of x_u = a + c b, where b is the motion of directions that
- * springs alone hold; the parts before u are limits. */
+/* Solutions for c and MBSRI_COMPLETION_RATIO c from r: x becomes a and other b of x_u = a + c b,
+ * where b is the motion of directions that springs alone hold; the parts before u are limits. */
 int mbsri_completion_split(mbsr_completion *w, const double *r);
 
-/* The same of the two solutions in w->x and w->other; without elastic directions x_u becomes its limit, and other zero. */
+/* The same of the two solutions in w->x and w->other; without elastic directions x_u becomes its
+ * limit, and other zero. */
 void mbsri_completion_part(mbsr_completion *w);
 
-/* Which rates (nu) belong to groups of joints some direction of which moves no mass, at the ranks of the data. */
+/* Which rates (nu) belong to groups of joints some direction of which moves no mass, at the ranks
+ * of the data. */
 void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks);
 
-/* Forces (nu) of about one over spans, in no special proportion, on these, with w->lacks. What masses take counts as taken. */
+/* Forces (nu) of about one over spans, in no special proportion, on these, with w->lacks. What
+ * masses take counts as taken. */
 void mbsri_completion_push(const mbsr_completion *w, double *push);
 
 /* Whether springs alone hold some direction at the state of the last residual: w->elastic. */
 int mbsri_completion_find_elastic(mbsr_completion *w);
 
-/* The same where both matrices are needed anyway: also where they have a small part in motions without mass. */
+/* The same where both matrices are needed anyway: also where they have a small part in motions
+ * without mass. */
 int mbsri_completion_find_growth(mbsr_completion *w);
 
-/* Velocities of elastic directions: u changes towards dF_u/dt = 0, by *change in the measure of mbsri_completion_speed. */
+/* Velocities of elastic directions: u changes towards dF_u/dt = 0, by *change in the measure of
+ * mbsri_completion_speed. */
 int mbsri_completion_drift(mbsr_completion *w, double *change);
 
 /* Their accelerations: w->rate changes until d^2F_u/dt^2 = 0. */

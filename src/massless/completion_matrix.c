@@ -11,7 +11,7 @@
 
 int mbsri_completion_fail(mbsr_completion *w, int status, const char *text)
 {
-    return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "mbsr_complete: %s", text);
+    return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "mbsr_completion_solve: %s", text);
 }
 
 bool mbsri_completion_converged(double change, double last, double enough, double near)

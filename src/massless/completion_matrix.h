@@ -6,6 +6,7 @@
 #include "recursion/data.h"
 
 #include <mbsrank/completion.h>
+#include <mbsrank/driver.h>
 
 /* The two matrices, for c and for MBSRI_COMPLETION_RATIO c. */
 #define MBSRI_COMPLETION_RATIO 100.0
@@ -61,7 +62,8 @@ static inline double mbsri_completion_c(const mbsr_completion *w, int which)
     return which == MBSRI_FAR ? MBSRI_COMPLETION_RATIO * w->c : w->c;
 }
 
-/* K(c) of MBSRI_NEAR or MBSRI_FAR at w->y, w->yp is factored; x from r with that, which is made if it is not there. */
+/* K(c) of MBSRI_NEAR or MBSRI_FAR at w->y, w->yp is factored; x from r with that, which is made if
+ * it is not there. */
 int mbsri_completion_factor(mbsr_completion *w, int which);
 int mbsri_completion_solve(mbsr_completion *w, int which, const double *r, double *x);
 
@@ -75,8 +77,8 @@ double mbsri_completion_speed(const mbsr_completion *w, const double *x);
 /* A time in which the state changes much, s. */
 double mbsri_completion_time(const mbsr_completion *w);
 
-/* Whether corrections of these sizes, relative to what is corrected, are followed by none that counts: above `enough`, or
- * at rounding, which is below `near`. */
+/* Whether corrections of these sizes, relative to what is corrected, are followed by none that
+ * counts: above `enough`, or at rounding, which is below `near`. */
 bool mbsri_completion_converged(double change, double last, double enough, double near);
 
 int mbsri_completion_fail(mbsr_completion *w, int status, const char *text);

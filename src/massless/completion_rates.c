@@ -10,7 +10,8 @@
 #include "recursion/closures.h"
 
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -19,8 +20,8 @@ static int here(mbsr_completion *w)
     return mbsri_completion_residual(w, w->t, w->y, w->yp);
 }
 
-/* A step in time, s: back into what has been, where that is smooth for two of them. Outputs are likely to be at the
- * points of a table, where third derivatives jump. */
+/* A step in time, s: back into what has been, where that is smooth for two of them. Outputs are
+ * likely to be at the points of a table, where third derivatives jump. */
 static double choose_step(const mbsr_completion *w)
 {
     const double ahead = w->times.to - w->t, behind = w->t - w->times.from,
@@ -62,8 +63,9 @@ static int differ_in_springs(mbsr_completion *w)
     return status;
 }
 
-/* Minus the rate of F in the algebraic equations, y and y' being held but for the forces s of stiff rows, whose s' is known;
- * F is that at y afterwards. Where a step in time changes nothing, nothing depends on it. */
+/* Minus the rate of F in the algebraic equations, y and y' being held but for the forces s of stiff
+ * rows, whose s' is known; F is that at y afterwards. Where a step in time changes nothing, nothing
+ * depends on it. */
 static int differ_in_time(mbsr_completion *w)
 {
     const double h = choose_step(w), weight[2] = {2.0, -0.5}; /* exact for parabolas */
@@ -113,8 +115,9 @@ static double size_of(const mbsr_completion *w, const double *udot)
     return mbsri_completion_speed(w, udot) + 1e-3 / (time * time);
 }
 
-/* x[0] becomes the limit of the solutions as c grows: of velocities without those of elastic directions, which grow
- * with it. What it has been taken off is the size of the part that decays. */
+/* x[0] becomes the limit of the solutions as c grows: of velocities without those of elastic
+ * directions, which grow with it. What it has been taken off is the size of the part that decays.
+ */
 static double join(const mbsr_completion *w, double *const *x)
 {
     const double c[2] = {mbsri_completion_c(w, MBSRI_NEAR), mbsri_completion_c(w, MBSRI_FAR)};
@@ -151,10 +154,10 @@ static int too_fast(mbsr_completion *w)
                                  "the motion");
 }
 
-/* u' into w->rate, loop forces into w->yp, by Newton systems at the state. Without loops, and where springs alone hold
- * directions, solutions aim further until x_q and x_p are the rates. Positions that loops hold let x_q be no other: two
- * solutions tell the part that decays as c grows; not the first time, when loop forces may still have a share of c in
- * them, from impulses. */
+/* u' into w->rate, loop forces into w->yp, by Newton systems at the state. Without loops, and where
+ * springs alone hold directions, solutions aim further until x_q and x_p are the rates. Positions
+ * that loops hold let x_q be no other: two solutions tell the part that decays as c grows; not the
+ * first time, when loop forces may still have a share of c in them, from impulses. */
 static int solve_rates(mbsr_completion *w)
 {
     enum { MOST = 40 };
@@ -207,8 +210,9 @@ static bool leaves_rows(const mbsr_completion *w)
     return false;
 }
 
-/* Loop forces of rigid rows that exert what w->other (rows) exerts, without those rows that are left to others:
- * K(c) x = (0, c C^T lambda, 0) has x_p = 0 and x_Lambda = -lambda where all directions move mass. */
+/* Loop forces of rigid rows that exert what w->other (rows) exerts, without those rows that are
+ * left to others: K(c) x = (0, c C^T lambda, 0) has x_p = 0 and x_Lambda = -lambda where all
+ * directions move mass. */
 static int share_forces(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
@@ -232,7 +236,7 @@ int mbsri_completion_forward(mbsr_completion *w)
     double *lambda = w->other;
     int status =
         mbsr_forward_dynamics(m, w->d, w->t, w->y, w->y + w->rates, w->tau, w->rate + w->rates);
-    if (!status && m->rows > 0) status = mbsr_closures_force(m, w->d, lambda);
+    if (!status && m->rows > 0) status = mbsr_closures_lambda(m, w->d, lambda);
     if (status) w->error = *mbsr_data_error(w->d);
     for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
         for (int k = 0; k < closure->rows; ++k) {

@@ -8,8 +8,8 @@
 /* q', p' and u' into w->rate, loop forces into w->yp, at w->y, whose residual is known. */
 int mbsri_completion_rates(mbsr_completion *w);
 
-/* The same by forward dynamics; MBSR_UNDETERMINED where there are directions that neither mass nor a rigid row
- * determines. */
+/* The same by forward dynamics; MBSR_UNDETERMINED where there are directions that neither mass nor
+ * a rigid row determines. */
 int mbsri_completion_forward(mbsr_completion *w);
 
 #endif

@@ -1,8 +1,8 @@
 /* Velocities and loop forces at given positions and momenta: see completion.c.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Newton's method with r = (0, 0, F_u, F_Lambda, F_Eta), with a matrix of this state or of one before for as long as it
- * contracts. */
+ * Newton's method with r = (0, 0, F_u, F_Lambda, F_Eta), with a matrix of this state or of one
+ * before for as long as it contracts. */
 #include "massless/completion_velocities.h"
 
 #include "massless/completion_elastic.h"
@@ -14,12 +14,14 @@
 
 #include <math.h>
 
-/* Corrections, relative to what they correct: of velocities, and of loop forces where these hold what has no mass. */
+/* Corrections, relative to what they correct: of velocities, and of loop forces where these hold
+ * what has no mass. */
 typedef struct corrections {
     double speed, force;
 } corrections;
 
-/* Sizes of those in w->x; `forces`: whether loop forces are taken off. Where all has mass these follow from accelerations. */
+/* Sizes of those in w->x; `forces`: whether loop forces are taken off. Where all has mass these
+ * follow from accelerations. */
 static corrections measure(const mbsr_completion *w, double c, bool forces)
 {
     const mbsr_model *m = w->m;
@@ -50,8 +52,9 @@ static int take_off(mbsr_completion *w, double c, bool forces)
     return status ? status : mbsri_completion_residual(w, w->t, w->y, w->yp);
 }
 
-/* Where all has mass, nothing is closed and the correction is small: the same without an evaluation. By its rows K(c) x = (0, 0,
- * F_u) has F_q,u x_u = -c x_q but for 1/c, and so for p. False where it would not do. */
+/* Where all has mass, nothing is closed and the correction is small: the same without an
+ * evaluation. By its rows K(c) x = (0, 0, F_u) has F_q,u x_u = -c x_q but for 1/c, and so for p.
+ * False where it would not do. */
 static bool take_off_linearly(mbsr_completion *w, double c, corrections now, corrections last)
 {
     static const double small = 1e-6, left = 1e-10;
@@ -79,7 +82,8 @@ static bool nothing_left(corrections now)
     return now.speed <= little && now.force <= little;
 }
 
-/* Whether forces balance but for rounding: none of F_u beside forces, and those that change momenta within the time. */
+/* Whether forces balance but for rounding: none of F_u beside forces, and those that change momenta
+ * within the time. */
 static bool balances(const mbsr_completion *w)
 {
     static const double rounding = 1e-10;
@@ -90,9 +94,9 @@ static bool balances(const mbsr_completion *w)
     return mbsri_largest(m->nu, w->F + w->rates) <= rounding * (forces + changes);
 }
 
-/* Whether u is settled once a correction is taken. Impulses at the size of rounding are large forces in c x_Lambda: loop
- * forces that balance may keep changing. Where all has mass and nothing is closed F_u is linear in u, and a matrix of this
- * state leaves a share of 1/c. */
+/* Whether u is settled once a correction is taken. Impulses at the size of rounding are large
+ * forces in c x_Lambda: loop forces that balance may keep changing. Where all has mass and nothing
+ * is closed F_u is linear in u, and a matrix of this state leaves a share of 1/c. */
 static bool settled(const mbsr_completion *w, corrections now, corrections last, bool fresh)
 {
     static const double enough = 1e-11, linear = 1e-4;

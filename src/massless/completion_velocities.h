@@ -5,8 +5,8 @@
 
 #include "massless/completion_matrix.h"
 
-/* u and loop forces at the positions and momenta of w->y, whose residual is known; where loops are closed, positions and
- * momenta too. The residual is that of the state found. */
+/* u and loop forces at the positions and momenta of w->y, whose residual is known; where loops are
+ * closed, positions and momenta too. The residual is that of the state found. */
 int mbsri_completion_velocities(mbsr_completion *w);
 
 #endif

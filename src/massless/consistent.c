@@ -1,9 +1,10 @@
 /* A consistent start for every form: what is asked, the start itself, what has changed.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Trees start by start.c, models with closures by loops_start.c. Both take velocities u_0 to consistent ones,
- * u = S(u_0). Rates that are kept are brought about by Newton's method on u_0 (kept_rates.h), each step of which
- * ends with a start of its own; so they hold in every way that a start can go. */
+ * Trees start by start.c, models with closures by loops_start.c. Both take velocities u_0 to
+ * consistent ones, u = S(u_0). Rates that are kept are brought about by Newton's method on u_0
+ * (kept_rates.h), each step of which ends with a start of its own; so they hold in every way that a
+ * start can go. */
 #include "algebra/dense.h"
 #include "base/cookie.h"
 #include "base/error.h"
@@ -166,7 +167,8 @@ static int search(start *s, mbsr_consistent_info *info)
     return refused ? refused : status;
 }
 
-/* From s->q and s->u to a state, with u': where all directions move mass that of forward dynamics. */
+/* From s->q and s->u to a state, with u': where all directions move mass that of forward dynamics.
+ */
 static int find_state(start *s, mbsr_consistent_info *info)
 {
     const mbsr_model *m = s->m;
@@ -234,7 +236,8 @@ static void list_kept(start *s)
     }
 }
 
-/* How fast the model moves, 1/s: the largest of rates u (nu) over its span; no slower than is typical of it. */
+/* How fast the model moves, 1/s: the largest of rates u (nu) over its span; no slower than is
+ * typical of it. */
 static double speed_of(const start *s, const double *u, double *span)
 {
     const mbsri_spans spans = mbsri_spans_of(s->m, NULL);
@@ -249,7 +252,8 @@ static double speed_of(const start *s, const double *u, double *span)
     return speed;
 }
 
-/* The largest of what is missing beside what rounding in it is relative to: how fast the model moves. */
+/* The largest of what is missing beside what rounding in it is relative to: how fast the model
+ * moves. */
 static double find_missing(start *s)
 {
     const double speed = fmax(speed_of(s, s->u, s->span), speed_of(s, s->u_given, s->span));
@@ -341,7 +345,8 @@ static double largest_change(int n, const double *before, const double *after, i
     return largest;
 }
 
-/* Refuses a coordinate that was to stay and has not: forces along directions without mass have moved it. */
+/* Refuses a coordinate that was to stay and has not: forces along directions without mass have
+ * moved it. */
 static int check_positions(const start *s)
 {
     static const double rounding = 1e-13;

@@ -1,16 +1,17 @@
 /* Which directions that move no mass may act on which: see couplings.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The force gamma_k along direction k is the power of forces on bodies that move along it. It changes
- * to the first order with direction l only if l moves
+ * The force gamma_k along direction k is the power of forces on bodies that move along it. It
+ * changes to the first order with direction l only if l moves
  *
- *   a body that k moves, one of their predecessors or successors, or one of a group with them, as these
+ *   a body that k moves, one of their predecessors or successors, or one of a group with them, as
+ *       these
  *   make the direction what it is,
  *   a body of an element that acts on a body that k moves,
  *   or a body that counts for a direction that begins at one of these: k keeps clear of it.
  *
- * Columns of a matrix of differences whose rows do not meet are found with one displacement (Curtis,
- * Powell and Reid, J. Inst. Maths Applics 13, 1974). */
+ * Columns of a matrix of differences whose rows do not meet are found with one displacement
+ * (Curtis, Powell and Reid, J. Inst. Maths Applics 13, 1974). */
 #include "massless/couplings.h"
 
 #include "algebra/numbers.h"
@@ -107,7 +108,8 @@ static void find_directions(const mbsri_null_space *w, const tables *t)
     }
 }
 
-/* Greedy: each direction gets the first colour that none of those it affects has seen; seen: k x k. */
+/* Greedy: each direction gets the first colour that none of those it affects has seen; seen: k x k.
+ */
 static void give_colours(mbsri_null_space *w, bool *seen)
 {
     const int k = w->k;

@@ -19,14 +19,14 @@ int mbsri_element_body(const mbsri_null_space *w, int k);
 bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
                           int *translation);
 
-/* Power of forces y (rows) along a direction, and the sum of the sizes of its terms; gross (rows): the
- * sizes of what y was added up from. */
+/* Power of forces y (rows) along a direction, and the sum of the sizes of its terms; gross (rows):
+ * the sizes of what y was added up from. */
 double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *a,
                            const double *twist, const double *y, const double *gross, double *size);
 
-/* What rounding of the axes and lever arms of an element makes power of y uncertain by, over machine
- * precision: |omega| (|moment| + length |force|) + |v| |force|. Where a line of action meets the axis
- * of a rotation, nothing else is left of its moment. */
+/* What rounding of the axes and lever arms of an element makes power of y uncertain by, over
+ * machine precision: |omega| (|moment| + length |force|) + |v| |force|. Where a line of action
+ * meets the axis of a rotation, nothing else is left of its moment. */
 double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *twist,
                            const double *y);
 

@@ -26,8 +26,8 @@ static void add_columns(const mbsri_slopes *s, int at, int count, const double *
     }
 }
 
-/* gross += |K| |x| by the sizes of rotations and translations, from column `at` on, where a rotation
- * moves points at the typical length: axes and lever arms are differences of positions. */
+/* gross += |K| |x| by the sizes of rotations and translations, from column `at` on, where a
+ * rotation moves points at the typical length: axes and lever arms are differences of positions. */
 static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, const double *x,
                       double *gross)
 {
@@ -43,8 +43,8 @@ static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, co
     }
 }
 
-/* gross of torques on a joint that is told by a quaternion, by the largest of them: their derivatives are
- * differences of products with its numbers. */
+/* gross of torques on a joint that is told by a quaternion, by the largest of them: their
+ * derivatives are differences of products with its numbers. */
 static void add_orientation(const mbsri_null_space *w, int bodies, double *gross)
 {
     for (int k = 0; k < bodies; ++k) {
@@ -214,8 +214,8 @@ void mbsri_element_strain(const mbsri_null_space *w, int bodies, bool velocity, 
 
 /* ---- which elements ---- */
 
-/* gross (rows) = the largest that one number of the motion, times `share`, or a typical one, times `least`,
- * makes of the forces; rotation and translation of a rigid body by their sizes. */
+/* gross (rows) = the largest that one number of the motion, times `share`, or a typical one, times
+ * `least`, makes of the forces; rotation and translation of a rigid body by their sizes. */
 static void find_threshold(const mbsri_null_space *w, int bodies, bool velocity, mbsri_motion x,
                            double share, double least, double *gross)
 {

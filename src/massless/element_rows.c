@@ -52,8 +52,8 @@ static void drop_traces(int n, size_t rows, const double *span, double *A)
     }
 }
 
-/* F_q G, q' = G u, in place of the derivatives by u, which are done with: for a joint whose coordinates
- * are not as many as its rates. */
+/* F_q G, q' = G u, in place of the derivatives by u, which are done with: for a joint whose
+ * coordinates are not as many as its rates. */
 static bool turn_to_rates(mbsri_null_space *w, int k, int i)
 {
     const mbsri_slopes *s = &w->slope;
@@ -152,8 +152,8 @@ static double load(const mbsri_slopes *s, const duals *x)
     return largest;
 }
 
-/* l (count) of the largest entry on the diagonal: F loses that times l l^T. The entry, 0: none there. gross (count): of
- * what l is the rest, |F_kk F_pp|^(1/2) over the entry. */
+/* l (count) of the largest entry on the diagonal: F loses that times l l^T. The entry, 0: none
+ * there. gross (count): of what l is the rest, |F_kk F_pp|^(1/2) over the entry. */
 static double take_factor(const duals *x, double least, double *l, double *gross)
 {
     const int n = x->count;
@@ -320,8 +320,8 @@ void mbsri_rows_slopes(const mbsri_null_space *w, double *C)
     }
 }
 
-/* What a row sees of the sum z of all directions, whose weights have errors; 0 where that is no more than
- * errors. */
+/* What a row sees of the sum z of all directions, whose weights have errors; 0 where that is no
+ * more than errors. */
 static double seen_of(const mbsri_null_space *w, const mbsri_row *row, const double *z,
                       const double *z_error)
 {

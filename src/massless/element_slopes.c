@@ -1,8 +1,8 @@
 /* Slopes of single force elements in the directions that move no mass: see element_slopes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With the derivatives F_V, F_u, F_x, F_q of what an element exerts, f and tau, and the twist w_l and
- * joint rates a_l of direction l,
+ * With the derivatives F_V, F_u, F_x, F_q of what an element exerts, f and tau, and the twist w_l
+ * and joint rates a_l of direction l,
  *
  *   C_kl += (w_k, a_k)^T (F_V w_l + F_u a_l)
  *   S_kl += (w_k, a_k)^T (F_x w_l + F_V V'_l + F_q q'_l)
@@ -45,8 +45,8 @@ static bool usable(const mbsr_model *m, const mbsri_force *force)
 
 /* ---- the slopes ---- */
 
-/* Column l of A and its errors: the reaction y in all moving directions. doubted: what lever arms are
- * wrong by counts beside y, or (S, whose forces are themselves differences of positions) beside
+/* Column l of A and its errors: the reaction y in all moving directions. doubted: what lever arms
+ * are wrong by counts beside y, or (S, whose forces are themselves differences of positions) beside
  * gross. They are as wrong on the side of the motion as on that of the power. */
 static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const double *y,
                        const double *gross, const double *doubted, double *A, double *error)
@@ -93,8 +93,8 @@ static void add_strain(mbsri_null_space *w, const mbsri_force *force, const doub
     }
 }
 
-/* Whether what an element exerts is more than what rounding of positions makes of its stiffness; adds this to
- * w->strain. */
+/* Whether what an element exerts is more than what rounding of positions makes of its stiffness;
+ * adds this to w->strain. */
 static int exerts(mbsri_null_space *w, const mbsri_force *force, bool *something)
 {
     int status = mbsri_force_slopes(w->m, w->d, force, 0, &w->slope);
@@ -179,7 +179,8 @@ static int add_element(mbsri_null_space *w, int number)
     return status ? status : mbsri_element_rows(w, number, moving, false);
 }
 
-/* Bodies whose position to their predecessor, or whose pose, changes along direction l; how many. */
+/* Bodies whose position to their predecessor, or whose pose, changes along direction l; how many.
+ */
 static int find_touched(const mbsri_null_space *w, int l)
 {
     const mbsr_model *m = w->m;
@@ -212,8 +213,8 @@ static int place(mbsri_null_space *w, int count, const double *q, const double *
 }
 
 /* V' of one direction: by differences where it moves bodies or turns joints, with the motion of the
- * predecessor elsewhere; what may be rounding is zero. The data is, and stays, at mbsri_velocities of
- * the state. */
+ * predecessor elsewhere; what may be rounding is zero. The data is, and stays, at mbsri_velocities
+ * of the state. */
 static int velocity_change(mbsri_null_space *w, const double *q, int l)
 {
     const mbsr_model *m = w->m;

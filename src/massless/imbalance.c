@@ -16,6 +16,7 @@
 #include "recursion/spans.h"
 
 #include <mbsrank/newton.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -32,7 +33,8 @@ static double defect_of(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
     return gamma;
 }
 
-/* The group that body i heads, of no rates where it heads none, with its forces to vec; its rank. */
+/* The group that body i heads, of no rates where it heads none, with its forces to vec; its rank.
+ */
 static int open_group(const mbsr_model *m, mbsr_data *d, int i, mbsri_group *g)
 {
     g->n = 0;
@@ -102,7 +104,8 @@ static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q
     return status ? status : mbsri_backward(m, d);
 }
 
-/* One step of Newton's method on F_u = 0 of the momentum form; zero and not *found where it cannot be had. */
+/* One step of Newton's method on F_u = 0 of the momentum form; zero and not *found where it cannot
+ * be had. */
 static int correct(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
                    double *dq, double *du, bool *found)
 {
@@ -145,8 +148,8 @@ static int correct(const mbsr_model *m, mbsr_data *d, double t, const double *q,
     return status;
 }
 
-/* Whether changes of positions and rates are rounding beside what these span: the former in Newton's c, which makes
- * rates of them. */
+/* Whether changes of positions and rates are rounding beside what these span: the former in
+ * Newton's c, which makes rates of them. */
 static bool is_rounding(const mbsr_model *m, const double *u, const double *du)
 {
     static const double nothing = 1e-6;
@@ -163,8 +166,9 @@ static bool is_rounding(const mbsr_model *m, const double *u, const double *du)
     return change <= nothing * rate;
 }
 
-/* The share at the state q, u with the data at its forces; where some is left, Newton's step (dq, du; `asked`: in any
- * case) says whether it is more than what rounding of q and u makes of forces that are next to none. */
+/* The share at the state q, u with the data at its forces; where some is left, Newton's step (dq,
+ * du; `asked`: in any case) says whether it is more than what rounding of q and u makes of forces
+ * that are next to none. */
 static int measure(const mbsr_model *m, mbsr_data *d, double t, const double *q, bool asked,
                    double *share, int *body, double *dq, double *du)
 {

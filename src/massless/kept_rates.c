@@ -1,22 +1,24 @@
 /* Impulses by which joint rates keep the values that they are given: see kept_rates.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A start takes velocities u_0 to u = S(u_0): impulses of loops make them such as the closures allow, and
- * along directions without mass forces come to their balance. Rates E u = e are kept by impulses pi of motors at
- * these joints,
+ * A start takes velocities u_0 to u = S(u_0): impulses of loops make them such as the closures
+ * allow, and along directions without mass forces come to their balance. Rates E u = e are kept by
+ * impulses pi of motors at these joints,
  *
  *   u = S(u_0 + X pi),    X = K^-1 R E^T,    (E S' X) pi = e - E S(u_0)
  *
- * with the inertia K of the mechanism with its loops (fronts/fronts.h). Where all motions have mass R and S' are
- * the identity. Bodies without mass take up no impulse: dampers and springs pass it on to bodies that do. What
- * arrives there is what a force c e_k for a time 1 / c leaves of momentum as c grows; with the matrix A of
- * Newton systems of the momentum form (c stands for d/dt), F_u the balance of forces and p the momenta,
+ * with the inertia K of the mechanism with its loops (fronts/fronts.h). Where all motions have mass
+ * R and S' are the identity. Bodies without mass take up no impulse: dampers and springs pass it on
+ * to bodies that do. What arrives there is what a force c e_k for a time 1 / c leaves of momentum
+ * as c grows; with the matrix A of Newton systems of the momentum form (c stands for d/dt), F_u the
+ * balance of forces and p the momenta,
  *
  *   A (dq, dp, du) = (0, c e_k, -c dF_u/dtau_k)      R e_k = dp
  *   A (dq, dp, du) = (0, c R e_k, 0)                 S' X e_k = du
  *
- * two times with c and 10 c, so that what decays within 1 / c can be taken off. Of all velocities that closures, balances and
- * kept rates allow, u is then the one nearest to u_0 in the metric of the masses (where dampers are symmetric). */
+ * two times with c and 10 c, so that what decays within 1 / c can be taken off. Of all velocities
+ * that closures, balances and kept rates allow, u is then the one nearest to u_0 in the metric of
+ * the masses (where dampers are symmetric). */
 #include "massless/kept_rates.h"
 
 #include "algebra/dense.h"
@@ -35,7 +37,7 @@
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 #include <mbsrank/newton.h>
 
 #include <math.h>
@@ -164,8 +166,8 @@ static int find_balances(push *p)
     return MBSR_OK;
 }
 
-/* R e_k of all into X, by a matrix for c; `last`: the X found with a tenth of that, whose error is taken off. Then
- * E S' X. */
+/* R e_k of all into X, by a matrix for c; `last`: the X found with a tenth of that, whose error is
+ * taken off. Then E S' X. */
 static int pass_on(push *p, mbsr_newton *newton, double c, bool last)
 {
     const mbsr_model *m = p->m;
@@ -241,7 +243,8 @@ static int find_changes(push *p)
     return MBSR_OK;
 }
 
-/* Scales of the rates by the inertias that they move, and of those that loops or balances hold, zero. */
+/* Scales of the rates by the inertias that they move, and of those that loops or balances hold,
+ * zero. */
 static void find_scales(push *p)
 {
     const int count = p->k->count;
@@ -253,8 +256,8 @@ static void find_scales(push *p)
     }
 }
 
-/* The rate that cannot keep its value, by what the equations for pi leave of it; -1: none. left (count): of all, over
- * their scales. */
+/* The rate that cannot keep its value, by what the equations for pi leave of it; -1: none. left
+ * (count): of all, over their scales. */
 static int worst_left(const push *p, double *left)
 {
     const int count = p->k->count;
@@ -272,8 +275,8 @@ static int worst_left(const push *p, double *left)
     return worst;
 }
 
-/* The row with the largest impulse, of moments and forces times the longest lever, against those that would undo
- * what is left; -1: none bears any. */
+/* The row with the largest impulse, of moments and forces times the longest lever, against those
+ * that would undo what is left; -1: none bears any. */
 static int holding_row(push *p, const double *left)
 {
     const mbsr_model *m = p->m;

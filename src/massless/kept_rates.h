@@ -16,9 +16,10 @@ typedef struct mbsri_kept_rates {
     double *size;         /* count: of what is added up in them; of changes too, afterwards */
 } mbsri_kept_rates;
 
-/* Adds to the velocities `tried` (nu) that the start began with what impulses of motors at these joints make of
- * them, so that a start from there has what is missing. MBSR_LOOP_OPEN or MBSR_NO_CONVERGENCE, with joint and
- * closure in the text, where no impulses do that. Ranks are not watched; stages of the data are lost. */
+/* Adds to the velocities `tried` (nu) that the start began with what impulses of motors at these
+ * joints make of them, so that a start from there has what is missing. MBSR_LOOP_OPEN or
+ * MBSR_NO_CONVERGENCE, with joint and closure in the text, where no impulses do that. Ranks are not
+ * watched; stages of the data are lost. */
 int mbsri_kept_rates_push(const mbsr_model *m, mbsr_data *d, const mbsri_kept_rates *k,
                           double *tried);
 

@@ -1,15 +1,17 @@
-/* A consistent state of a small model with closures: loops closed, and rows chosen, in dense linear algebra.
- * SPDX-License-Identifier: BSD-3-Clause
+/* A consistent state of a small model with closures: loops closed, and rows chosen, in dense linear
+ * algebra. SPDX-License-Identifier: BSD-3-Clause
  *
  *   positions      near the guess, with closed loops (loops/assemble.c)
  *   velocities     changed by impulses of the loops alone (loops/motion.c)
  *   u', lambda     from the equations of motion
  *
- * and where directions move no mass that no loop holds, all but the first by Newton systems (closed_start.h).
+ * and where directions move no mass that no loop holds, all but the first by Newton systems
+ * (closed_start.h).
  *
- * Stiff rows count as rigid here (unless the closure is not settled: then they are forces); afterwards
- * their springs get the force that was found, s = -lambda, and the positions the gaps s / k. Stiff rows that depend
- * on others are springs throughout: what the others bear goes over to them as these give way. */
+ * Stiff rows count as rigid here (unless the closure is not settled: then they are forces);
+ * afterwards their springs get the force that was found, s = -lambda, and the positions the gaps s
+ * / k. Stiff rows that depend on others are springs throughout: what the others bear goes over to
+ * them as these give way. */
 #include "massless/loops_dense_start.h"
 
 #include "algebra/dense.h"

@@ -7,8 +7,8 @@
 
 #include <mbsrank/dae.h>
 
-/* q, u are brought to a state that the closures allow; u' and loop forces (rows; of stiff rows too) are
- * found. The rows that the data leaves out are chosen. */
+/* q, u are brought to a state that the closures allow; u' and loop forces (rows; of stiff rows too)
+ * are found. The rows that the data leaves out are chosen. */
 int mbsri_loops_dense_start(mbsri_dense *w, double t, double *q, double *u, double *udot,
                             double *lambda, const mbsr_consistent_opt *opt,
                             mbsr_consistent_info *info);

@@ -55,8 +55,8 @@ static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
     return MBSR_OK;
 }
 
-/* Forces along directions without mass in a state that is 1e-8 of typical sizes beside y, springs of stiff rows
- * included, to `shaken`; then the residual at y once more. */
+/* Forces along directions without mass in a state that is 1e-8 of typical sizes beside y, springs
+ * of stiff rows included, to `shaken`; then the residual at y once more. */
 static int shake(const start *s)
 {
     const mbsr_model *m = s->w.m;
@@ -80,8 +80,9 @@ static int shake(const start *s)
     return status ? status : s->form->residual(m, d, s->t, s->y, s->yp, s->F);
 }
 
-/* Refuses forces along directions without mass that do not balance; after the residual at the state. Where
- * hardly any forces act, what is left may be rounding: nothing beside what a small displacement makes. */
+/* Refuses forces along directions without mass that do not balance; after the residual at the
+ * state. Where hardly any forces act, what is left may be rounding: nothing beside what a small
+ * displacement makes. */
 static int check_balance(const start *s)
 {
     const mbsr_model *m = s->w.m;
@@ -209,8 +210,8 @@ static int are_steady(const start *s, bool *steady)
     return status;
 }
 
-/* Whether velocities are zero and closed loops leave them so: no closure moves by itself. Springs in rows
- * that a start takes as they are may pull. */
+/* Whether velocities are zero and closed loops leave them so: no closure moves by itself. Springs
+ * in rows that a start takes as they are may pull. */
 static int stands(start *s, bool *still)
 {
     const mbsr_model *m = s->w.m;
@@ -285,7 +286,8 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
         const int refused = refuse_given(s, y);
         return refused ? refused : status;
     }
-    /* forces that are rounding do not determine directions, though differences of them are not zero */
+    /* forces that are rounding do not determine directions, though differences of them are not zero
+     */
     mbsri_verdict verdict;
     if (!status && info->null_directions > 0)
         status = mbsri_refuse_open(m, d, s->t, s->q, s->u, s->w.function, &verdict);

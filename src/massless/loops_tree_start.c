@@ -1,9 +1,10 @@
 /* A consistent start of a model with closures, on the tree: see loops_tree_start.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Positions are those of loops/close_tree.c, the rest follows by Newton systems (closed_start.h). Where that fails, rows may
- * depend on each other. Which ones do is found cluster by cluster (loops/clusters.h), in the closed position and in one
- * nearby; they are left out, and what is left of them is looked at in the end. */
+ * Positions are those of loops/close_tree.c, the rest follows by Newton systems (closed_start.h).
+ * Where that fails, rows may depend on each other. Which ones do is found cluster by cluster
+ * (loops/clusters.h), in the closed position and in one nearby; they are left out, and what is left
+ * of them is looked at in the end. */
 #include "massless/loops_tree_start.h"
 
 #include "algebra/dense.h"
@@ -83,8 +84,8 @@ static int find_state(work *w, double *udot, const mbsr_consistent_opt *opt,
 
 /* ---- redundant rows ---- */
 
-/* Rows that depend on others at the positions q, or would if these were not open by that much, and how many
- * do not. */
+/* Rows that depend on others at the positions q, or would if these were not open by that much, and
+ * how many do not. */
 static int choose_rows(work *w, const double *q, double open, bool *dropped, int *independent)
 {
     const double far = 30.0 * open / (w->m->length > 0.0 ? w->m->length : 1.0),
@@ -113,8 +114,8 @@ static bool closed(const work *w, double open)
     return open <= 1e-10 * fmax(1.0, mbsri_largest((int)w->m->size_p, w->d->p));
 }
 
-/* Closes the loops without the rows that are redundant where the gaps are: what depends but for the gap
- * counts as redundant. */
+/* Closes the loops without the rows that are redundant where the gaps are: what depends but for the
+ * gap counts as redundant. */
 static int close_without(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     enum { PASSES = 8 };
@@ -132,8 +133,9 @@ static int close_without(work *w, const mbsr_consistent_opt *opt, mbsr_consisten
     return status;
 }
 
-/* The rows that are redundant in the closed position; not good where more are independent in one nearby in which those
- * that are independent here stay closed: the position is singular (loops/ranks.h). */
+/* The rows that are redundant in the closed position; not good where more are independent in one
+ * nearby in which those that are independent here stay closed: the position is singular
+ * (loops/ranks.h). */
 static int choose_nearby(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     static const double step = 1e-3; /* rad or m */

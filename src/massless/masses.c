@@ -1,12 +1,15 @@
 /* Masses that stay where they are: see masses.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A body with the centre of mass r off its origin x, turned by R, is where it was, at (x_0, R_0), when
+ * A body with the centre of mass r off its origin x, turned by R, is where it was, at (x_0, R_0),
+ * when
  *
  *   x_0 + R_0 R^T r - x - r = 0,   J (R_0 R^T - R R_0^T)^v = 0
  *
- * so that a point that turns about itself, and a rod about its axis, count as staying. M times the twist (w, x_0 + R_0 R^T r
- * - x - r - w x r) is zero for these. Momenta are kept with their moments about the centre of mass. */
+ * so that a point that turns about itself, and a rod about its axis, count as staying. M times the
+ * twist (w, x_0 + R_0 R^T r
+ * - x - r - w x r) is zero for these. Momenta are kept with their moments about the centre of mass.
+ */
 #include "massless/masses.h"
 
 #include "algebra/dense.h"
@@ -48,7 +51,8 @@ static void find_centre(const mbsri_body *b, const double *M, double r[3])
     }
 }
 
-/* The moment of a momentum or force p (d) about another point, at r from the one it is about: plus sign r x. */
+/* The moment of a momentum or force p (d) about another point, at r from the one it is about: plus
+ * sign r x. */
 static void move_moment(mbsr_space space, double sign, const double r[3], double *p)
 {
     if (mbsri_turns(space)) {
@@ -125,7 +129,8 @@ void mbsri_masses_displacement(const mbsr_model *m, mbsr_data *d, const mbsri_ma
         find_centre(b, d->M + b->dd, r);
         find_twist(b, d->p + b->p, masses->pose + b->p, r, x);
         mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, -1.0, x, d->imp + b->v);
-        /* coordinates of joints with inertia of their own, but for quaternions, which bodies tell */
+        /* coordinates of joints with inertia of their own, but for quaternions, which bodies tell
+         */
         for (int k = 0; k < b->n; ++k) {
             const double off = b->n == b->nq ? masses->q[b->q + k] - q[b->q + k] : 0.0;
             p[b->u + k] = b->armature[k] * off;

@@ -21,8 +21,9 @@ void mbsri_masses_place(const mbsr_model *m, double *memory, mbsri_masses *masse
 void mbsri_masses_note(const mbsr_model *m, mbsr_data *d, const double *q, const double *u,
                        mbsri_masses *masses);
 
-/* p (nu) = sum of J^T M x, x the motion that takes every mass from where it is at q, the data's positions, to where it
- * was: zero if and only if none has moved, and M dq to the first order else. */
+/* p (nu) = sum of J^T M x, x the motion that takes every mass from where it is at q, the data's
+ * positions, to where it was: zero if and only if none has moved, and M dq to the first order else.
+ */
 void mbsri_masses_displacement(const mbsr_model *m, mbsr_data *d, const mbsri_masses *masses,
                                const double *q, double *p);
 

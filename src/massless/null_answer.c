@@ -1,16 +1,16 @@
 /* How a direction that moves no mass answers to rounding: see null_answer.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Rounding of H and J moves body i by a trace delta_i of |H Vz_pi| + |J a|, and the masses behind have to
- * stand still again: the rates of joints before i change, too, those of a joint where the direction
- * begins in what D takes up. A slender body that turns 1e5 times as fast as the joint before it makes
- * its axis matter 1e5 times as much. The changes are those of forward dynamics,
+ * Rounding of H and J moves body i by a trace delta_i of |H Vz_pi| + |J a|, and the masses behind
+ * have to stand still again: the rates of joints before i change, too, those of a joint where the
+ * direction begins in what D takes up. A slender body that turns 1e5 times as fast as the joint
+ * before it makes its axis matter 1e5 times as much. The changes are those of forward dynamics,
  *
  *   A_i = -H_i A_pi - J_i a_i - delta_i,    a_i of least sum of A^T M A,
  *
- * with random delta, a few times: what cancels for one does not for all. A direction's first rates are rounded
- * apart from the others, though, and these then answer to delta without them, so the joints where it begins
- * are held, too. */
+ * with random delta, a few times: what cancels for one does not for all. A direction's first rates
+ * are rounded apart from the others, though, and these then answer to delta without them, so the
+ * joints where it begins are held, too. */
 #include "massless/null_answer.h"
 
 #include "algebra/dense.h"
@@ -80,8 +80,8 @@ static void add(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, c
     }
 }
 
-/* The changes of all groups; held: those where the direction begins keep its rates, which may have been
- * rounded, and the joints behind answer as they do in the lift. */
+/* The changes of all groups; held: those where the direction begins keep its rates, which may have
+ * been rounded, and the joints behind answer as they do in the lift. */
 static void add_changes(const mbsr_model *m, mbsr_data *d, int j, bool held,
                         const mbsri_lifted *out)
 {

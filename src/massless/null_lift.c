@@ -6,10 +6,10 @@
  *   a = z - G^T x,    Vz = -x - J a,    Vz_i = -H_i Vz_pi(i) - J_i a_i of its other members
  *
  * Rounding errors arrive as x does, and go on as the recursion takes them there: those of Vz_i are
- * |dVz_i / dx| times those of x and what rounding leaves of its own sum. Behind a slender body they may
- * be as many times larger as its rate. G counts as exact but for a trace of the largest rate of the
- * direction, in the scale of the model (assembly/survey.c): an error in proportion is one of the offset of a mass from
- * an axis, and makes the direction one of a model that is as good.
+ * |dVz_i / dx| times those of x and what rounding leaves of its own sum. Behind a slender body they
+ * may be as many times larger as its rate. G counts as exact but for a trace of the largest rate of
+ * the direction, in the scale of the model (assembly/survey.c): an error in proportion is one of
+ * the offset of a mass from an axis, and makes the direction one of a model that is as good.
  *
  * What is no more than errors is zero, body by body, so that rounding does not go on as if it were
  * motion. */
@@ -25,8 +25,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Scratch: x and its errors at the head; rates of the group and their errors; per member the rounding
- * of its own sums (d) and dVz_i / dx (d x d of the head). */
+/* Scratch: x and its errors at the head; rates of the group and their errors; per member the
+ * rounding of its own sums (d) and dVz_i / dx (d x d of the head). */
 typedef struct work {
     const mbsr_model *m;
     mbsr_data *d;
@@ -92,8 +92,8 @@ static void add_motions(const work *k, const mbsri_group *g, const double *a, do
     }
 }
 
-/* The rates of a group, whose own stand in z, and the sizes that count for their rounding; x = H Vz_pi
- * if `below`. */
+/* The rates of a group, whose own stand in z, and the sizes that count for their rounding; x = H
+ * Vz_pi if `below`. */
 static void find_rates(const work *k, const mbsri_group *g, bool below)
 {
     const mbsri_body *b = k->m->body + g->member[0];
@@ -104,8 +104,8 @@ static void find_rates(const work *k, const mbsri_group *g, bool below)
     }
 }
 
-/* The errors of x and of the rates: those that arrive, and what rounding of H and J leaves of x + J a,
- * which the group makes up for as if it had arrived. largest: rate so far, over its scale. */
+/* The errors of x and of the rates: those that arrive, and what rounding of H and J leaves of x + J
+ * a, which the group makes up for as if it had arrived. largest: rate so far, over its scale. */
 static void find_errors(const work *k, const mbsri_group *g, bool below, const double *error,
                         double *largest)
 {
@@ -125,8 +125,8 @@ static void find_errors(const work *k, const mbsri_group *g, bool below, const d
     mbsri_null_drop((size_t)g->n, k->z, k->z_error);
 }
 
-/* Member number l of a group: how its velocity changes with x of the head, and what rounding leaves of
- * the sum that it is. at: number of its predecessor among the members. */
+/* Member number l of a group: how its velocity changes with x of the head, and what rounding leaves
+ * of the sum that it is. at: number of its predecessor among the members. */
 static void respond(const work *k, const mbsri_group *g, int l, int at)
 {
     const mbsr_data *d = k->d;

@@ -5,7 +5,8 @@
 
 #include "recursion/data.h"
 
-/* What rounding leaves of a sum, as a share of its terms: positions and axes come out of many turns. */
+/* What rounding leaves of a sum, as a share of its terms: positions and axes come out of many
+ * turns. */
 #define MBSRI_NULL_ROUNDING 1e-14
 
 /* How many times its error bound a number has to be, to be told from zero. */
@@ -22,8 +23,8 @@ void mbsri_null_drop(size_t n, double *x, const double *error);
 /* Numbers of scratch for a lift. */
 size_t mbsri_null_lift_room(const mbsr_model *m);
 
-/* The direction of null rates z (nu) of the group of head j or groups behind it; size (nu): of what they
- * were added up from. The data holds mbsri_backward. */
+/* The direction of null rates z (nu) of the group of head j or groups behind it; size (nu): of what
+ * they were added up from. The data holds mbsri_backward. */
 void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *z, const double *size,
                      const mbsri_lifted *out, double *room);
 

@@ -18,7 +18,8 @@
 #include <float.h>
 #include <math.h>
 
-/* Of directions and products with them, relative; the least share that counts of what is subtracted. */
+/* Of directions and products with them, relative; the least share that counts of what is
+ * subtracted. */
 static const double ROUNDING = 256.0 * DBL_EPSILON, LEAST = 1e-12;
 
 int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,
@@ -52,8 +53,9 @@ static double lever_of(const mbsri_null_space *w)
     return fmax(w->size, mbsri_longest_lever(w->m, w->d));
 }
 
-/* What may be rounding, over ROUNDING, in the force of a row on a rigid body, `force` (d numbers, rows apart), along V:
- * components of a force that are zero are traces of its largest one, and turns count with the longest lever. */
+/* What may be rounding, over ROUNDING, in the force of a row on a rigid body, `force` (d numbers,
+ * rows apart), along V: components of a force that are zero are traces of its largest one, and
+ * turns count with the longest lever. */
 static double rounded_along(const mbsri_body *b, size_t rows, const double *force, const double *V,
                             double lever)
 {
@@ -98,8 +100,8 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
     return sum;
 }
 
-/* What row k of a closure reads of the errors of direction l; beside its size a trace of it is nothing else, where turns
- * cancel. */
+/* What row k of a closure reads of the errors of direction l; beside its size a trace of it is
+ * nothing else, where turns cancel. */
 static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, int k, int l)
 {
     const size_t rows = (size_t)c->rows;
@@ -176,8 +178,8 @@ static void fill(mbsri_null_space *w, double lever, double *sizes)
     }
 }
 
-/* A (n x k) becomes A T, T k x count with the errors dT, without what may be rounding; error (n x k, or NULL): of A,
- * becomes that of A T; `old`: 2 n k of scratch. */
+/* A (n x k) becomes A T, T k x count with the errors dT, without what may be rounding; error (n x
+ * k, or NULL): of A, becomes that of A T; `old`: 2 n k of scratch. */
 static void combine(size_t n, int k, int count, const double *T, const double *dT, double *A,
                     double *error, double *old)
 {

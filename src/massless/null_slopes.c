@@ -3,10 +3,10 @@
  *
  * Elements with derivatives of their own contribute these (element_slopes.h), in any units and with
  * rounding errors alone; their forces are held where they are while the rest is differenced: other
- * elements and weights, which are black boxes, and the change of the directions. No single step serves all units: a
- * step that is right for a stiff law buries a soft one in the rounding of the forces beside it.
- * Columns of one colour (couplings.h) are differenced together with steps a decade apart, D(h), D(10 h), ...; each entry takes the
- * step with the smallest
+ * elements and weights, which are black boxes, and the change of the directions. No single step
+ * serves all units: a step that is right for a stiff law buries a soft one in the rounding of the
+ * forces beside it. Columns of one colour (couplings.h) are differenced together with steps a
+ * decade apart, D(h), D(10 h), ...; each entry takes the step with the smallest
  *
  *   error(h) = (rounding of the forces) / h + |D(h) - D(h / 10)|
  *
@@ -32,16 +32,17 @@
 #include <math.h>
 #include <string.h>
 
-/* Decades of steps relative to the size of the state: from the first, and the last at which a failure
- * counts; the colour of all directions together; how many colours are differenced without asking first
- * whether it is worth while, which is less exact. */
+/* Decades of steps relative to the size of the state: from the first, and the last at which a
+ * failure counts; the colour of all directions together; how many colours are differenced without
+ * asking first whether it is worth while, which is less exact. */
 enum { LOW = MBSRI_LOWEST_DECADE, NEAR = MBSRI_NEAR_DECADE, ALL = -1, FEW = 8 };
 
 typedef struct range {
     int low, high;
 } range;
 
-/* sizes (k) += the sizes of the forces that balance in each direction, those of loops one by one. */
+/* sizes (k) += the sizes of the forces that balance in each direction, those of loops one by one.
+ */
 static void add_sizes(mbsri_null_space *w, double *sizes)
 {
     mbsri_gross_forces(w->m, w->d);
@@ -146,15 +147,16 @@ static int search(mbsri_null_space *w, double t, const double *q, const double *
     return MBSR_OK;
 }
 
-/* Over a unit step, what may be rounding: slopes by position of less than that beside what elements with
- * derivatives make of positions off by typical sizes. So at velocities that balance the rounding of
- * springs nothing turns up that is not there at rest. */
+/* Over a unit step, what may be rounding: slopes by position of less than that beside what elements
+ * with derivatives make of positions off by typical sizes. So at velocities that balance the
+ * rounding of springs nothing turns up that is not there at rest. */
 static double least_slope(const mbsri_null_space *w, bool velocity, int l)
 {
     return velocity ? 0.0 : DBL_EPSILON * w->strain[l];
 }
 
-/* The columns of one colour of C (velocity) or S and their errors, of the forces that are not held. */
+/* The columns of one colour of C (velocity) or S and their errors, of the forces that are not held.
+ */
 static int find_columns(mbsri_null_space *w, double t, const double *q, const double *u,
                         bool velocity, range decades, int colour)
 {
@@ -177,8 +179,8 @@ static int find_columns(mbsri_null_space *w, double t, const double *q, const do
     return status;
 }
 
-/* Which rows of S are zero, from the slope along the sum of all directions with weights that belong to
- * no pattern: their entries do not affect them any more, but for errors. */
+/* Which rows of S are zero, from the slope along the sum of all directions with weights that belong
+ * to no pattern: their entries do not affect them any more, but for errors. */
 static int drop_rows(mbsri_null_space *w, double t, const double *q, const double *u, range decades)
 {
     const int k = w->k;
@@ -238,7 +240,8 @@ static void note_dense(mbsri_null_space *w)
 }
 
 /* Whether what is not held changes as the directions do, with positions alone: not where there are
- * elements without derivatives, but for weights, or gyroscopic forces of what is not a rigid body. */
+ * elements without derivatives, but for weights, or gyroscopic forces of what is not a rigid body.
+ */
 static bool are_smooth(const mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;

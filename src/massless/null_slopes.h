@@ -10,8 +10,8 @@
 #define MBSRI_LEAST_STIFFNESS 1e-14
 
 /* C, S and their errors at a state; the basis stays but for
- * rounding, and so do the typical sizes of the first state. Forces without derivatives of their own are evaluated at up to ten
- * times the positions and 10^6 times the velocities of the state. */
+ * rounding, and so do the typical sizes of the first state. Forces without derivatives of their own
+ * are evaluated at up to ten times the positions and 10^6 times the velocities of the state. */
 int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const double *u);
 
 /* Whether elements all have derivatives and exert nothing but rounding, and the bodies rest; after

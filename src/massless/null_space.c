@@ -202,7 +202,8 @@ static int counted_rank(const mbsri_null_space *w, const mbsri_group *g)
     return rank;
 }
 
-/* Whether the rank of the group of head i is as it was; of others, which are done with it, it is. */
+/* Whether the rank of the group of head i is as it was; of others, which are done with it, it is.
+ */
 static bool same_rank(const mbsri_null_space *w, int i)
 {
     if (!mbsri_heads(w->m, w->d, i)) return true;
@@ -243,7 +244,8 @@ static int lacking(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g
     return g->member[k];
 }
 
-/* Direction number l of the null rates w->u, added up from the sizes w->shift, which begins at body i. */
+/* Direction number l of the null rates w->u, added up from the sizes w->shift, which begins at body
+ * i. */
 static void lift(mbsri_null_space *w, int l, int i)
 {
     const size_t at = (size_t)l * (size_t)w->m->nu, at_v = (size_t)l * w->m->size_v;

@@ -12,7 +12,8 @@
  * The projection is taken where the forces are evaluated and N where the basis was built, so that
  * gamma is smooth in (t, q, u) although eigenvectors may flip or turn.
  *
- * What is left of a_i and Vz_i where their terms cancel but for rounding is set to zero (null_lift.h). */
+ * What is left of a_i and Vz_i where their terms cancel but for rounding is set to zero
+ * (null_lift.h). */
 #ifndef MBSRI_NULL_SPACE_H
 #define MBSRI_NULL_SPACE_H
 
@@ -80,8 +81,8 @@ typedef struct mbsri_null_space {
     void *memory;
 } mbsri_null_space;
 
-/* Evaluates the state up to mbsr_backward; the directions there are counted and memory is taken for
- * them from the model's allocator. */
+/* Evaluates the state up to mbsr_stage_backward; the directions there are counted and memory is
+ * taken for them from the model's allocator. */
 int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, double t,
                     const double *q, const double *u, const char *function);
 void mbsri_null_close(mbsri_null_space *w);
@@ -89,20 +90,21 @@ void mbsri_null_close(mbsri_null_space *w);
 /* The basis at a state. MBSR_RANK_CHANGED if the number of directions is not k. */
 int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const double *u);
 
-/* Directions and twists of the sums of vectors in w->mixing, with the errors that they have themselves. */
+/* Directions and twists of the sums of vectors in w->mixing, with the errors that they have
+ * themselves. */
 int mbsri_null_lift_again(mbsri_null_space *w, double t, const double *q, const double *u);
 
 /* gamma (k) at a state; the basis stays. */
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u,
                      double *gamma);
 
-/* The sum of the sizes of the forces that gamma_l was added up from, after mbsri_gross_forces: those along
- * the vector, and a trace of all on the joints of its group, whose part beside the null space is taken out
- * but for rounding. */
+/* The sum of the sizes of the forces that gamma_l was added up from, after mbsri_gross_forces:
+ * those along the vector, and a trace of all on the joints of its group, whose part beside the null
+ * space is taken out but for rounding. */
 double mbsri_null_load(const mbsri_null_space *w, int l);
 
-/* x (k), numbers of the vectors that gamma was built for, becomes that of the sums of them that are the
- * directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->mixed. */
+/* x (k), numbers of the vectors that gamma was built for, becomes that of the sums of them that are
+ * the directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->mixed. */
 void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x);
 
 /* y += sum of the directions with these weights (k); y: nu. */

@@ -12,8 +12,8 @@ typedef struct mbsri_verdict {
     bool still; /* the bodies rest, and nothing acts on them but rounding of springs */
 } mbsri_verdict;
 
-/* MBSR_UNDETERMINED, with the name of a joint, where a direction is not determined; MBSR_OK too where no report
- * can be made, but MBSR_RANK_CHANGED of trees. Watching of ranks is off. */
+/* MBSR_UNDETERMINED, with the name of a joint, where a direction is not determined; MBSR_OK too
+ * where no report can be made, but MBSR_RANK_CHANGED of trees. Watching of ranks is off. */
 int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
                       const char *function, mbsri_verdict *verdict);
 

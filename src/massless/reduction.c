@@ -46,8 +46,8 @@ static void find_largest(mbsri_reduction *r, int j)
     }
 }
 
-/* Rows of A by their sizes, or to largest entries 1, then columns to largest entries 1, and the errors
- * likewise; beside it the unit matrix. */
+/* Rows of A by their sizes, or to largest entries 1, then columns to largest entries 1, and the
+ * errors likewise; beside it the unit matrix. */
 static void prepare(mbsri_reduction *r, int n, int m, const double *sizes)
 {
     r->n = n;
@@ -89,8 +89,8 @@ static bool find_pivot(const mbsri_reduction *r, int *row, int *column)
     return largest > 0.0;
 }
 
-/* Column j of all rows but p less their numbers `factor` times that of row p, with the errors `doubt`
- * of the factors. */
+/* Column j of all rows but p less their numbers `factor` times that of row p, with the errors
+ * `doubt` of the factors. */
 static void subtract(mbsri_reduction *r, int j, int p, const double *factor, const double *doubt,
                      double small)
 {

@@ -37,15 +37,16 @@ typedef struct mbsri_report {
 /* Spreads the number of l's component over all directions coupled to it. */
 void mbsri_report_mark(mbsri_report *r, int l, int number);
 
-/* What rates of a direction, in r->u, count from: 1e-6 of the largest, velocities compared with angular
- * rates times the typical length. */
+/* What rates of a direction, in r->u, count from: 1e-6 of the largest, velocities compared with
+ * angular rates times the typical length. */
 double mbsri_report_least(const mbsri_report *r);
 
 /* u, twist and q_rate of a direction, but for rates that do not count. */
 void mbsri_report_combine(mbsri_report *r, const double *weights);
 
-/* Notes in `seen` which elements determine the direction of this kind in u, twist and q_rate, and their
- * number in *count: those that see more than rates that do not count, or if none does, any. */
+/* Notes in `seen` which elements determine the direction of this kind in u, twist and q_rate, and
+ * their number in *count: those that see more than rates that do not count, or if none does, any.
+ */
 int mbsri_report_see(mbsri_report *r, mbsr_direction_kind kind, int *count);
 
 /* The directions of a component, by kind; writes the conditioning of the report. */
@@ -54,8 +55,8 @@ int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report
 /* One more direction of the component: x (c). */
 void mbsri_report_add(mbsri_report *r, int c, const double *x, mbsr_direction_kind kind);
 
-/* x, or in its stead `sparse` (NULL: none) if that has fewer terms and still names the bodies on which
- * the elements act that determine x. */
+/* x, or in its stead `sparse` (NULL: none) if that has fewer terms and still names the bodies on
+ * which the elements act that determine x. */
 int mbsri_report_add_shorter(mbsri_report *r, int c, const double *x, const double *sparse,
                              mbsr_direction_kind kind);
 

@@ -13,9 +13,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Joint rates of found direction l, after list_forces, those below 1e-6 of the largest left out unless
- * elements see no others, a velocity compared with an angular rate times the typical length; the
- * largest number made 1. Returns how many there are; writes them where term is not NULL. */
+/* Joint rates of found direction l, after list_forces, those below 1e-6 of the largest left out
+ * unless elements see no others, a velocity compared with an angular rate times the typical length;
+ * the largest number made 1. Returns how many there are; writes them where term is not NULL. */
 static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
 {
     const mbsr_model *m = r->w.m;
@@ -38,8 +38,8 @@ static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
     return count;
 }
 
-/* Ids of the elements that determine found direction l, their number in *count; written where force is
- * not NULL. */
+/* Ids of the elements that determine found direction l, their number in *count; written where force
+ * is not NULL. */
 static int list_forces(mbsri_report *r, int l, int *force, int *count)
 {
     const mbsr_model *m = r->w.m;
@@ -52,8 +52,8 @@ static int list_forces(mbsri_report *r, int l, int *force, int *count)
     return status;
 }
 
-/* Ids of the closures that determine found direction l, after list_forces; written where closure is not
- * NULL. */
+/* Ids of the closures that determine found direction l, after list_forces; written where closure is
+ * not NULL. */
 static int list_closures(mbsri_report *r, int l, int *closure)
 {
     const mbsr_model *m = r->w.m;

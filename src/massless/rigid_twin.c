@@ -4,7 +4,8 @@
 
 #include <mbsrank/model.h>
 
-/* Takes the springs from rows: before finishing those of closures as they were added, afterwards all. */
+/* Takes the springs from rows: before finishing those of closures as they were added, afterwards
+ * all. */
 static void make_rigid(const mbsr_model *m, const bool *springs, bool finished, mbsr_model *twin)
 {
     const mbsri_closure *given = m->closures.data;

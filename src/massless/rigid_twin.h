@@ -10,8 +10,9 @@ typedef struct mbsri_rigid_twin {
     mbsr_data *data;
 } mbsri_rigid_twin;
 
-/* springs (rows; NULL: none): stiff rows that stay springs. Statuses of mbsr_model_copy, mbsr_model_finish and
- * mbsr_data_create, reported in d; what has been made is to be closed after a failure too. */
+/* springs (rows; NULL: none): stiff rows that stay springs. Statuses of mbsr_model_copy,
+ * mbsr_model_finish and mbsr_data_create, reported in d; what has been made is to be closed after a
+ * failure too. */
 int mbsri_rigid_twin_open(const mbsr_model *m, mbsr_data *d, const bool *springs,
                           mbsri_rigid_twin *twin);
 void mbsri_rigid_twin_close(mbsri_rigid_twin *twin);

@@ -9,14 +9,14 @@
  * q_scale and span of every coordinate. The data is at mbsri_forces of the state.
  *
  * The length is the largest among the distances of origins from those of the predecessors, centres
- * of mass, radii of gyration, displacements and the points that stock force elements act at; the rate
- * the largest among the angular rates, velocities over the length, and the root of force over mass and
- * length. Angles count as 1; modal coordinates as what moves a marker by the length or turns it by 1. What nothing is
- * known of counts as 1 as well. */
+ * of mass, radii of gyration, displacements and the points that stock force elements act at; the
+ * rate the largest among the angular rates, velocities over the length, and the root of force over
+ * mass and length. Angles count as 1; modal coordinates as what moves a marker by the length or
+ * turns it by 1. What nothing is known of counts as 1 as well. */
 void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u);
 
-/* u_scale by the rate; where that is next to nothing beside the `natural` one of springs and masses (0:
- * not known), as at rest, the natural one takes its place. */
+/* u_scale by the rate; where that is next to nothing beside the `natural` one of springs and masses
+ * (0: not known), as at rest, the natural one takes its place. */
 void mbsri_null_rate_scales(mbsri_null_space *w, double natural);
 
 /* The largest rate of direction l, by typical sizes. */

@@ -34,9 +34,9 @@ static int make_room(mbsri_null_space *w, int count, const int *direction, bool 
     return MBSR_OK;
 }
 
-/* sizes (count) = the largest rates of directions, by typical sizes. Pivots are taken where elements see
- * most of a direction beside that: one that goes on into large rates behind a slender body is then not
- * subtracted from others, in which it would hide all else. */
+/* sizes (count) = the largest rates of directions, by typical sizes. Pivots are taken where
+ * elements see most of a direction beside that: one that goes on into large rates behind a slender
+ * body is then not subtracted from others, in which it would hide all else. */
 static void find_sizes(const mbsri_null_space *w, int count, const int *direction, double *sizes)
 {
     for (int n = 0; n < count; ++n) sizes[n] = mbsri_direction_size(w, direction[n]);

@@ -3,7 +3,8 @@
  *
  * With a row of B for what a damper sees, and of A for a spring,
  *
- *   rank B           damped directions; y_k of the reduction of B^T is one that damper k sees and of the
+ *   rank B           damped directions; y_k of the reduction of B^T is one that damper k sees and
+ *       of the
  *                    others only those that follow from the ones with pivots
  *   B Z = 0          the others
  *   rank A Z         elastic directions among these, in the same way

@@ -11,8 +11,8 @@
 
 static const double growth_allowed = 32.0; /* of rates behind the joints where a vector begins */
 
-/* Largest rate of vector l at the joints where it begins, velocities compared with angular rates times
- * the typical length. */
+/* Largest rate of vector l at the joints where it begins, velocities compared with angular rates
+ * times the typical length. */
 static double size_of_head(const mbsri_null_space *w, int l)
 {
     const mbsr_model *m = w->m;

@@ -1,18 +1,22 @@
 /* A consistent start by Newton systems.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * K(c) = dF/dy + c dF/dy' of the momentum form. For r = (0, 0, r_u, r_Lambda, r_Eta), block by block,
+ * K(c) = dF/dy + c dF/dy' of the momentum form. For r = (0, 0, r_u, r_Lambda, r_Eta), block by
+ * block,
  *
- *   x_q = A_q + O(1/c)   x_p = A_p + O(1/c)   x_u = a + c b + O(1/c)   c x_Lambda = c I + L + O(1/c)
+ *   x_q = A_q + O(1/c)   x_p = A_p + O(1/c)   x_u = a + c b + O(1/c)
+ *       c x_Lambda = c I + L + O(1/c)
  *
- * b: velocity of directions that springs alone hold, A_q = G b and what closes loops; a: all other velocities; I: impulses
- * of loops, A_p = C^T I; L: loop forces. Solutions for c and 100 c tell one from the other, and so Newton's method finds
+ * b: velocity of directions that springs alone hold, A_q = G b and what closes loops; a: all other
+ * velocities; I: impulses of loops, A_p = C^T I; L: loop forces. Solutions for c and 100 c tell one
+ * from the other, and so Newton's method finds
  *
  *   positions    F_u = 0 and g = 0 by A_q and a        start_positions.c
  *   velocities   F_u = 0, C u + g_t = 0 by a, I, L; dF_u/dt = 0 by b        start_velocities.c
  *   rates        as those of any state        completion_rates.c
  *
- * In place of c = infinity stand values beyond all rates of the model, tried one after the other. */
+ * In place of c = infinity stand values beyond all rates of the model, tried one after the other.
+ */
 #include "massless/start.h"
 
 #include "massless/completion_elastic.h"
@@ -27,6 +31,8 @@
 #include "forms/dae.h"
 #include "model/query.h"
 #include "recursion/kinematics.h"
+
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -102,8 +108,8 @@ static int balance(mbsri_start *s)
     return mbsri_completion_rates(s->w);
 }
 
-/* Whether forces take a push along directions without mass as the matrices say. Where nothing but rounding determines a
- * direction they do not. */
+/* Whether forces take a push along directions without mass as the matrices say. Where nothing but
+ * rounding determines a direction they do not. */
 static int check(mbsri_start *s, bool *clear)
 {
     static const double short_way = 1e-4, off = 1e-3;
@@ -137,7 +143,8 @@ static int check(mbsri_start *s, bool *clear)
     return status < 0 ? status : MBSR_OK;
 }
 
-/* No balance found, of positions or of velocities: names the joint at which the largest force is left. */
+/* No balance found, of positions or of velocities: names the joint at which the largest force is
+ * left. */
 static int refuse(mbsri_start *s, const char *what)
 {
     mbsr_completion *w = s->w;
@@ -169,7 +176,8 @@ static int survey(mbsri_start *s)
     return w->pair ? note_masses(s) : MBSR_OK;
 }
 
-/* Springs held what nothing else seemed to hold, or not, also at the state found: friction that slips holds little. */
+/* Springs held what nothing else seemed to hold, or not, also at the state found: friction that
+ * slips holds little. */
 static int stays_as_it_is(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
@@ -179,7 +187,8 @@ static int stays_as_it_is(mbsri_start *s)
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
 }
 
-/* With one c after the other. *singular stays true where the matrices are so for all of them, *regular where for none. */
+/* With one c after the other. *singular stays true where the matrices are so for all of them,
+ * *regular where for none. */
 static int climb(mbsri_start *s, int rungs, bool *singular, bool *regular)
 {
     mbsr_completion *w = s->w;

@@ -1,12 +1,13 @@
 /* Positions of a consistent start: see start.c.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * K(c) x = (0, 0, F_u, 0, g), c -> infinity:  q -= x_q, u -= x_u. Steps along directions that move no mass leave masses
- * where they are to the first order; what they move by is taken back,
+ * K(c) x = (0, 0, F_u, 0, g), c -> infinity:  q -= x_q, u -= x_u. Steps along directions that move
+ * no mass leave masses where they are to the first order; what they move by is taken back,
  *
  *   K(c) x = (0, c P, 0, 0, 0),  P = sum of J^T M (displacement):  q += G x_u
  *
- * Shortened by Deuflhard's natural monotonicity: with the same matrices the next correction has to be smaller. */
+ * Shortened by Deuflhard's natural monotonicity: with the same matrices the next correction has to
+ * be smaller. */
 #include "massless/start_positions.h"
 
 #include "algebra/dense.h"
@@ -88,7 +89,8 @@ static double largest_turn(const mbsri_start *s, const double *dq)
     return largest;
 }
 
-/* Goes along the step as far as it leads on; translations farther each time, as their range is not known. */
+/* Goes along the step as far as it leads on; translations farther each time, as their range is not
+ * known. */
 static int advance(mbsri_start *s, double change, defects left)
 {
     enum { HALVINGS = 12, PATIENT = 4 };

@@ -5,7 +5,8 @@
 
 #include "massless/start_systems.h"
 
-/* q at which springs that alone hold directions balance, masses staying where they are, and gaps are closed. */
+/* q at which springs that alone hold directions balance, masses staying where they are, and gaps
+ * are closed. */
 int mbsri_start_positions(mbsri_start *s);
 
 #endif

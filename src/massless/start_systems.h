@@ -40,7 +40,8 @@ typedef struct mbsri_start {
     void *memory;
 } mbsri_start;
 
-/* Room for starts of the model of w, whose record is kept in s; MBSR_OK or no memory, reported in w->error. */
+/* Room for starts of the model of w, whose record is kept in s; MBSR_OK or no memory, reported in
+ * w->error. */
 int mbsri_start_open(mbsri_start *s, mbsr_completion *w);
 void mbsri_start_close(mbsri_start *s);
 
@@ -50,14 +51,16 @@ int mbsri_start_evaluate(mbsri_start *s, bool own);
 /* w->r = (0, 0, F_u, F_Lambda, F_Eta - offset), those of F_u that are balances of forces. */
 void mbsri_start_rows(mbsri_start *s, bool forces, bool rates, bool gaps);
 
-/* Both solutions for w->r and c times `momenta` (nu, NULL: none) in r_p: of q, p limits and of Lambda impulses in w->x; of u
- * what is not elastic in w->x and what is over c in w->other, as loop forces. */
+/* Both solutions for w->r and c times `momenta` (nu, NULL: none) in r_p: of q, p limits and of
+ * Lambda impulses in w->x; of u what is not elastic in w->x and what is over c in w->other, as loop
+ * forces. */
 int mbsri_start_solve(mbsri_start *s, const double *momenta);
 
 /* Both matrices at w->y, w->yp. */
 int mbsri_start_factor(mbsri_start *s);
 
-/* Whether forces along directions without mass are rounding beside the largest that act, at w->y. */
+/* Whether forces along directions without mass are rounding beside the largest that act, at w->y.
+ */
 bool mbsri_start_balances(mbsri_start *s);
 
 /* The largest of changes of q over what coordinates span. */

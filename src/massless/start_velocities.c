@@ -1,10 +1,12 @@
 /* Velocities of a consistent start: see start.c.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   K(c) x = (0, c (M (u - u_0) - C^T I), F_u, C u + g_t, 0):  u -= x_u,  I -= x_Lambda,  lambda -= its part over c
+ *   K(c) x = (0, c (M (u - u_0) - C^T I), F_u, C u + g_t, 0):  u -= x_u,  I -= x_Lambda,
+ *       lambda -= its part over c
  *
- * with F_u in joints of which some direction moves no mass. Momenta come from the difference of velocities, so that
- * rounding of M u is not multiplied by the inverse of M, and joints that carry mass keep their rates to the last digit. */
+ * with F_u in joints of which some direction moves no mass. Momenta come from the difference of
+ * velocities, so that rounding of M u is not multiplied by the inverse of M, and joints that carry
+ * mass keep their rates to the last digit. */
 #include "massless/completion_elastic.h"
 #include "massless/start_velocities.h"
 
@@ -98,8 +100,9 @@ static void take(mbsri_start *s, double share)
     }
 }
 
-/* Goes along the step as far as it leads on: *share. Zero: nowhere. Far from the balance of springs the matrix
- * lacks what is proportional to forces left, and whole steps may lead on though they do not seem to: *leaps. */
+/* Goes along the step as far as it leads on: *share. Zero: nowhere. Far from the balance of springs
+ * the matrix lacks what is proportional to forces left, and whole steps may lead on though they do
+ * not seem to: *leaps. */
 static int advance(mbsri_start *s, double change, double size, int *leaps, double *share)
 {
     enum { HALVINGS = 14, LEAPS = 12 };

@@ -1,13 +1,14 @@
 /* A consistent start on the tree of a model with stiff rows.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A start closes stiff rows like rigid ones and loads their springs with the force that keeps them so, s =
- * -lambda, so that the gaps are s / k: a copy of the model without springs in its rows starts with these
- * gaps, which shift lambda a little, until they agree. Loops of rigid rows close at the nearest common
- * predecessor; that above it the gaps, small as they are, turn with the root is left out of the matrices.
+ * A start closes stiff rows like rigid ones and loads their springs with the force that keeps them
+ * so, s = -lambda, so that the gaps are s / k: a copy of the model without springs in its rows
+ * starts with these gaps, which shift lambda a little, until they agree. Loops of rigid rows close
+ * at the nearest common predecessor; that above it the gaps, small as they are, turn with the root
+ * is left out of the matrices.
  *
- * Springs that a start takes as they are leave the state to the rigid rows. Where it is one that these allow, and each
- * motion has mass or a loop that holds it, forward dynamics are the start. */
+ * Springs that a start takes as they are leave the state to the rigid rows. Where it is one that
+ * these allow, and each motion has mass or a loop that holds it, forward dynamics are the start. */
 #include "massless/loops_tree_start.h"
 
 #include "algebra/dense.h"
@@ -69,8 +70,8 @@ static void close_rigid(const mbsr_model *m, rigid *r)
     mbsri_rigid_twin_close(&r->twin);
 }
 
-/* Gaps at which the springs bear lambda; the largest force by which they did not. Not served where such a row
- * is left out. */
+/* Gaps at which the springs bear lambda; the largest force by which they did not. Not served where
+ * such a row is left out. */
 static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, bool *served)
 {
     const mbsri_closure *c = m->closures.data;
@@ -110,8 +111,8 @@ static int find_defect(const mbsr_model *m, mbsr_data *d, double *work, double *
     return status;
 }
 
-/* Springs that are taken as they are, in a state that the rigid rows allow, none of these and of the springs
- * dependent: u' and loop forces are those of forward dynamics. */
+/* Springs that are taken as they are, in a state that the rigid rows allow, none of these and of
+ * the springs dependent: u' and loop forces are those of forward dynamics. */
 static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                        const double *u, double *udot, double *lambda, bool *served)
 {

@@ -36,7 +36,7 @@ static size_t store_matrix(mbsr_model *m, size_t size, const double *matrix)
     return offset;
 }
 
-static int enter(mbsr_model *m, const void *def, const char *function)
+static int check_open_model(mbsr_model *m, const void *def, const char *function)
 {
     if (!def)
         return mbsri_fail(&m->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
@@ -81,7 +81,7 @@ int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, int *id)
 {
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
-    int status = enter(m, def, "mbsr_model_add_body");
+    int status = check_open_model(m, def, "mbsr_model_add_body");
     if (status) return status;
     if (m->entries.count >= INT_MAX - 1) {
         return mbsri_fail(&m->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
@@ -158,7 +158,7 @@ int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id)
 {
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
-    int status = enter(m, def, "mbsr_model_add_force");
+    int status = check_open_model(m, def, "mbsr_model_add_force");
     if (status) return status;
     const int next = (int)m->forces.count;
     if (def->cookie != MBSRI_COOKIE) {

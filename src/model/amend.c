@@ -7,19 +7,21 @@
 #include "model/entry.h"
 #include "model/query.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static const char *label_of(const mbsr_model *m, const mbsri_body_entry *entry, int body,
-                            char *buffer)
+static const char *amended_label(const mbsr_model *m, const mbsri_body_entry *entry, int body,
+                                 char *buffer)
 {
     return mbsri_label(buffer, "body", body, (const char *)m->names.data + entry->name);
 }
 
 /* Room for `size` doubles in the model, at the offset returned; the model's array starts with one
  * unused number, so that 0 means none. */
-static size_t take(mbsr_model *m, size_t size, int body)
+static size_t reserve_doubles(mbsr_model *m, size_t size, int body)
 {
     if (!mbsri_reserve(&m->allocator, &m->matrices, size + 1, sizeof(double))) {
         mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, body, MBSR_NONE, "body %d: no memory", body);
@@ -40,7 +42,7 @@ int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matr
     mbsri_body_entry *entry = mbsri_find_entry(m, body, function, &status);
     if (!entry) return status;
     char label[MBSRI_LABEL], culprit[MBSRI_LABEL + sizeof function + 2];
-    snprintf(culprit, sizeof culprit, "%s: %s", label_of(m, entry, body, label), function);
+    snprintf(culprit, sizeof culprit, "%s: %s", amended_label(m, entry, body, label), function);
     if (!matrix || d < 1) {
         return mbsri_fail(&m->error, matrix ? MBSR_ERR_VALUE : MBSR_ERR_NULL, body, MBSR_NONE,
                           "%s: %s", culprit, matrix ? "d must be positive" : "matrix is NULL");
@@ -54,7 +56,7 @@ int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matr
     status = mbsri_check_inertia(m, &inertia, entry->joint.space, entry->joint.d, body, culprit,
                                  &regular);
     if (status) return status;
-    const size_t size = (size_t)d * (size_t)d, offset = take(m, size, body);
+    const size_t size = (size_t)d * (size_t)d, offset = reserve_doubles(m, size, body);
     if (offset == 0) return MBSR_ERR_NO_MEMORY;
     memcpy((double *)m->matrices.data + offset, matrix, size * sizeof *matrix);
     entry->added = offset;
@@ -68,7 +70,7 @@ static int check_lock(mbsr_model *m, const mbsri_body_entry *entry, int body, in
 {
     const mbsri_joint *joint = &entry->joint;
     char label[MBSRI_LABEL];
-    label_of(m, entry, body, label);
+    amended_label(m, entry, body, label);
     if (joint->nq != joint->n || joint->table->coordinate_rates) {
         return mbsri_fail(
             &m->error, MBSR_ERR_SPACE, body, MBSR_NONE,
@@ -103,7 +105,7 @@ int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
     if (!status) status = check_lock(m, entry, body, coordinate, value);
     if (status) return status;
     if (entry->held == 0) {
-        const size_t n = (size_t)entry->joint.n, offset = take(m, n, body);
+        const size_t n = (size_t)entry->joint.n, offset = reserve_doubles(m, n, body);
         if (offset == 0) return MBSR_ERR_NO_MEMORY;
         for (size_t k = 0; k < n; ++k) ((double *)m->matrices.data)[offset + k] = NAN;
         entry->held = offset;
@@ -133,7 +135,7 @@ static int check_armature(mbsr_model *m, const mbsri_body_entry *entry, int body
 {
     const mbsri_joint *joint = &entry->joint;
     char label[MBSRI_LABEL];
-    label_of(m, entry, body, label);
+    amended_label(m, entry, body, label);
     if (!values && n > 0)
         return mbsri_fail(&m->error, MBSR_ERR_NULL, body, MBSR_NONE,
                           "%s: mbsr_model_armature: values is NULL", label);
@@ -172,7 +174,7 @@ int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values
     mbsri_body_entry *entry = mbsri_find_entry(m, body, "mbsr_model_armature", &status);
     if (!status) status = check_armature(m, entry, body, n, values);
     if (status || n == 0) return status;
-    if (entry->armature == 0) entry->armature = take(m, (size_t)n, body);
+    if (entry->armature == 0) entry->armature = reserve_doubles(m, (size_t)n, body);
     if (entry->armature == 0) return MBSR_ERR_NO_MEMORY;
     memcpy((double *)m->matrices.data + entry->armature, values, (size_t)n * sizeof *values);
     return MBSR_OK;

@@ -26,7 +26,7 @@ int mbsri_check_scales(mbsr_model *m, const mbsr_scales *scales, int body, int f
     return MBSR_OK;
 }
 
-static int check_table(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
+static int check_joint_table(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
 {
     const mbsr_joint_table *table = joint->table;
     if (!table)
@@ -60,7 +60,7 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
         [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = 6};
     static const int space_np[] = {
         [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = MBSR_POSE_SIZE};
-    const int status = check_table(m, joint, id, label);
+    const int status = check_joint_table(m, joint, id, label);
     if (status) return status;
     const char *name = joint->table->name;
     const bool flexible = joint->space == MBSR_SPACE_FLEXIBLE,
@@ -114,8 +114,8 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
 
 /* Symmetric, finite, positive semi-definite up to rounding: scaled to unit diagonal, the matrix
  * must be symmetric to 1e-12 and have no eigenvalue below -1e-12. */
-static int check_matrix(mbsr_model *m, int d, const double *A, int id, const char *label,
-                        bool *regular)
+static int check_mass_matrix(mbsr_model *m, int d, const double *A, int id, const char *label,
+                             bool *regular)
 {
     for (int j = 0; j < d; ++j) {
         for (int k = 0; k < d; ++k) {
@@ -286,7 +286,7 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
             return REFUSE(MBSR_ERR_VALUE, "%s: inertia.matrix is %d x %d, the body has d = %d",
                           label, inertia->d, inertia->d, d);
         }
-        return check_matrix(m, d, inertia->matrix, id, label, regular);
+        return check_mass_matrix(m, d, inertia->matrix, id, label, regular);
     case MBSR_INERTIA_SPATIAL:
         if (space != MBSR_SPACE_SPATIAL)
             return REFUSE(MBSR_ERR_SPACE, "%s: a rigid inertia needs a SPATIAL body", label);

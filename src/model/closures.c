@@ -8,6 +8,8 @@
 #include "model/check.h"
 #include "model/query.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -28,7 +30,7 @@ static int check_bodies(mbsr_model *m, const mbsr_closure_def *def, const char *
     return MBSR_OK;
 }
 
-static int check_numbers(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+static int check_closure_numbers(mbsr_model *m, const mbsr_closure_def *def, const char *label)
 {
     for (int k = 0; k < MBSR_CLOSURE_PARAMS; ++k) {
         if (!isfinite(def->param[k]))
@@ -56,7 +58,8 @@ static int check_numbers(mbsr_model *m, const mbsr_closure_def *def, const char 
 }
 
 /* Whether a matrix is finite and symmetric, without negative entries on its diagonal. */
-static int check_matrix(mbsr_model *m, int n, const double *A, const char *what, const char *label)
+static int check_compliance(mbsr_model *m, int n, const double *A, const char *what,
+                            const char *label)
 {
     for (int k = 0; k < n * n; ++k) {
         const int i = k % n, j = k / n;
@@ -72,8 +75,8 @@ static int check_matrix(mbsr_model *m, int n, const double *A, const char *what,
     return MBSR_OK;
 }
 
-/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which is the
- * model's copy. */
+/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which
+ * is the model's copy. */
 static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows, const char *label)
 {
     static const char *const faults[] = {
@@ -84,9 +87,9 @@ static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows
     if (n < 0 || n > MBSR_CLOSURE_ROWS || !def->compliance)
         return REFUSE(MBSR_ERR_VALUE, "%s: compliant is %d, must be 0 .. %d%s", label, n,
                       MBSR_CLOSURE_ROWS, def->compliance ? "" : "; compliance is NULL");
-    int status = check_matrix(m, n, def->compliance, "compliance", label);
+    int status = check_compliance(m, n, def->compliance, "compliance", label);
     if (!status && def->compliance_damping)
-        status = check_matrix(m, n, def->compliance_damping, "compliance_damping", label);
+        status = check_compliance(m, n, def->compliance_damping, "compliance_damping", label);
     if (status) return status;
     for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k) {
         if (def->stiffness[k] > 0.0)
@@ -105,7 +108,7 @@ static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows
     return MBSR_OK;
 }
 
-static int check_table(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+static int check_closure_table(mbsr_model *m, const mbsr_closure_def *def, const char *label)
 {
     const mbsr_closure_table *table = def->table;
     if (!table || table->version != MBSR_CLOSURE_TABLE_VERSION || !table->name)
@@ -128,9 +131,9 @@ static int check_table(mbsr_model *m, const mbsr_closure_def *def, const char *l
 
 static int check_closure(mbsr_model *m, const mbsr_closure_def *def, const char *label)
 {
-    int status = check_table(m, def, label);
+    int status = check_closure_table(m, def, label);
     if (!status) status = check_bodies(m, def, label);
-    if (!status) status = check_numbers(m, def, label);
+    if (!status) status = check_closure_numbers(m, def, label);
     if (status || !def->table->check_fields) return status;
     char text[MBSR_TEXT_SIZE] = "";
     status = def->table->check_fields(def, text);
@@ -235,13 +238,13 @@ int mbsr_model_rows(const mbsr_model *model)
     return model && model->finished ? model->rows : -1;
 }
 
-int mbsr_model_held(const mbsr_model *model)
+int mbsr_model_position_rows(const mbsr_model *model)
 {
     return model && model->finished ? model->held : -1;
 }
 
-int mbsr_closure_place(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
-                       int *held)
+int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
+                         int *held)
 {
     if (!model) return MBSR_ERR_NULL;
     if (!model->finished) return MBSR_ERR_UNFINISHED;

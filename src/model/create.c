@@ -60,7 +60,7 @@ static int check_root(const mbsr_root *root, mbsr_error *error)
     return MBSR_OK;
 }
 
-static int check_def(const mbsr_model_def *def, mbsr_error *error)
+static int check_model_def(const mbsr_model_def *def, mbsr_error *error)
 {
     if (def->cookie != MBSRI_COOKIE) {
         return mbsri_fail(
@@ -88,7 +88,7 @@ int mbsr_model_create(const mbsr_model_def *def, mbsr_model **model, mbsr_error 
                           "mbsr_model_create: model is NULL");
     *model = NULL;
     if (!def) def = &standard;
-    const int status = check_def(def, error);
+    const int status = check_model_def(def, error);
     if (status) return status;
 
     mbsr_model *m = mbsri_allocate(&def->allocator, sizeof *m);

@@ -41,7 +41,7 @@ static int add_carrier(mbsr_model *m, const mbsr_flexible_def *def, int *id)
     return mbsr_model_add_body(m, &carrier, id);
 }
 
-static int add_all(mbsr_model *m, const mbsr_flexible_def *def, int *body)
+static int add_carrier_and_body(mbsr_model *m, const mbsr_flexible_def *def, int *body)
 {
     mbsr_body_def flexible = mbsr_default_body_def();
     int status = MBSR_OK;
@@ -70,7 +70,7 @@ int mbsr_model_add_flexible(mbsr_model *model, const mbsr_flexible_def *def, int
                           "mbsr_default_flexible_def");
     const extent before = extent_of(m);
     int id = MBSR_NONE;
-    const int status = add_all(m, def, &id);
+    const int status = add_carrier_and_body(m, def, &id);
     if (status)
         take_back(m, &before);
     else if (body)

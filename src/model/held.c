@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-static const mbsri_body_entry *entry_of(const mbsr_model *m, int id)
+static const mbsri_body_entry *given_entry(const mbsr_model *m, int id)
 {
     return (const mbsri_body_entry *)m->entries.data + id;
 }
@@ -16,15 +16,15 @@ static const mbsri_body_entry *entry_of(const mbsr_model *m, int id)
 const double *mbsri_held_values(const mbsr_model *m, int id)
 {
     const bool known = id >= 0 && (size_t)id < m->entries.count;
-    if (!known || entry_of(m, id)->locks == 0) return NULL;
-    return (const double *)m->matrices.data + entry_of(m, id)->held;
+    if (!known || given_entry(m, id)->locks == 0) return NULL;
+    return (const double *)m->matrices.data + given_entry(m, id)->held;
 }
 
 int mbsri_place_left(const mbsr_model *m, int id, int coordinate)
 {
     const double *held = mbsri_held_values(m, id);
     int place = 0;
-    if (!held || coordinate < 0 || coordinate >= entry_of(m, id)->joint.n) return coordinate;
+    if (!held || coordinate < 0 || coordinate >= given_entry(m, id)->joint.n) return coordinate;
     if (!isnan(held[coordinate])) return -1;
     for (int k = 0; k < coordinate; ++k) place += isnan(held[k]);
     return place;
@@ -37,7 +37,7 @@ bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int
     for (int k = 0; k < count; ++k) {
         const bool locked = mbsri_place_left(m, body[k], def->option[k]) < 0;
         rests = rests && locked;
-        drops = drops || (locked && entry_of(m, body[k])->drops);
+        drops = drops || (locked && given_entry(m, body[k])->drops);
     }
     return rests || drops;
 }
@@ -72,7 +72,7 @@ int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *
     *energy = 0.0;
     for (int k = 0; k < def->bodies; ++k) {
         const int id = m->body[on[k]].id;
-        if (entry_of(m, id)->drops) return MBSR_OK;
+        if (given_entry(m, id)->drops) return MBSR_OK;
         body[k].id = id;
         body[k].q = mbsri_held_values(m, id);
     }
@@ -93,8 +93,8 @@ const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_
     return (const mbsr_closure_def *)m->given.data + (closure->given - 1);
 }
 
-/* Takes the terms that are locked out of def; whether one of them is dropped, how many there are, and how
- * large g may be by rounding of what they add. */
+/* Takes the terms that are locked out of def; whether one of them is dropped, how many there are,
+ * and how large g may be by rounding of what they add. */
 typedef struct taken {
     int terms;
     bool drops;
@@ -110,7 +110,7 @@ static taken take_terms(const mbsr_model *m, mbsr_closure_def *def)
             def->option[k] = mbsri_place_left(m, id, coordinate);
             continue;
         }
-        t.drops = t.drops || entry_of(m, id)->drops;
+        t.drops = t.drops || given_entry(m, id)->drops;
         t.size += mbsri_coupling_hold(def, k, mbsri_held_values(m, id)[coordinate]);
         ++t.terms;
     }

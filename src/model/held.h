@@ -5,8 +5,8 @@
 
 #include "model/record.h"
 
-/* The values of locked coordinates, NaN for the others, as many as the joint has as it was given; NULL:
- * none is locked, or the ground. */
+/* The values of locked coordinates, NaN for the others, as many as the joint has as it was given;
+ * NULL: none is locked, or the ground. */
 const double *mbsri_held_values(const mbsr_model *m, int id);
 
 /* Place of a coordinate, counted as given, among those that are left; -1: it is locked. */
@@ -22,8 +22,8 @@ void mbsri_force_as_given(const mbsri_force *force, mbsr_force_def *def);
 /* Whether the coordinate of term k of a closure, a coupling, is locked. */
 bool mbsri_term_is_held(const mbsr_model *m, const mbsr_closure_def *def, int k);
 
-/* A coupling without its terms that are locked, and as it was given. Status: MBSR_ERR_VALUE where no term is
- * left and the others contradict it; MBSR_ERR_NO_MEMORY; the reason in text. */
+/* A coupling without its terms that are locked, and as it was given. Status: MBSR_ERR_VALUE where
+ * no term is left and the others contradict it; MBSR_ERR_NO_MEMORY; the reason in text. */
 int mbsri_coupling_left(mbsr_model *m, mbsri_closure *closure, char text[MBSR_TEXT_SIZE]);
 const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_closure *closure);
 

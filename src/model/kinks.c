@@ -7,7 +7,8 @@
 
 /* Takes a kink of a table that is nearer than *next, or as near and in a lower derivative. `more`:
  * what the table stands for counts so many derivatives less than q and the momenta. */
-static void take(const mbsr_table *table, double t, int direction, int more, mbsr_kink *next)
+static void take_nearer_kink(const mbsr_table *table, double t, int direction, int more,
+                             mbsr_kink *next)
 {
     mbsr_kink found;
     if (mbsr_table_kink(table, t, direction, &found.t, &found.derivative)) return;
@@ -26,17 +27,19 @@ int mbsr_model_kink(const mbsr_model *model, double t, int direction, mbsr_kink 
     *next = (mbsr_kink){direction > 0 ? INFINITY : -INFINITY, 1};
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_joint *joint = &m->body[i].joint;
-        if (joint->motion == mbsr_table_motion) take(joint->user, t, direction, 0, next);
+        if (joint->motion == mbsr_table_motion)
+            take_nearer_kink(joint->user, t, direction, 0, next);
     }
     const mbsri_force *force = m->forces.data;
     for (size_t k = 0; k < m->forces.count; ++k) {
         if (force[k].def.function == mbsr_table_force)
-            take(force[k].def.user, t, direction, mbsri_table_lead(&force[k].def), next);
+            take_nearer_kink(force[k].def.user, t, direction, mbsri_table_lead(&force[k].def),
+                             next);
     }
     const mbsri_closure *closure = m->closures.data;
     for (size_t k = 0; k < m->closures.count; ++k) {
         if (closure[k].def.motion == mbsr_table_motion)
-            take(closure[k].def.user, t, direction, 0, next);
+            take_nearer_kink(closure[k].def.user, t, direction, 0, next);
     }
     return MBSR_OK;
 }

@@ -10,7 +10,8 @@
 
 enum { PARTS = MBSR_MASS_AND_MOMENT };
 
-static int refuse(mbsr_model *m, int status, int body, const char *function, const char *text)
+static int refuse_neglect(mbsr_model *m, int status, int body, const char *function,
+                          const char *text)
 {
     char label[MBSRI_LABEL];
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + body;
@@ -71,18 +72,21 @@ static int check_parts(mbsr_model *m, const mbsr_inertia *given, int body, int p
     const int has = mbsri_inertia_parts(given);
     const bool whole = given->kind == MBSR_INERTIA_MATRIX || given->kind == MBSR_INERTIA_FUNCTION;
     if (parts < 1 || parts > PARTS)
-        return refuse(m, MBSR_ERR_VALUE, body, function,
-                      "parts must be MBSR_MASS, MBSR_MOMENT or both");
+        return refuse_neglect(m, MBSR_ERR_VALUE, body, function,
+                              "parts must be MBSR_MASS, MBSR_MOMENT or both");
     if (given->kind == MBSR_INERTIA_FLEXIBLE)
-        return refuse(m, MBSR_ERR_VALUE, body, function,
-                      "the masses of a flexible body are those of its modal data");
-    if (has == 0) return refuse(m, MBSR_ERR_VALUE, body, function, "the body has no inertia");
+        return refuse_neglect(m, MBSR_ERR_VALUE, body, function,
+                              "the masses of a flexible body are those of its modal data");
+    if (has == 0)
+        return refuse_neglect(m, MBSR_ERR_VALUE, body, function, "the body has no inertia");
     if (whole && parts != PARTS)
-        return refuse(m, MBSR_ERR_VALUE, body, function,
-                      "an inertia by matrix or function has no parts, only MBSR_MASS_AND_MOMENT");
+        return refuse_neglect(
+            m, MBSR_ERR_VALUE, body, function,
+            "an inertia by matrix or function has no parts, only MBSR_MASS_AND_MOMENT");
     if ((has & parts) == 0)
-        return refuse(m, MBSR_ERR_VALUE, body, function,
-                      parts == MBSR_MASS ? "the body has no mass" : "the body has no moment");
+        return refuse_neglect(m, MBSR_ERR_VALUE, body, function,
+                              parts == MBSR_MASS ? "the body has no mass"
+                                                 : "the body has no moment");
     return MBSR_OK;
 }
 
@@ -101,7 +105,7 @@ int mbsr_model_neglect(mbsr_model *model, int body, int parts)
     status = check_parts(m, &given, body, parts, function);
     if (status) return status;
     if (!mbsri_reserve(&m->allocator, &m->neglected, 1, sizeof(mbsri_neglected)))
-        return refuse(m, MBSR_ERR_NO_MEMORY, body, function, "no memory");
+        return refuse_neglect(m, MBSR_ERR_NO_MEMORY, body, function, "no memory");
     if (before) restore(m, entry);
     ((mbsri_neglected *)m->neglected.data)[m->neglected.count++] =
         (mbsri_neglected){.body = body,
@@ -111,7 +115,8 @@ int mbsr_model_neglect(mbsr_model *model, int body, int parts)
                           .regular = entry->regular};
     entry->neglected = (int)m->neglected.count;
     entry->inertia = mbsri_inertia_without(&given, parts);
-    /* what was added to M (mbsr_model_regularise) may be regular by itself; this is no loss but time */
+    /* what was added to M (mbsr_model_regularise) may be regular by itself; this is no loss but
+     * time */
     entry->regular = false;
     return MBSR_OK;
 }

@@ -24,7 +24,7 @@ const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer)
 }
 
 /* The body of that id, the ground excluded; NULL if there is none. */
-static const mbsri_body *find(const mbsr_model *m, int id)
+static const mbsri_body *find_body(const mbsr_model *m, int id)
 {
     return ready(m) && id >= 0 && id < m->bodies ? m->body + m->index[id] : NULL;
 }
@@ -54,7 +54,7 @@ int mbsr_body_coordinates(const mbsr_model *model, int body, int *q_index, int *
 {
     if (!model) return MBSR_ERR_NULL;
     if (!model->finished) return MBSR_ERR_UNFINISHED;
-    const mbsri_body *b = find(model, body);
+    const mbsri_body *b = find_body(model, body);
     if (!b) return MBSR_ERR_ID;
     if (q_index) *q_index = b->q;
     if (nq) *nq = b->nq;
@@ -65,31 +65,31 @@ int mbsr_body_coordinates(const mbsr_model *model, int body, int *q_index, int *
 
 int mbsr_body_parent(const mbsr_model *model, int body)
 {
-    const mbsri_body *b = find(model, body);
+    const mbsri_body *b = find_body(model, body);
     return b ? ((const mbsri_body_entry *)model->entries.data)[b->id].parent : MBSR_NONE;
 }
 
 int mbsr_body_dimension(const mbsr_model *model, int body)
 {
-    const mbsri_body *b = find(model, body);
+    const mbsri_body *b = find_body(model, body);
     return b ? b->d : -1;
 }
 
 int mbsr_body_pose_size(const mbsr_model *model, int body)
 {
-    const mbsri_body *b = find(model, body);
+    const mbsri_body *b = find_body(model, body);
     return b ? b->np : -1;
 }
 
 int mbsr_body_group(const mbsr_model *model, int body)
 {
-    const mbsri_body *b = find(model, body);
+    const mbsri_body *b = find_body(model, body);
     return b ? model->body[b->head].id : MBSR_NONE;
 }
 
 const char *mbsr_body_name(const mbsr_model *model, int body)
 {
-    const mbsri_body *b = find(model, body);
+    const mbsri_body *b = find_body(model, body);
     return b ? (const char *)model->names.data + b->name : NULL;
 }
 

@@ -23,7 +23,8 @@ const char *mbsri_mass_advice(const mbsr_model *m, int i);
 /* The closure of that id in a finished model; NULL if there is none. */
 const mbsri_closure *mbsri_closure_of(const mbsr_model *m, int id);
 
-/* Number of the force elements before those that have a law of one coordinate, which are the last. */
+/* Number of the force elements before those that have a law of one coordinate, which are the last.
+ */
 static inline size_t mbsri_other_forces(const mbsr_model *m)
 {
     return m->forces.count - mbsri_coordinate_count(&m->along);

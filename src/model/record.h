@@ -1,10 +1,11 @@
 /* The model: bodies as added, and the finished tree.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Bodies 1 .. `live` are numbered parent before child, in depth-first order; body 0 is the root. Bodies that
- * are welded to others come behind them and have no successors but such: what stands on them is carried
- * over to the body that they are welded to (assembly/welds.h), whose inertia in the sweeps has theirs. Each
- * array of the data (recursion/data.h) is indexed through the offsets below. */
+ * Bodies 1 .. `live` are numbered parent before child, in depth-first order; body 0 is the root.
+ * Bodies that are welded to others come behind them and have no successors but such: what stands on
+ * them is carried over to the body that they are welded to (assembly/welds.h), whose inertia in the
+ * sweeps has theirs. Each array of the data (recursion/data.h) is indexed through the offsets
+ * below. */
 #ifndef MBSRI_RECORD_H
 #define MBSRI_RECORD_H
 
@@ -41,7 +42,8 @@ typedef struct mbsri_joint {
 /* Bodies, and joint rates, of a group (recursion/group.h) of more than one body. */
 enum { MBSRI_GROUP_MOST = 6 };
 
-/* Lengths of the arrays of the data that have numbers of each body, or rate or coordinate of a group. */
+/* Lengths of the arrays of the data that have numbers of each body, or rate or coordinate of a
+ * group. */
 typedef struct mbsri_lengths {
     size_t p, v, dd, dp, dn, dg, k, nn, full, rates, coordinates, bodies;
 } mbsri_lengths;
@@ -96,8 +98,8 @@ typedef struct mbsri_body {
     size_t name;          /* offset into names */
     bool regular;         /* M is positive definite in every pose */
     const double *added;  /* d x d, part of M in every pose; NULL: none */
-    int locks; /* coordinates of `joint` that are held; n and nq count the others. None where what is left
-                  is a stock joint, which `joint` is then */
+    int locks; /* coordinates of `joint` that are held; n and nq count the others. None where what
+                  is left is a stock joint, which `joint` is then */
     const double *held;       /* their values, NaN for the others (joint.n); NULL: none */
     const double *given_held; /* values of all that are locked, of the joint as given; NULL: none */
     const double *armature;   /* inertia along each joint rate (n), which D has on its diagonal */
@@ -143,17 +145,17 @@ typedef struct mbsri_closure {
     mbsr_closure_def def; /* name is not used: see below */
     size_t name;          /* offset into names */
     int force;            /* the element that it was, by id, or MBSR_NONE */
-    int given;      /* of a coupling without terms that are locked: place of what it was among the
-                             model's `given`, from 1 on; 0: none is. Without any terms left it has no rows */
-    size_t mixture; /* offset of `mix` into matrices, 0: none */
+    int given;            /* index of the definition as given among the model's `given`, from 1 on,
+                           * where locked coordinates have changed it; 0: as given */
+    size_t mixture;       /* offset of `mix` into matrices, 0: none */
     /* from here on set by finish */
     const double *mix; /* held x held, row by row: what the table's position rows are combined by;
                           NULL: not at all. Points into the model */
     int rows, held;    /* velocity rows; the first of them position rows */
     int row, held_row; /* where they begin among those of all closures */
     int bodies, body[MBSR_CLOSURE_BODIES + 1];
-    int meets; /* the body where it closes: the nearest common predecessor of its bodies, before those whose
-                  joints it reads, where its forces balance, else the root */
+    int meets; /* the body where it closes: the nearest common predecessor of its bodies, before
+                  those whose joints it reads, where its forces balance, else the root */
     int columns, column[MBSR_CLOSURE_BODIES + 1]; /* of V, then u of each body; -1: none */
     size_t at;                                    /* offset of its rows x columns numbers */
 } mbsri_closure;

@@ -20,8 +20,8 @@
 
 enum { LARGEST_RANK = 120 };
 
-/* Multiplications a body past which loops are too many to be carried, and what one of the front counts beside one of
- * these. */
+/* Multiplications a body past which loops are too many to be carried, and what one of the front
+ * counts beside one of these. */
 static const double too_many = 30000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
@@ -204,16 +204,17 @@ static bool place_products(mbsr_newton *w)
     return true;
 }
 
-/* Multiplications of a correction, beside those of the front: a solution in vector code for each unit of rank
- * takes about 100 a body, and the derivatives of a body for the front as long as 5000. */
+/* Multiplications of a correction, beside those of the front: a solution in vector code for each
+ * unit of rank takes about 100 a body, and the derivatives of a body for the front as long as 5000.
+ */
 static bool correction_is_cheaper(const mbsr_newton *w, int rank)
 {
     const double bodies = w->model->bodies, size = rank;
     return 100.0 * bodies * size + size * size * size < 5000.0 * bodies + w->front->plan.operations;
 }
 
-/* Whether vector code leaves no more to a front than bodies and joints: elements across, and flexible bodies, whose mass
- * of modes the sweeps have in factors, make it all the front's. */
+/* Whether vector code leaves no more to a front than bodies and joints: elements across, and
+ * flexible bodies, whose mass of modes the sweeps have in factors, make it all the front's. */
 static bool may_be_mixed(const mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
@@ -241,7 +242,8 @@ static void choose_method(mbsr_newton *w, const mbsr_newton_opt *opt)
     if (!w->corrected && !w->lean) w->sweep_size = 0;
 }
 
-/* Loops in vector code: carried along the tree, where few are open at once; else the front takes fewer operations. */
+/* Loops in vector code: carried along the tree, where few are open at once; else the front takes
+ * fewer operations. */
 static bool place_loops(mbsr_newton *w)
 {
     const int bodies = w->model->bodies;

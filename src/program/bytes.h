@@ -6,9 +6,9 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* A string of JSON: the bytes deflated (the format of zlib) and then in base64. Where zlib is not built in, in base64
- * alone; src/program/viewer/data.js tells one from the other by the first byte, which is 'z' or '-'. False: no
- * memory, and the string is empty. */
+/* A string of JSON: the bytes deflated (the format of zlib) and then in base64. Where zlib is not
+ * built in, in base64 alone; src/program/viewer/data.js tells one from the other by the first byte,
+ * which is 'z' or '-'. False: no memory, and the string is empty. */
 bool put_bytes(FILE *to, const void *bytes, size_t size);
 
 /* The same of numbers of 4 bytes, the lowest byte first. */

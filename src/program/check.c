@@ -30,7 +30,7 @@ static bool small_option(int argc, char **argv, int *at, small_options *o, int *
     return false;
 }
 
-static int read_options(int argc, char **argv, check_options *o)
+static int read_check_options(int argc, char **argv, check_options *o)
 {
     int code = DONE;
     for (int at = 0; at < argc && at >= 0 && !code; ++at) {
@@ -42,9 +42,10 @@ static int read_options(int argc, char **argv, check_options *o)
     return code;
 }
 
-/* What is computed stands before anything is written. Where the report on small masses fails, the other one
- * is written all the same, as it may say why. */
-static int check(const check_options *o, const program_model *m, const double *q, const double *u)
+/* What is computed stands before anything is written. Where the report on small masses fails, the
+ * other one is written all the same, as it may say why. */
+static int report_on_start(const check_options *o, const program_model *m, const double *q,
+                           const double *u)
 {
     mbsr_small_masses *small = NULL;
     const bool json = o->common.json;
@@ -64,7 +65,7 @@ int run_check(int argc, char **argv)
     check_options o = {.small = {.time = 1.0, .tolerance = 1e-3}};
     program_model m;
     const double *q, *given;
-    int code = read_options(argc, argv, &o);
+    int code = read_check_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, false, &m);
     if (!code) code = start_state(&o.common, &m, &q, &given);
@@ -72,7 +73,7 @@ int run_check(int argc, char **argv)
         const int n = mbsr_model_nu(m.model);
         double *u = calloc((size_t)n + 1, sizeof *u);
         for (int k = 0; u && given && k < n; ++k) u[k] = given[k];
-        code = u ? check(&o, &m, q, u) : complain(FAILED, "no memory");
+        code = u ? report_on_start(&o, &m, q, u) : complain(FAILED, "no memory");
         free(u);
     }
     close_model(&m);

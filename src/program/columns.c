@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool add(columns *c, column new)
+static bool append_column(columns *c, column new)
 {
     column *list = realloc(c->list, ((size_t)c->count + 1) * sizeof *list);
     if (!list) return false;
@@ -25,7 +25,7 @@ static const char *joint_unit(mbsr_file_joint_kind kind, int l, bool rate)
 }
 
 /* q, or u with `rate`, of joint number k. */
-static bool add_joint(const program_model *m, int k, bool rate, columns *c)
+static bool add_joint_column(const program_model *m, int k, bool rate, columns *c)
 {
     static const char *const parts[] = {"w", "x", "y", "z"}, *const free_q[] = {"w", "x",  "y",
                                                                                 "z", "px", "py",
@@ -44,15 +44,15 @@ static bool add_joint(const program_model *m, int k, bool rate, columns *c)
                    *name = j->name[0] ? j->name : "joint";
         snprintf(new.name, sizeof new.name, "%.150s%s%s%s", name, rate ? ".rate" : "",
                  n > 1 ? "." : "", n > 1 ? part : "");
-        if (!add(c, new)) return false;
+        if (!append_column(c, new)) return false;
     }
     return true;
 }
 
-static bool add_joints(const program_model *m, bool rate, columns *c)
+static bool add_joint_columns(const program_model *m, bool rate, columns *c)
 {
     for (int k = 0; k < m->file->joints; ++k) {
-        if (!add_joint(m, k, rate, c)) return false;
+        if (!add_joint_column(m, k, rate, c)) return false;
     }
     return true;
 }
@@ -62,7 +62,7 @@ static bool add_position(int body, const char *name, columns *c)
     for (int l = 0; l < 3; ++l) {
         column new = {.kind = COLUMN_POSITION, .unit = "m", .at = body, .part = l};
         snprintf(new.name, sizeof new.name, "%.150s.%c", name, "xyz"[l]);
-        if (!add(c, new)) return false;
+        if (!append_column(c, new)) return false;
     }
     return true;
 }
@@ -107,7 +107,7 @@ static bool add_sensor(const program_model *m, int k, columns *c)
             .kind = COLUMN_SENSOR, .unit = sensor_unit(m->file, sensor), .at = k, .part = l};
         const char part[3] = {'.', parts[sensor->size == 4 ? l : l + 1], '\0'};
         snprintf(new.name, sizeof new.name, "%.150s%s", sensor->name, sensor->size > 1 ? part : "");
-        if (!add(c, new)) return false;
+        if (!append_column(c, new)) return false;
     }
     return true;
 }
@@ -127,18 +127,19 @@ static int add_name(const program_model *m, const char *given, columns *c)
     snprintf(name, sizeof name, "%.190s", given);
     int joint = mbsr_file_find_joint(m->file, name);
     if (strcmp(name, "state") == 0) {
-        good = add_joints(m, false, c) && add_joints(m, true, c);
+        good = add_joint_columns(m, false, c) && add_joint_columns(m, true, c);
     } else if (strcmp(name, "energy") == 0) {
-        good = add(c, (column){.name = "kinetic", .unit = "J", .kind = COLUMN_KINETIC}) &&
-               add(c, (column){.name = "potential", .unit = "J", .kind = COLUMN_POTENTIAL});
+        good =
+            append_column(c, (column){.name = "kinetic", .unit = "J", .kind = COLUMN_KINETIC}) &&
+            append_column(c, (column){.name = "potential", .unit = "J", .kind = COLUMN_POTENTIAL});
     } else if (joint >= 0) {
-        good = add_joint(m, joint, false, c);
+        good = add_joint_column(m, joint, false, c);
     } else if (mbsr_file_find_sensor(m->file, name) >= 0) {
         good = add_sensor(m, mbsr_file_find_sensor(m->file, name), c);
     } else if (ends_with(name, ".rate")) {
         joint = mbsr_file_find_joint(m->file, name);
         if (joint < 0) return complain(USAGE, "--output: there is no joint '%s'", name);
-        good = add_joint(m, joint, true, c);
+        good = add_joint_column(m, joint, true, c);
     } else if (ends_with(name, ".pos")) {
         const int body = mbsr_model_find_body(m->model, name);
         if (body < 0) return complain(USAGE, "--output: there is no body '%s'", name);
@@ -153,7 +154,7 @@ int columns_make(const program_model *m, const char *names, columns *c)
 {
     int code = DONE;
     *c = (columns){.list = NULL};
-    if (!names && !add_joints(m, false, c)) return complain(FAILED, "no memory");
+    if (!names && !add_joint_columns(m, false, c)) return complain(FAILED, "no memory");
     while (names && !code) {
         const size_t length = strcspn(names, ",");
         char name[200];

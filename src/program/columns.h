@@ -27,11 +27,11 @@ typedef struct columns {
     int count;
 } columns;
 
-/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), a sensor, energy,
- * state (all joints, then all their rates); NULL: all joints. A code. */
+/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), a
+ * sensor, energy, state (all joints, then all their rates); NULL: all joints. A code. */
 int columns_make(const program_model *m, const char *names, columns *c);
 
-/* Their numbers at this state, at which the data is at mbsr_accelerations. A code. */
+/* Their numbers at this state, at which the data is at mbsr_stage_accelerations. A code. */
 int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
                    const double *q, const double *u, double *value);
 

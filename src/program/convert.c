@@ -35,7 +35,7 @@ static const char *folder_of_meshes(const char *from, const char *to, char folde
     return realpath(own, folder);
 }
 
-static int convert(const program_options *o, const program_model *m, const char *path)
+static int convert_model(const program_options *o, const program_model *m, const char *path)
 {
     mbsr_written *written;
     mbsr_error error;
@@ -75,7 +75,7 @@ int run_convert(int argc, char **argv)
     if (!code && o.path && !to) code = complain(USAGE, "convert: where to is missing");
     if (code) return code;
     code = open_model(&o, false, &m);
-    if (!code) code = convert(&o, &m, to);
+    if (!code) code = convert_model(&o, &m, to);
     close_model(&m);
     return code;
 }

@@ -13,7 +13,7 @@ typedef struct fmu_options {
     double version, order, fixed_step, rtol, atol, t_end, step; /* 0: default */
 } fmu_options;
 
-static int read_options(int argc, char **argv, fmu_options *o)
+static int read_fmu_options(int argc, char **argv, fmu_options *o)
 {
     static const char *const names[] = {"--fmi",  "--order", "--fixed-step", "--rtol",
                                         "--atol", "--t-end", "--step"};
@@ -73,7 +73,7 @@ static char *stem_of(const char *path)
     return stem;
 }
 
-static int make(const fmu_options *o, const program_model *m)
+static int make_fmu(const fmu_options *o, const program_model *m)
 {
     mbsr_fmu *fmu;
     mbsr_error error;
@@ -106,10 +106,10 @@ int run_fmu(int argc, char **argv)
 {
     fmu_options o = {.common = {.limits = true, .friction = true}};
     program_model m = {.text = NULL};
-    int code = read_options(argc, argv, &o);
+    int code = read_fmu_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, false, &m);
-    if (!code) code = make(&o, &m);
+    if (!code) code = make_fmu(&o, &m);
     close_model(&m);
     return code;
 }

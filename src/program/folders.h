@@ -5,8 +5,9 @@
 
 #include "program/program.h"
 
-/* Whether the file is there, is one and no device, and is in the folder of the model, in `meshes` beside that folder, or
- * in a folder of the options; else errno says what it is: EPERM where it is elsewhere. */
+/* Whether the file is there, is one and no device, and is in the folder of the model, in `meshes`
+ * beside that folder, or in a folder of the options; else errno says what it is: EPERM where it is
+ * elsewhere. */
 bool may_read(const program_options *o, const char *path);
 
 #endif

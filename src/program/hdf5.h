@@ -1,6 +1,5 @@
-/* Runs as HDF5 files: docs/program.md has their layout. Where the build has no HDF5, creating and reading
- * complain.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Runs as HDF5 files: docs/program.md has their layout. Where the build has no HDF5, creating and
+ * reading complain. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRANK_HDF5_H
 #define MBSRANK_HDF5_H
 
@@ -19,10 +18,12 @@ static inline bool names_hdf5(const char *path)
     return ends_in(path, ".h5") || ends_in(path, ".hdf5");
 }
 
-/* lines: how many there will be, or so. A code. Here and below the reason of FAILED is told on closing, which is due in any case. */
+/* lines: how many there will be, or so. A code. Here and below the reason of FAILED is told on
+ * closing, which is due in any case. */
 int hdf5_create(const char *path, const columns *c, double lines, hdf5_run **run);
 
-/* t and the columns. Lines are collected; every other second all of them are in the file. A code. */
+/* t and the columns. Lines are collected; every other second all of them are in the file. A code.
+ */
 int hdf5_line(hdf5_run *run, const double *row);
 
 /* An attribute of the file. */

@@ -67,7 +67,7 @@ typedef struct parts {
 } parts;
 
 /* Keeps what is a column; anything else in the file is somebody's own. */
-static herr_t take(hid_t file, const char *link, const H5L_info_t *info, void *user)
+static herr_t take_column(hid_t file, const char *link, const H5L_info_t *info, void *user)
 {
     parts *all = user;
     part new = {.set = H5Dopen2(file, link, H5P_DEFAULT)};
@@ -99,7 +99,8 @@ static int by_column(const void *a, const void *b)
     return (left->column > right->column) - (left->column < right->column);
 }
 
-/* Lines of a set of numbers in one dimension, -1: it is none. No file claims more than it can hold. */
+/* Lines of a set of numbers in one dimension, -1: it is none. No file claims more than it can hold.
+ */
 static long count_lines(hid_t set)
 {
     const hid_t space = H5Dget_space(set), type = H5Dget_type(set);
@@ -167,7 +168,7 @@ static int copy_values(const char *path, const parts *all, table *t)
 static int read_parts(const char *path, hid_t file, table *t)
 {
     parts all = {.count = 0};
-    H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, NULL, take, &all);
+    H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, NULL, take_column, &all);
     if (all.count > 1) qsort(all.list, (size_t)all.count, sizeof *all.list, by_column);
     int code = check_parts(path, &all, t);
     if (!code) code = copy_names(&all, t);

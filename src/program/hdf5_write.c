@@ -23,7 +23,7 @@ struct hdf5_run {
 
 enum { MOST_ROOM = 1024, LEAST_ROOM = 16, BLOCK = 1 << 21, SECONDS = 2 };
 
-static void check(hdf5_run *run, bool good)
+static void note_failure(hdf5_run *run, bool good)
 {
     if (!good && !run->bad) hdf5_reason(run->reason);
     run->bad = run->bad || !good;
@@ -36,7 +36,7 @@ static void attribute(hdf5_run *run, hid_t of, const char *name, hid_t stored, h
 {
     const hid_t space = H5Screate(H5S_SCALAR),
                 made = H5Acreate2(of, name, stored, space, H5P_DEFAULT, H5P_DEFAULT);
-    check(run, made >= 0 && H5Awrite(made, given, value) >= 0);
+    note_failure(run, made >= 0 && H5Awrite(made, given, value) >= 0);
     H5Aclose(made);
     H5Sclose(space);
 }
@@ -84,7 +84,7 @@ static void add_set(hdf5_run *run, int k, const char *name, const char *unit)
     link_name(run->file, k, name, link, sizeof link);
     H5Pset_chunk(how, 1, &chunk);
     run->set[k] = H5Dcreate2(run->file, link, H5T_IEEE_F64LE, space, H5P_DEFAULT, how, H5P_DEFAULT);
-    check(run, run->set[k] >= 0);
+    note_failure(run, run->set[k] >= 0);
     H5Pclose(how);
     H5Sclose(space);
     run->sets = k + 1;
@@ -112,7 +112,7 @@ int hdf5_create(const char *path, const columns *c, double lines, hdf5_run **to)
     if (!run->set || !run->block) return complain(FAILED, "no memory");
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     run->file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-    check(run, run->file >= 0);
+    note_failure(run, run->file >= 0);
     if (run->bad) return FAILED;
     hdf5_text(run, "format", HDF5_FORMAT);
     hdf5_text(run, "version", mbsr_version());
@@ -141,9 +141,9 @@ static void write_block(hdf5_run *run)
 {
     for (int k = 0; k < run->sets && run->held > 0 && !run->bad; ++k) {
         const double *values = run->block + (size_t)k * (size_t)run->room;
-        check(run, append(run->set[k], run->lines, (hsize_t)run->held, values));
+        note_failure(run, append(run->set[k], run->lines, (hsize_t)run->held, values));
     }
-    check(run, H5Fflush(run->file, H5F_SCOPE_GLOBAL) >= 0);
+    note_failure(run, H5Fflush(run->file, H5F_SCOPE_GLOBAL) >= 0);
     run->lines += (hsize_t)run->held;
     run->held = 0;
     run->flushed = time(NULL);
@@ -162,7 +162,7 @@ int hdf5_close(hdf5_run *run)
 {
     if (run->file >= 0 && !run->bad) write_block(run);
     for (int k = 0; k < run->sets; ++k) H5Dclose(run->set[k]);
-    if (run->file >= 0) check(run, H5Fclose(run->file) >= 0);
+    if (run->file >= 0) note_failure(run, H5Fclose(run->file) >= 0);
     const int code =
         run->bad ? complain(FAILED, "%s cannot be written: %s", run->path, run->reason) : DONE;
     free(run->set);

@@ -8,12 +8,12 @@
 static const char *const kinds[] = {"fixed", "hinge", "slide", "ball", "free"};
 
 /* Mass of all bodies at the start; a code. */
-static int weigh(const program_model *m, const double *q, double *mass, double centre[3])
+static int weigh_all(const program_model *m, const double *q, double *mass, double centre[3])
 {
     const int n = mbsr_model_nu(m->model);
     double *u = calloc((size_t)n + 1, sizeof *u);
-    int status = u ? mbsr_positions(m->model, m->data, 0.0, q) : MBSR_ERR_NO_MEMORY;
-    if (!status) status = mbsr_velocities(m->model, m->data, u);
+    int status = u ? mbsr_stage_positions(m->model, m->data, 0.0, q) : MBSR_ERR_NO_MEMORY;
+    if (!status) status = mbsr_stage_velocities(m->model, m->data, u);
     if (!status) status = mbsr_tree_momentum(m->model, m->data, NULL, mass, centre, NULL);
     free(u);
     return status ? complain(FAILED, "%s", mbsr_data_error(m->data)->text) : DONE;
@@ -27,7 +27,8 @@ static bool mass_of(const program_model *m, int k, double *mass)
     return weigh_body(&def.inertia, mass);
 }
 
-/* The first joint of each body, and the next one of the same; -1: none. Beside them how deep bodies are. */
+/* The first joint of each body, and the next one of the same; -1: none. Beside them how deep bodies
+ * are. */
 typedef struct tree {
     int *first, *next, *depth;
 } tree;
@@ -195,7 +196,7 @@ int run_info(int argc, char **argv)
     if (code) return code;
     code = open_model(&o, o.json, &m);
     if (!code) code = start_state(&o, &m, &q, &u);
-    if (!code) code = weigh(&m, q, &mass, centre);
+    if (!code) code = weigh_all(&m, q, &mass, centre);
     if (!code) code = (o.json ? print_json : print_text)(&o, &m, mass, centre);
     close_model(&m);
     return code;

@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The value in "NAME=VALUE", whose name is cut off in place; NULL: complains that it is not of this form. */
+/* The value in "NAME=VALUE", whose name is cut off in place; NULL: complains that it is not of this
+ * form. */
 static const char *cut_pair(char *text, const char *option, const char *form)
 {
     char *mark = strchr(text, '=');

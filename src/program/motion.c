@@ -17,7 +17,7 @@ typedef struct places {
     double *state; /* q, then u, then u' */
 } places;
 
-static bool allocate(const program_model *m, int samples, places *at, motion *to)
+static bool allocate_motion(const program_model *m, int samples, places *at, motion *to)
 {
     const size_t bodies = (size_t)m->file->bodies, all = (size_t)samples * bodies + 1;
     at->nq = mbsr_model_nq(m->model);
@@ -164,10 +164,10 @@ static int react(const program_model *m, double t, const places *at)
     double *udot = at->state + at->nq + at->nu;
     const int status = mbsr_forward_dynamics(m->model, m->data, t, q, u, NULL, udot);
     if (status != MBSR_OK && status != MBSR_UNDETERMINED) return status;
-    return mbsr_accelerations(m->model, m->data, udot);
+    return mbsr_stage_accelerations(m->model, m->data, udot);
 }
 
-static int sample(const program_model *m, int k, const places *at, motion *to)
+static int sample_motion(const program_model *m, int k, const places *at, motion *to)
 {
     const size_t bodies = (size_t)m->file->bodies;
     if (to->reaction && react(m, to->time[k], at))
@@ -177,7 +177,7 @@ static int sample(const program_model *m, int k, const places *at, motion *to)
         forget_reactions(to, mbsr_data_error(m->data)->text);
     if (to->reaction)
         keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
-    else if (mbsr_positions(m->model, m->data, to->time[k], at->state))
+    else if (mbsr_stage_positions(m->model, m->data, to->time[k], at->state))
         return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
     for (int l = 0; l < at->nq; ++l)
         to->q[(size_t)k * (size_t)at->nq + (size_t)l] = (float)at->state[l];
@@ -187,8 +187,8 @@ static int sample(const program_model *m, int k, const places *at, motion *to)
 
 /* ---- all of them ---- */
 
-static int follow(const program_model *m, const table *run, inputs *in, const places *at,
-                  motion *to)
+static int follow_run(const program_model *m, const table *run, inputs *in, const places *at,
+                      motion *to)
 {
     int code = DONE;
     progress shown = progress_begin("poses", run->lines, false);
@@ -198,7 +198,7 @@ static int follow(const program_model *m, const table *run, inputs *in, const pl
             if (at->q[l] >= 0) at->state[l] = table_at(run, k, at->q[l]);
         to->time[k] = table_at(run, k, 0);
         inputs_set(in, to->time[k], m->file->control);
-        code = sample(m, k, at, to);
+        code = sample_motion(m, k, at, to);
     }
     progress_end(&shown);
     return code;
@@ -220,7 +220,7 @@ static int stand(const program_model *m, const double *q, const double *u, const
     if (!status) status = mbsr_dae_unpack(m->model, m->data, form, 0.0, y, at->state, rates);
     free(y);
     if (status) forget_reactions(to, "there is no consistent start");
-    return sample(m, 0, at, to);
+    return sample_motion(m, 0, at, to);
 }
 
 int motion_make(const program_model *m, const char *path, const table *run, inputs *in,
@@ -230,14 +230,14 @@ int motion_make(const program_model *m, const char *path, const table *run, inpu
     int code = DONE;
     *to = (motion){.samples = 0};
     if (run && run->lines == 0) return complain(NOT_READ, "%s has no lines of numbers", path);
-    if (!allocate(m, run ? run->lines : 1, &at, to)) code = complain(FAILED, "no memory");
+    if (!allocate_motion(m, run ? run->lines : 1, &at, to)) code = complain(FAILED, "no memory");
     if (!code) find_points(m, to);
     if (!code && !find_loops(m, to)) code = complain(FAILED, "no memory");
     if (!code && run) {
         code = find_columns(m, path, run, &at);
         if (!at.rates)
             forget_reactions(to, "the run has no rates of the joints: mbsrank run --output state");
-        if (!code) code = follow(m, run, in, &at, to);
+        if (!code) code = follow_run(m, run, in, &at, to);
     } else if (!code) {
         code = stand(m, q, u, &at, to);
     }

@@ -15,24 +15,22 @@ typedef struct shown_loop {
 
 typedef struct motion {
     int samples;
-    double *time; /* s */
-    float *q;     /* samples x nq */
-    float *pose;  /* samples x bodies x 7: origin (m), quaternion (w first) */
-    float *
-        reaction; /* samples x bodies x 6: what the joint exerts on the body, force (N) and moment about
-                          the joint's point (N m), world axes; NULL: not known */
+    double *time;    /* s */
+    float *q;        /* samples x nq */
+    float *pose;     /* samples x bodies x 7: origin (m), quaternion (w first) */
+    float *reaction; /* samples x bodies x 6: what the joint exerts on the body, force (N) and
+                        moment about the joint's point (N m), world axes; NULL: not known */
     int loops;
-    shown_loop *loop; /* loops */
-    float *
-        loop_force; /* samples x loops x 9: where the closure acts (m), what it exerts on the body, force
-                          and moment about that point, world axes; NULL as reaction */
+    shown_loop *loop;  /* loops */
+    float *loop_force; /* samples x loops x 9: where the closure acts (m), what it exerts on the
+                          body, force and moment about that point, world axes; NULL as reaction */
     char without[MBSR_TEXT_SIZE]; /* why; "" where they are known */
     double *point;                /* bodies x 3: the joint's point on the body, m, body axes */
 } motion;
 
-/* Of a run (from `mbsrank run`, which must have all joints; with their rates there are reactions) under its
- * inputs; run == NULL: of the consistent start near q and u (NULL: at rest). A code. The motion is freed in
- * any case. */
+/* Of a run (from `mbsrank run`, which must have all joints; with their rates there are reactions)
+ * under its inputs; run == NULL: of the consistent start near q and u (NULL: at rest). A code. The
+ * motion is freed in any case. */
 int motion_make(const program_model *m, const char *path, const table *run, inputs *in,
                 const double *q, const double *u, motion *to);
 void motion_free(motion *to);

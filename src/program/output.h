@@ -19,7 +19,7 @@ typedef struct output {
 /* lines: how many there will be, or so. A code. The output is closed in any case. */
 int output_open(const char *path, const columns *c, double lines, output *o);
 
-/* Columns at this state, at which the data is at mbsr_velocities. A code. */
+/* Columns at this state, at which the data is at mbsr_stage_velocities. A code. */
 int output_state(output *o, const mbsr_model *model, mbsr_data *data, double t, const double *q,
                  const double *u);
 

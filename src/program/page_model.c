@@ -31,7 +31,8 @@ static void put_frame(FILE *to, const char *name, const mbsr_frame *frame)
 
 /* ---- bodies and joints ---- */
 
-/* What carries the body: frames A and B, between them axes and a quaternion, as in mbsr_joint_chain. */
+/* What carries the body: frames A and B, between them axes and a quaternion, as in
+ * mbsr_joint_chain. */
 static void put_chain(FILE *to, const mbsr_joint *joint)
 {
     static const char *const kinds[] = {"", "hinge", "slide", "screw"};

@@ -23,7 +23,7 @@ typedef struct curves {
     int count, panels;
 } curves;
 
-static int read_options(int argc, char **argv, plot_options *o)
+static int read_plot_options(int argc, char **argv, plot_options *o)
 {
     static const char *const names[] = {"-o", "--columns", "--title"};
     const char **const values[] = {&o->file, &o->columns, &o->title};
@@ -51,7 +51,7 @@ static int read_options(int argc, char **argv, plot_options *o)
     return DONE;
 }
 
-static bool draw(curves *c, int column, int panel)
+static bool add_curve(curves *c, int column, int panel)
 {
     curve *list = realloc(c->list, ((size_t)c->count + 1) * sizeof *list);
     if (!list) return false;
@@ -67,8 +67,10 @@ static bool is_energy(const char *column, const char *name, size_t length)
            (strcmp(column, "kinetic") == 0 || strcmp(column, "potential") == 0);
 }
 
-/* The column of that name, else all whose names go on with a point behind it, or both of the energy. */
-static int choose(const table *t, const plot_options *o, const char *name, size_t length, curves *c)
+/* The column of that name, else all whose names go on with a point behind it, or both of the
+ * energy. */
+static int choose_columns(const table *t, const plot_options *o, const char *name, size_t length,
+                          curves *c)
 {
     const int before = c->count;
     bool good = true;
@@ -77,7 +79,7 @@ static int choose(const table *t, const plot_options *o, const char *name, size_
             const bool alike = strncmp(t->name[k], name, length) == 0;
             if ((alike && t->name[k][length] == (exact ? '\0' : '.')) ||
                 (!exact && is_energy(t->name[k], name, length)))
-                good = draw(c, k, c->panels - 1);
+                good = add_curve(c, k, c->panels - 1);
         }
     }
     if (!good) return complain(FAILED, "no memory");
@@ -92,11 +94,11 @@ static int choose_all(const table *t, const plot_options *o, curves *c)
     int code = DONE;
     c->panels = 1;
     for (int k = 1; !name && k < t->columns; ++k) {
-        if (!draw(c, k, 0)) return complain(FAILED, "no memory");
+        if (!add_curve(c, k, 0)) return complain(FAILED, "no memory");
     }
     while (name && !code) {
         const size_t length = strcspn(name, ",:");
-        code = choose(t, o, name, length, c);
+        code = choose_columns(t, o, name, length, c);
         c->panels += name[length] == ':';
         name = name[length] ? name + length + 1 : NULL;
     }
@@ -172,7 +174,7 @@ int run_plot(int argc, char **argv)
     plot_options o = {.run = NULL};
     table t = {.text = NULL};
     curves c = {.list = NULL};
-    int code = read_options(argc, argv, &o);
+    int code = read_plot_options(argc, argv, &o);
     if (code) return code;
     code = table_read(o.run, &t);
     if (!code && t.lines == 0) code = complain(NOT_READ, "%s has no lines of numbers", o.run);

@@ -30,14 +30,15 @@ void put_json(FILE *to, const char *text);
 void put_number(FILE *to, double x);
 void put_numbers(FILE *to, int n, const double *x);
 
-/* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why: EFBIG beyond 1 GiB. */
+/* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why: EFBIG beyond 1
+ * GiB. */
 char *read_file(const char *path, size_t *size);
 
 /* Whether the text is longer than the ending, and ends so. */
 bool ends_in(const char *text, const char *ending);
 
-/* The value of option `name` at argv[*at] ("--name value" or "--name=value"), which moves on; NULL: it is
- * another. Without a value complains and sets *at to -1. */
+/* The value of option `name` at argv[*at] ("--name value" or "--name=value"), which moves on; NULL:
+ * it is another. Without a value complains and sets *at to -1. */
 const char *option_value(int argc, char **argv, int *at, const char *name);
 
 /* A positive number alone; false: complains. */
@@ -70,7 +71,8 @@ typedef struct program_options {
     bool anywhere; /* they may be in any folder */
 } program_options;
 
-/* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is well. */
+/* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is
+ * well. */
 bool common_option(int argc, char **argv, int *at, program_options *o, int *code);
 
 /* DONE, or a code after a complaint. Findings go to stderr unless `quiet`. */
@@ -80,7 +82,8 @@ void close_model(program_model *m);
 /* Whether a body has neither mass nor moment of inertia, and its mass; NaN: it is no rigid one. */
 bool weigh_body(const mbsr_inertia *inertia, double *mass);
 
-/* Tells texts of models apart, such as the one of a run from the one that is shown: FNV-1a, 64 bits. */
+/* Tells texts of models apart, such as the one of a run from the one that is shown: FNV-1a, 64
+ * bits. */
 enum { MODEL_HASH = 17 };
 void model_hash(const program_model *m, char to[MODEL_HASH]);
 
@@ -88,8 +91,8 @@ void model_hash(const program_model *m, char to[MODEL_HASH]);
 int start_state(const program_options *o, const program_model *m, const double **q,
                 const double **u);
 
-/* A file that the model names, such as a mesh: from the folder of the model, or as it stands. read_file; EPERM: it
- * is elsewhere than options allow. */
+/* A file that the model names, such as a mesh: from the folder of the model, or as it stands.
+ * read_file; EPERM: it is elsewhere than options allow. */
 char *read_beside(const program_options *o, const char *name, size_t *size);
 
 bool has_beside(const program_options *o, const char *name); /* whether there is one */
@@ -102,8 +105,8 @@ bool lacks_mesh(const program_options *o, const program_model *m, int k);
 
 /* ---- report.c ---- */
 
-/* The index report, or with closures that of their rows. UNDETERMINED where something is; DONE; or a code
- * after a complaint, with nothing written as JSON. */
+/* The index report, or with closures that of their rows. UNDETERMINED where something is; DONE; or
+ * a code after a complaint, with nothing written as JSON. */
 int report_write(FILE *to, const program_model *m, const double *q, const double *u, bool json);
 
 /* The same, but the object of JSON stays open for more members. */

@@ -89,7 +89,8 @@ static void print_loops(FILE *to, const program_model *m, const mbsr_closure_rep
     if (json) fputs("]", to);
 }
 
-/* The directions without mass that no loop holds, in closed positions, near which a start is; without, as drawn. */
+/* The directions without mass that no loop holds, in closed positions, near which a start is;
+ * without, as drawn. */
 static void print_open_directions(FILE *to, const program_model *m, const double *q,
                                   const double *u, bool json)
 {

@@ -34,7 +34,7 @@ static double output_step(const run_options *o)
     return o->step > 0.0 ? o->step : 0.01 * o->t_end;
 }
 
-static int read_options(int argc, char **argv, run_options *o)
+static int read_run_options(int argc, char **argv, run_options *o)
 {
     static const char *const numbers[] = {"--t-end", "--rtol", "--atol", "--step"},
                              *const texts[] = {"--inputs", "--output", "-o", "--form"};
@@ -128,7 +128,8 @@ static void tell_beginning(const run_options *o, const program_model *m, const m
 
 static void tell_end(const run_options *o, const mbsr_simulation *s, int code, output *to)
 {
-    const mbsr_ida_stats cost = mbsr_simulation_stats(s);
+    mbsr_ida_stats cost;
+    mbsr_simulation_get_stats(s, &cost);
     const struct {
         const char *name;
         long count;
@@ -217,7 +218,7 @@ int run_run(int argc, char **argv)
     columns c = {.list = NULL};
     output to = {.columns = &c};
     inputs in = {.actuator = NULL};
-    int code = read_options(argc, argv, &o);
+    int code = read_run_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, o.quiet, &m);
     if (!code && !o.quiet) tell_joints(&m);

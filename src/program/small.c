@@ -15,7 +15,7 @@ static int show(void *user, const mbsr_ida_progress *now)
     return 0;
 }
 
-static int run(const small_options *o, mbsr_small_masses *small, mbsr_error *error)
+static int run_reduced(const small_options *o, mbsr_small_masses *small, mbsr_error *error)
 {
     progress shown = progress_begin("small masses", o->time, false);
     mbsr_ida_opt opt = mbsr_default_ida_opt();
@@ -28,13 +28,14 @@ static int run(const small_options *o, mbsr_small_masses *small, mbsr_error *err
 #endif
 
 /* Along a run where there is an integrator, else at the start. */
-static int look(const small_options *o, mbsr_small_masses *small, const double *q, const double *u)
+static int look_along(const small_options *o, mbsr_small_masses *small, const double *q,
+                      const double *u)
 {
     mbsr_error error = {0};
     int status = mbsr_small_masses_start(small, 0.0, q, u);
     if (status) error = *mbsr_small_masses_error(small);
 #if defined(MBSR_WITH_IDA)
-    if (!status) status = run(o, small, &error);
+    if (!status) status = run_reduced(o, small, &error);
 #else
     (void)o;
 #endif
@@ -50,7 +51,7 @@ int small_make(const program_model *m, const small_options *o, const double *q, 
     opt.tolerance = o->tolerance;
     if (mbsr_small_masses_create(m->model, &opt, small, &error))
         return complain(FAILED, "--small: %s", error.text);
-    const int code = look(o, *small, q, u);
+    const int code = look_along(o, *small, q, u);
     if (!code) return code;
     mbsr_small_masses_destroy(*small);
     *small = NULL;
@@ -106,7 +107,7 @@ static void put_report(FILE *to, const program_model *m, const mbsr_small_masses
 void small_write(FILE *to, const program_model *m, mbsr_small_masses *small, bool json)
 {
     mbsr_small_masses_report report;
-    if (!small || mbsr_small_masses_report_of(small, &report)) {
+    if (!small || mbsr_small_masses_get_report(small, &report)) {
         fputs(json ? "null" : "", to);
     } else if (json) {
         put_report(to, m, &report);

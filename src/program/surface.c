@@ -1,12 +1,15 @@
 /* Meshes in a page: see surface.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Corners are rounded to 2^16 places along each edge of the mesh's box (an arm of 1 m: by 8 um at most), and those at
- * one place become one vertex. Vertices are numbered as triangles first name them. What is written:
+ * Corners are rounded to 2^16 places along each edge of the mesh's box (an arm of 1 m: by 8 um at
+ * most), and those at one place become one vertex. Vertices are numbered as triangles first name
+ * them. What is written:
  *
- *   6 planes of bytes, each with one byte of every vertex: along x, y and z the lower and the upper byte of the
+ *   6 planes of bytes, each with one byte of every vertex: along x, y and z the lower and the upper
+ *       byte of the
  *   difference d to the vertex before, folded (0, -1, 1, -2 ... -> 0, 1, 2, 3 ...), modulo 2^16;
- *   for each corner of a triangle, how far its vertex is before the next new one (0: it is new), 7 bits a
+ *   for each corner of a triangle, how far its vertex is before the next new one (0: it is new), 7
+ *       bits a
  *   byte, the lowest first, the eighth bit where more follow.
  *
  * Both are small numbers on meshes as programs write them, which deflate to a tenth of a text. */
@@ -30,7 +33,7 @@ typedef struct corners {
     bool failed;
 } corners;
 
-static void take(void *user, const double corner[9])
+static void take_corner(void *user, const double corner[9])
 {
     corners *c = user;
     if (c->count + 9 > c->room && !c->failed) {
@@ -51,7 +54,7 @@ static void take(void *user, const double corner[9])
 }
 
 /* The place of a corner, 16 bits along each axis. */
-static uint64_t place_of(const corners *c, const float x[3])
+static uint64_t grid_place(const corners *c, const float x[3])
 {
     uint64_t place = 0;
     for (int k = 0; k < 3; ++k) {
@@ -72,7 +75,7 @@ typedef struct surface {
     size_t size;          /* of steps */
 } surface;
 
-static bool allocate(const corners *c, surface *s)
+static bool allocate_surface(const corners *c, surface *s)
 {
     const size_t most = c->count / 3;
     for (s->slots = 64; s->slots < 2 * most;) s->slots *= 2;
@@ -82,7 +85,7 @@ static bool allocate(const corners *c, surface *s)
     return s->place && s->slot && s->steps;
 }
 
-static void release(surface *s)
+static void release_surface(surface *s)
 {
     free(s->place);
     free(s->slot);
@@ -117,7 +120,7 @@ static void add_triangle(surface *s, const uint64_t place[3])
 }
 
 /* The planes of the vertices, and the steps behind them. NULL: no memory. */
-static unsigned char *join(const surface *s, size_t *size)
+static unsigned char *join_planes(const surface *s, size_t *size)
 {
     const size_t n = s->vertices;
     *size = 6 * n + s->size;
@@ -140,7 +143,7 @@ static unsigned char *join(const surface *s, size_t *size)
 static bool write_surface(FILE *to, const corners *c, const surface *s)
 {
     size_t size;
-    unsigned char *bytes = join(s, &size);
+    unsigned char *bytes = join_planes(s, &size);
     if (!bytes) return false;
     fprintf(to, "\"vertices\": %zu, \"triangles\": %zu, \"low\": [%.9g, %.9g, %.9g], ", s->vertices,
             s->triangles, c->low[0], c->low[1], c->low[2]);
@@ -152,7 +155,7 @@ static bool write_surface(FILE *to, const corners *c, const surface *s)
 
 /* ---- a mesh ---- */
 
-static int no_memory(const char *name, mbsr_error *error)
+static int no_memory_for_mesh(const char *name, mbsr_error *error)
 {
     *error = (mbsr_error){.status = MBSR_ERR_NO_MEMORY};
     snprintf(error->text, sizeof error->text, "mesh '%.150s': there is no memory", name);
@@ -160,17 +163,17 @@ static int no_memory(const char *name, mbsr_error *error)
 }
 
 /* Takes the corners away. */
-static bool pack(FILE *to, corners *c)
+static bool write_corners(FILE *to, corners *c)
 {
     surface s = {.place = NULL};
-    bool good = !c->failed && allocate(c, &s);
+    bool good = !c->failed && allocate_surface(c, &s);
     for (size_t k = 0; k < c->count && good; k += 9) {
-        const uint64_t place[3] = {place_of(c, c->x + k), place_of(c, c->x + k + 3),
-                                   place_of(c, c->x + k + 6)};
+        const uint64_t place[3] = {grid_place(c, c->x + k), grid_place(c, c->x + k + 3),
+                                   grid_place(c, c->x + k + 6)};
         add_triangle(&s, place);
     }
     if (good) good = write_surface(to, c, &s);
-    release(&s);
+    release_surface(&s);
     free(c->x);
     return good;
 }
@@ -178,8 +181,8 @@ static bool pack(FILE *to, corners *c)
 static int put_surface(FILE *to, const char *name, const char *text, size_t size, mbsr_error *error)
 {
     corners c = {.x = NULL};
-    const int status = mbsr_mesh_triangles(text, size, name, take, &c, error);
-    if (!status) return pack(to, &c) ? MBSR_OK : no_memory(name, error);
+    const int status = mbsr_mesh_triangles(text, size, name, take_corner, &c, error);
+    if (!status) return write_corners(to, &c) ? MBSR_OK : no_memory_for_mesh(name, error);
     free(c.x);
     return status;
 }
@@ -187,9 +190,9 @@ static int put_surface(FILE *to, const char *name, const char *text, size_t size
 int put_triangles(FILE *to, const char *name, int count, const double *triangle, mbsr_error *error)
 {
     corners c = {.x = NULL};
-    for (int k = 0; k < count; ++k) take(&c, triangle + 9 * (size_t)k);
+    for (int k = 0; k < count; ++k) take_corner(&c, triangle + 9 * (size_t)k);
     fputc('{', to);
-    const int status = pack(to, &c) ? MBSR_OK : no_memory(name, error);
+    const int status = write_corners(to, &c) ? MBSR_OK : no_memory_for_mesh(name, error);
     fputc('}', to);
     return status;
 }
@@ -212,7 +215,7 @@ int put_mesh(FILE *to, const char *name, const char *text, size_t size, mbsr_err
         status = put_surface(to, name, text, size, error);
     } else {
         fputs("\"collada\": ", to);
-        if (!put_bytes(to, text, size)) status = no_memory(name, error);
+        if (!put_bytes(to, text, size)) status = no_memory_for_mesh(name, error);
     }
     fputc('}', to);
     return status;

@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Bytes at `at` that move the cursor or worse: below the space but for the end of a line, DEL, U+0080 to U+009F. */
+/* Bytes at `at` that move the cursor or worse: below the space but for the end of a line, DEL,
+ * U+0080 to U+009F. */
 static int control_at(const unsigned char *at)
 {
     if ((at[0] < 0x20 && at[0] != '\n') || at[0] == 0x7f) return 1;

@@ -15,7 +15,8 @@ typedef struct view_options {
     char own[256]; /* name of the page where -o says none */
 } view_options;
 
-/* The model's name with .html in the folder at hand, which may be a page of an earlier call and no other file. */
+/* The model's name with .html in the folder at hand, which may be a page of an earlier call and no
+ * other file. */
 static int name_page(view_options *o)
 {
     static const char begins[] = "<!DOCTYPE html>\n<!-- A model of mbsrank";
@@ -35,7 +36,7 @@ static int name_page(view_options *o)
     return DONE;
 }
 
-static int read_options(int argc, char **argv, view_options *o)
+static int read_view_options(int argc, char **argv, view_options *o)
 {
     int code = DONE;
     for (int at = 0; at < argc && !code; ++at) {
@@ -127,7 +128,7 @@ int run_view(int argc, char **argv)
     inputs in = {.actuator = NULL};
     motion shown = {.samples = 0};
     const double *q, *u;
-    int code = read_options(argc, argv, &o);
+    int code = read_view_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, false, &m);
     if (!code) code = start_state(&o.common, &m, &q, &u);

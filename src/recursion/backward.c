@@ -5,8 +5,9 @@
  *   fbar_i = f_i - sum_j H_j^T mu_j
  *   mu_j   = (I - Mbar_j J_j D_j^+ J_j^T) (fbar_j + Mbar_j kII_j) + Mbar_j J_j D_j^+ tau_j
  *
- * with D_j = J_j^T Mbar_j J_j + Diag(a_j), a the armature, and its pseudo-inverse (rank.c). Where several joints are one group
- * (group.h), its head is j here and the others pass on to it what they have.
+ * with D_j = J_j^T Mbar_j J_j + Diag(a_j), a the armature, and its pseudo-inverse (rank.c). Where
+ * several joints are one group (group.h), its head is j here and the others pass on to it what they
+ * have.
  *
  * Beside Mbar runs W, the first-order size of the rounding errors in Mbar and in D (in units of the
  * machine precision). For a positive semi-definite matrix A, products and differences of its
@@ -21,10 +22,10 @@
  *   W_i = Diag(Mbar_i) + sum_j H_j^T E_j H_j
  *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j
  *
- * Turning the tensor of a body into the world's axes leaves errors of the size of its trace in all of
- * its moments, and so do lever arms, of m |r|^2. About an axis with next to no moment of its own Diag
- * does not show them; so the traces, and m |r|^2 from body to body, are added up beside W (`turned`), as
- * if no joint took any of them, for the decision alone.
+ * Turning the tensor of a body into the world's axes leaves errors of the size of its trace in all
+ * of its moments, and so do lever arms, of m |r|^2. About an axis with next to no moment of its own
+ * Diag does not show them; so the traces, and m |r|^2 from body to body, are added up beside W
+ * (`turned`), as if no joint took any of them, for the decision alone.
  *
  * Where D_j has several rows but not full rank its eigenvalues are wrong by the largest of them,
  * lambda_1 S^-2, which then takes the place of J^T Diag(Mbar) J if it is larger. */
@@ -43,8 +44,8 @@
 
 #include <math.h>
 
-/* G = U D^+; of the modes of a mount, with J = [Jt; -1] and U_s = Jt^T U_f - D, these rows are Jt^T G_f - D D^+,
- * and 1 - D D^+ = S^-1 X_dropped X_dropped^T S. */
+/* G = U D^+; of the modes of a mount, with J = [Jt; -1] and U_s = Jt^T U_f - D, these rows are Jt^T
+ * G_f - D D^+, and 1 - D D^+ = S^-1 X_dropped X_dropped^T S. */
 static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_body *b)
 {
     const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
@@ -111,11 +112,12 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
 
-/* T = Mbar^a = Mbar - Y Y^T, or so many upper rows of it (rows x rows), with Y = U L^-T where D = L L^T has full rank (unless pivots told: then X are these), else with the columns
- * y_l = U S x_l / sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however
- * small some are; Y, L: d x n and n x n of scratch. */
-static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int rows,
-                   bool by_pivots, double *T, double *Y, double *L)
+/* T = Mbar^a = Mbar - Y Y^T, or so many upper rows of it (rows x rows), with Y = U L^-T where D = L
+ * L^T has full rank (unless pivots told: then X are these), else with the columns y_l = U S x_l /
+ * sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however small some
+ * are; Y, L: d x n and n x n of scratch. */
+static void articulated_part(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                             int rows, bool by_pivots, double *T, double *Y, double *L)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
@@ -201,7 +203,7 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
         T = own, E = own + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
         mbsri_factors_reduce(m, d, i, T, E);
     } else {
-        reduce(m, d, &g, rows, by_pivots, T, Q, product);
+        articulated_part(m, d, &g, rows, by_pivots, T, Q, product);
         mbsri_carry_errors(m, d, &g, d->W, 1.0, rows, E, Q, JQ, product);
     }
     if (mbsri_in_factors(d, b->parent)) {
@@ -240,8 +242,8 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
     return MBSR_OK;
 }
 
-/* The recursion for masses, in twofold precision where double precision does not tell some rank, or where
- * the data asks for it and it leads to an end. */
+/* The recursion for masses, in twofold precision where double precision does not tell some rank, or
+ * where the data asks for it and it leads to an end. */
 static int masses(const mbsr_model *m, mbsr_data *d)
 {
     d->total_rank = 0;

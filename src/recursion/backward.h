@@ -16,8 +16,8 @@ int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_w
 void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i);
 void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots);
 
-/* After it: again, with the groups of joints taken apart that are not coupled (group.h), as the Newton
- * systems eliminate them; the stage then counts as not run. */
+/* After it: again, with the groups of joints taken apart that are not coupled (group.h), as the
+ * Newton systems eliminate them; the stage then counts as not run. */
 int mbsri_backward_apart(const mbsr_model *m, mbsr_data *d);
 
 /* Mbar, D and what follows from masses alone (needs mbsri_velocities); then fbar, e, mu from

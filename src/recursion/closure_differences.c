@@ -19,13 +19,13 @@ typedef struct displaced {
 } displaced;
 
 /* R <- exp(step [w]x) R. */
-static void turn(const double *w, double step, double R[9])
+static void turn_by_exponential(const double *w, double step, double R[9])
 {
     double axis[3], now[9], by[9];
     const double angle = step * mbsri_norm3(w);
     mbsri_copy(9, R, now);
     if (!mbsri_direction3(w, axis)) return;
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, angle);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, angle);
     mbsri_copy(9, frame.R, by);
     mbsri_multiply3(by, now, R);
 }
@@ -35,7 +35,7 @@ static void displace_body(const mbsr_force_body *body, const double *V, double s
     mbsri_copy((size_t)body->np, body->p, pose);
     switch (body->space) {
     case MBSR_SPACE_SPATIAL:
-        turn(V, step, pose + MBSR_POSE_R);
+        turn_by_exponential(V, step, pose + MBSR_POSE_R);
         mbsri_add3(step, V + 3, pose + MBSR_POSE_X);
         break;
     case MBSR_SPACE_PLANAR:
@@ -47,8 +47,8 @@ static void displace_body(const mbsr_force_body *body, const double *V, double s
 }
 
 /* x: velocities in the order of the columns; those of a root at rest are none. */
-static void displace(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
-                     double step, double tdot, displaced *to)
+static void displace_bodies(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
+                            double step, double tdot, displaced *to)
 {
     to->view = *view;
     to->view.args.body = to->view.body;
@@ -71,14 +71,14 @@ static void displace(const mbsri_closure *c, const mbsri_closure_view *view, con
 
 /* Derivative of g along x and tdot, into `slope` (held numbers), where g changes over `span` times
  * these; g: as many of scratch. */
-static int along(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
-                 double tdot, double span, double *g, double *slope)
+static int slope_along(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
+                       double tdot, double span, double *g, double *slope)
 {
     displaced at;
     const double h = mbsri_difference_step(0.0, span);
     mbsri_zero((size_t)c->held, slope);
     for (int l = 0; l < 4; ++l) {
-        displace(c, view, x, mbsri_difference_place(l) * h, tdot, &at);
+        displace_bodies(c, view, x, mbsri_difference_place(l) * h, tdot, &at);
         mbsri_zero((size_t)c->held, g);
         const int status = mbsri_closure_position(c, &at.view.args, g);
         if (status) return status;
@@ -90,8 +90,9 @@ static int along(const mbsri_closure *c, const mbsri_closure_view *view, const d
 
 /* Derivatives of g with respect to `count` velocities from column `at` on, those of V or of u of
  * body i. */
-static int columns_of(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
-                      int i, bool joint, int at, double *work, double *C)
+static int difference_columns(const mbsr_model *m, const mbsri_closure *c,
+                              const mbsri_closure_view *view, int i, bool joint, int at,
+                              double *work, double *C)
 {
     const mbsri_spans s = mbsri_spans_of(m, &c->def.table->scales);
     const mbsri_body *b = m->body + i;
@@ -101,7 +102,8 @@ static int columns_of(const mbsr_model *m, const mbsri_closure *c, const mbsri_c
         const double span =
             joint ? mbsri_coordinate_span(&s, m, b, true, l) : mbsri_pose_span(&s, b, l);
         work[k] = 1.0;
-        const int status = along(c, view, work, 0.0, span, g, C + (size_t)k * (size_t)c->rows);
+        const int status =
+            slope_along(c, view, work, 0.0, span, g, C + (size_t)k * (size_t)c->rows);
         work[k] = 0.0;
         if (status) return status;
     }
@@ -117,8 +119,9 @@ int mbsri_closure_slopes(const mbsr_model *m, const mbsri_closure *c,
     for (int k = 0; k < c->bodies && !status; ++k) {
         const int i = c->body[k], at = c->column[k];
         if (at < 0) continue;
-        status = columns_of(m, c, view, i, false, at, work, C);
-        if (!status && joints) status = columns_of(m, c, view, i, true, at + m->body[i].d, work, C);
+        status = difference_columns(m, c, view, i, false, at, work, C);
+        if (!status && joints)
+            status = difference_columns(m, c, view, i, true, at + m->body[i].d, work, C);
     }
     return status;
 }
@@ -130,13 +133,13 @@ int mbsri_closure_drift(const mbsr_model *m, const mbsri_closure *c, const mbsri
     double g[MBSR_CLOSURE_ROWS];
     if (c->held == 0) return MBSR_OK;
     mbsri_zero((size_t)c->columns, work);
-    return along(c, view, work, 1.0, 1.0 / mbsri_span_rate(&s), g, rate);
+    return slope_along(c, view, work, 1.0, 1.0 / mbsri_span_rate(&s), g, rate);
 }
 
 /* Velocities of the bodies in the order of the columns; returns the rate at which they change the
  * state. */
-static double gather(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
-                     double *x)
+static double gather_velocities(const mbsr_model *m, const mbsri_closure *c,
+                                const mbsri_closure_view *view, double *x)
 {
     const mbsri_spans s = mbsri_spans_of(m, &c->def.table->scales);
     double speed = mbsri_span_rate(&s);
@@ -164,7 +167,7 @@ static int second(const mbsri_closure *c, const mbsri_closure_view *view, const 
     displaced at;
     double g[MBSR_CLOSURE_ROWS];
     for (int l = 0; l < 5; ++l) {
-        displace(c, view, x, place[l] * h, 1.0, &at);
+        displace_bodies(c, view, x, place[l] * h, 1.0, &at);
         mbsri_zero((size_t)c->held, g);
         const int status = mbsri_closure_position(c, &at.view.args, g);
         if (status) return status;
@@ -178,13 +181,13 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
 {
     displaced at;
     double *x = d->closure_x + m->max_columns, rate[MBSR_CLOSURE_ROWS];
-    const double speed = gather(m, c, view, x);
+    const double speed = gather_velocities(m, c, view, x);
     mbsri_zero((size_t)c->rows, bias);
     if (!c->def.table->jacobian) return second(c, view, x, 0x1p-8 / speed, bias);
     const double h = mbsri_difference_step(0.0, 1.0 / speed);
     double *C = d->closure_D;
     for (int l = 0; l < 4; ++l) {
-        displace(c, view, x, mbsri_difference_place(l) * h, 1.0, &at);
+        displace_bodies(c, view, x, mbsri_difference_place(l) * h, 1.0, &at);
         const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
         mbsri_zero((size_t)c->rows * (size_t)c->columns, C);
         int status = mbsri_closure_jacobian(c, &at.view.args, &out);
@@ -200,7 +203,8 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
     return MBSR_OK;
 }
 
-/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view. */
+/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view.
+ */
 static int loaded(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
                   const double *lambda, const double *V, double *work, double *C, double *f,
                   double *rate)
@@ -230,7 +234,7 @@ int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure
     mbsri_closure_view view;
     mbsri_view_closure(m, d, c, true, &view);
     view.q = q;
-    (void)gather(m, c, &view, V);
+    (void)gather_velocities(m, c, &view, V);
     mbsri_zero(columns, x);
     mbsri_zero(columns * columns, S);
     mbsri_zero(rows * columns, slope);
@@ -247,7 +251,7 @@ int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure
             for (int step = 0; step < 4; ++step) {
                 displaced to;
                 x[at] = 1.0;
-                displace(c, &view, x, mbsri_difference_place(step) * h, 0.0, &to);
+                displace_bodies(c, &view, x, mbsri_difference_place(step) * h, 0.0, &to);
                 x[at] = 0.0;
                 to.view.q = d->closure_q;
                 const int status = loaded(m, c, &to.view, lambda, V, d->closure_x, C, f, rate);
@@ -310,7 +314,7 @@ static int bend_along(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
         displaced moved;
         mbsri_closure_view faster;
         x[at] = 1.0;
-        displace(c, view, x, place * h, 0.0, &moved);
+        displace_bodies(c, view, x, place * h, 0.0, &moved);
         hasten(c, view, x, place * rate, V, &faster);
         x[at] = 0.0;
         moved.view.q = faster.q = d->closure_q;
@@ -332,7 +336,7 @@ int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c
     const mbsr_closure_table *table = c->def.table;
     mbsri_closure_view view;
     mbsri_view_closure(m, d, c, true, &view);
-    const double speed = gather(m, c, &view, work);
+    const double speed = gather_velocities(m, c, &view, work);
     view.q = work + 2 * columns;
     mbsri_zero(columns, work);
     mbsri_zero(size, by_place);

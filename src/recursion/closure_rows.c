@@ -5,7 +5,7 @@
 #include "algebra/dense.h"
 
 /* x (held) <- T x */
-static void mix(const mbsri_closure *c, double *x)
+static void mix_rows(const mbsri_closure *c, double *x)
 {
     double was[MBSR_CLOSURE_ROWS];
     if (!c->mix) return;
@@ -16,7 +16,7 @@ static void mix(const mbsri_closure *c, double *x)
 int mbsri_closure_position(const mbsri_closure *c, const mbsr_closure_args *args, double *g)
 {
     const int status = c->def.table->position(args, g);
-    mix(c, g);
+    mix_rows(c, g);
     return status;
 }
 
@@ -24,7 +24,8 @@ int mbsri_closure_jacobian(const mbsri_closure *c, const mbsr_closure_args *args
                            const mbsr_closure_jacobian *out)
 {
     const int status = c->def.table->jacobian(args, out);
-    for (int j = 0; j < out->columns && c->mix; ++j) mix(c, out->matrix + (ptrdiff_t)j * out->rows);
+    for (int j = 0; j < out->columns && c->mix; ++j)
+        mix_rows(c, out->matrix + (ptrdiff_t)j * out->rows);
     return status;
 }
 
@@ -39,20 +40,20 @@ int mbsri_closure_table_tangent(const mbsri_closure *c, const mbsr_closure_args 
     }
     for (int k = c->held; k < c->rows; ++k) forces[k] = lambda[k];
     const int status = c->def.table->tangent(args, forces, out);
-    for (int j = 0; j < out->columns; ++j) mix(c, out->rate + (ptrdiff_t)j * out->rows);
+    for (int j = 0; j < out->columns; ++j) mix_rows(c, out->rate + (ptrdiff_t)j * out->rows);
     return status;
 }
 
 int mbsri_closure_table_drift(const mbsri_closure *c, const mbsr_closure_args *args, double *gt)
 {
     const int status = c->def.table->drift(args, gt);
-    mix(c, gt);
+    mix_rows(c, gt);
     return status;
 }
 
 int mbsri_closure_table_bias(const mbsri_closure *c, const mbsr_closure_args *args, double *bias)
 {
     const int status = c->def.table->bias(args, bias);
-    mix(c, bias);
+    mix_rows(c, bias);
     return status;
 }

@@ -39,8 +39,8 @@ int mbsri_closure_failed(const mbsr_model *m, mbsr_data *d, const mbsri_closure 
 }
 
 /* MBSR_NOT_FINITE, with the closure's name, if x (n) is not finite. */
-static int check_finite(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, size_t n,
-                        const double *x, const char *what)
+static int check_rows_finite(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, size_t n,
+                             const double *x, const char *what)
 {
     if (mbsri_finite(n, x)) return MBSR_OK;
     char label[MBSRI_LABEL];
@@ -55,7 +55,7 @@ static int gaps_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
 {
     const int status = mbsri_closure_position(c, &view->args, g);
     if (status) return mbsri_closure_failed(m, d, c, status, "position");
-    return check_finite(m, d, c, (size_t)c->held, g, "a gap");
+    return check_rows_finite(m, d, c, (size_t)c->held, g, "a gap");
 }
 
 int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
@@ -84,7 +84,7 @@ static int jacobian_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c
     if (status)
         return mbsri_closure_failed(m, d, c, status, table->jacobian ? "jacobian" : "position");
     const size_t size = (size_t)c->rows * (size_t)c->columns;
-    return check_finite(m, d, c, size, C, "a derivative");
+    return check_rows_finite(m, d, c, size, C, "a derivative");
 }
 
 int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
@@ -117,7 +117,7 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
         if (!mbsri_reads_joints(c) || !body->u) continue;
         mbsri_ax(c->rows, body->n, 1.0, block + (size_t)body->d * (size_t)c->rows, body->u, rate);
     }
-    return check_finite(m, d, c, (size_t)c->rows, rate, "a rate");
+    return check_rows_finite(m, d, c, (size_t)c->rows, rate, "a rate");
 }
 
 int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate)
@@ -178,7 +178,7 @@ static int bias_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
     const int status = c->def.table->bias ? mbsri_closure_table_bias(c, &view->args, bias)
                                           : mbsri_closure_curvature(m, d, c, view, bias);
     if (status) return mbsri_closure_failed(m, d, c, status, "bias");
-    return check_finite(m, d, c, (size_t)c->rows, bias, "a bias");
+    return check_rows_finite(m, d, c, (size_t)c->rows, bias, "a bias");
 }
 
 int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias)
@@ -211,7 +211,7 @@ int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
     add_accelerations(m, d, bias);
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
-        const int status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
+        const int status = check_rows_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
         if (status) return status;
     }
     return MBSR_OK;
@@ -300,7 +300,7 @@ void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, dou
 }
 
 /* Gaps and rates of all rows, into the data's scratch. */
-static int measure(const mbsr_model *m, mbsr_data *d, double **g, double **rate)
+static int measure_rows(const mbsr_model *m, mbsr_data *d, double **g, double **rate)
 {
     *g = d->closure_x + 2 * (size_t)m->max_columns + 2 * (size_t)m->rows;
     *rate = *g + m->rows;
@@ -311,7 +311,7 @@ static int measure(const mbsr_model *m, mbsr_data *d, double **g, double **rate)
 int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *sum)
 {
     double *g, *rate;
-    const int status = measure(m, d, &g, &rate);
+    const int status = measure_rows(m, d, &g, &rate);
     if (status) return status;
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
@@ -340,7 +340,7 @@ int mbsri_closure_springs(const mbsr_model *m, mbsr_data *d)
     double *g, *rate;
     mbsri_zero((size_t)m->rows, d->loop_lambda);
     if (!any_springs(m)) return mbsri_closure_jacobians(m, d);
-    const int status = measure(m, d, &g, &rate);
+    const int status = measure_rows(m, d, &g, &rate);
     if (status) return status;
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {

@@ -15,7 +15,8 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d);
 int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate);
 int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias);
 
-/* The derivatives of the rows, and that bias where all accelerations of bodies are zero; at the velocities. */
+/* The derivatives of the rows, and that bias where all accelerations of bodies are zero; at the
+ * velocities. */
 int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias);
 
 /* Both of gaps and rates. */
@@ -30,13 +31,13 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
 void mbsri_closure_load(const mbsr_model *m, const mbsr_data *d, const double *lambda, double *f,
                         double *tau);
 
-/* The derivatives, with lambda into the data's f and tau and, if it is not NULL, eta into closure_V and closure_w,
- * which are zero before. */
+/* The derivatives, with lambda into the data's f and tau and, if it is not NULL, eta into closure_V
+ * and closure_w, which are zero before. */
 int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *lambda,
                              const double *eta);
 
-/* y (nu, by the caller's order) = C^T x, which is left in closure_w in the order of the sweeps (y may
- * be NULL); y (rows) = C x; after the derivatives. */
+/* y (nu, by the caller's order) = C^T x, which is left in closure_w in the order of the sweeps (y
+ * may be NULL); y (rows) = C x; after the derivatives. */
 void mbsri_closure_transpose(const mbsr_model *m, mbsr_data *d, const double *x, double *y);
 void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, double *y);
 
@@ -75,8 +76,8 @@ static inline bool mbsri_is_loose(const mbsri_closure *c, int k)
     return mbsri_is_stiff(c, k) && !c->def.settled;
 }
 
-/* Adds the energy of the springs of stiff rows, k g^2 / 2, or the power that they turn into heat, to
- * *sum. */
+/* Adds the energy of the springs of stiff rows, k g^2 / 2, or the power that they turn into heat,
+ * to *sum. */
 int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *sum);
 
 #endif

@@ -9,9 +9,10 @@
 #include <mbsrank/data.h>
 
 /* Arrays of doubles in the block, body after body. EVERY(name, length); SEEN(name, unit): by that
- * field of mbsri_lengths, in lean data over the bodies that are seen; FULL(name, length): not in lean
- * data. Shapes in mbsri_body's terms. K is divided out: H, J, kI, kII are those of (7)-(9) multiplied by
- * K^-1, mu is K^T mu, Mbar is K^T Mbar K; D, tau and the residuals are the same with and without. */
+ * field of mbsri_lengths, in lean data over the bodies that are seen; FULL(name, length): not in
+ * lean data. Shapes in mbsri_body's terms. K is divided out: H, J, kI, kII are those of (7)-(9)
+ * multiplied by K^-1, mu is K^T mu, Mbar is K^T Mbar K; D, tau and the residuals are the same with
+ * and without. */
 /* clang-format off */
 #define MBSRI_DATA_ARRAYS(EVERY, SEEN, FULL)                                                       \
     EVERY(q, m->nq)           /* nq         joint positions, as swept             positions */     \

@@ -63,8 +63,8 @@ bool mbsri_force_off(const mbsr_model *m, const mbsr_data *d, const mbsri_force 
 }
 
 /* One call of an element; its energy or dissipation is added to *sum. */
-static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
-                mbsri_question ask, double *sum)
+static int call_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
+                        mbsri_question ask, double *sum)
 {
     static const char *const names[] = {"evaluate", "energy", "dissipation"};
     const mbsr_force_table *table = force->def.table;
@@ -104,7 +104,7 @@ static int visit(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, mb
     const int calls = force->def.table->flags & MBSR_FORCE_EVERY_BODY ? m->bodies : 1;
     int status = MBSR_OK;
     for (int i = 1; i <= calls && !status; ++i)
-        status = call(m, d, force, view_all(m, d, force, i, ask, q, u), ask, sum);
+        status = call_element(m, d, force, view_all(m, d, force, i, ask, q, u), ask, sum);
     return status;
 }
 
@@ -133,7 +133,8 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
     d->pending = MBSRI_PENDING_NONE;
 
     mbsri_zero((size_t)m->nu, d->tau);
-    int status = tau ? mbsri_check_input(d, (size_t)m->nu, tau, "mbsr_forces", "tau") : MBSR_OK;
+    int status =
+        tau ? mbsri_check_input(d, (size_t)m->nu, tau, "mbsr_stage_forces", "tau") : MBSR_OK;
     if (status) return status;
     if (tau) mbsri_gather(m, tau, d->tau);
     /* f_i = -h_i */
@@ -174,7 +175,7 @@ int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i)
     for (int k = 0; k < m->anywhere && !status; ++k, ++force) {
         if (!mbsri_is_gravity(&force->def)) continue;
         const int bodies = view_all(m, d, force, i, MBSRI_FORCES, NULL, NULL);
-        status = call(m, d, force, bodies, MBSRI_FORCES, NULL);
+        status = call_element(m, d, force, bodies, MBSRI_FORCES, NULL);
     }
     return status;
 }
@@ -236,7 +237,7 @@ int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, 
         body->f = asked ? f : elsewhere;
         if (body->tau) body->tau = asked ? tau : elsewhere + m->max_d;
     }
-    return call(m, d, force, bodies, MBSRI_FORCES, NULL);
+    return call_element(m, d, force, bodies, MBSRI_FORCES, NULL);
 }
 
 const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id, const char *function)

@@ -35,8 +35,8 @@ int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
  * is the one of an element that acts on every body. Returns how many. */
 int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body);
 
-/* Adds to f (d) and tau (n) what an element exerts on the body at that place of its list, on the body
- * of that index if it acts on every body; at the state of mbsri_velocities. Neither is in the
+/* Adds to f (d) and tau (n) what an element exerts on the body at that place of its list, on the
+ * body of that index if it acts on every body; at the state of mbsri_velocities. Neither is in the
  * scratch of the data. */
 int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int place,
                    double *f, double *tau);

@@ -25,7 +25,8 @@ void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     }
 }
 
-/* E -= (Q - G JQ / 2) G^T + its transpose, and += G Diag(size) G^T along its diagonal; Q gets lost. */
+/* E -= (Q - G JQ / 2) G^T + its transpose, and += G Diag(size) G^T along its diagonal; Q gets lost.
+ */
 static inline void pass_joint(int rows, int n, const double *G, const double *JQ,
                               const double *size, double *Q, double *E)
 {
@@ -88,9 +89,9 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
     return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 
-/* m |r|^2 of the body, r from its predecessor's origin: out of H, as a difference of positions it would be
- * lost where the tree is far away. */
-static double arm_of(const mbsr_data *d, const mbsri_body *b)
+/* m |r|^2 of the body, r from its predecessor's origin: out of H, as a difference of positions it
+ * would be lost where the tree is far away. */
+static double squared_arm(const mbsr_data *d, const mbsri_body *b)
 {
     const double *x = d->p + b->p + MBSR_POSE_X, *A = d->Mbar + b->dd;
     const int next = b->d + 1;
@@ -104,5 +105,5 @@ double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l)
     const double *J = d->J + b->dn + (size_t)(l * b->d);
     const bool arm =
         b->n > 1 && b->joint.space == MBSR_SPACE_SPATIAL && mbsri_dot(3, J + 3, J + 3) > 0.0;
-    return mbsri_dot(3, J, J) * (d->turned[b->seat] + (arm ? arm_of(d, b) : 0.0));
+    return mbsri_dot(3, J, J) * (d->turned[b->seat] + (arm ? squared_arm(d, b) : 0.0));
 }

@@ -1,23 +1,24 @@
 /* The backward recursion for masses in twofold precision.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The equations are those of backward.c. A moment of inertia about an axis near which all points of a
- * body lie is a small difference of large numbers, as is what a heavy body behind a joint leaves of
- * its mass in the direction of the joint: nothing, up to rounding, to which a light one adds. In
+ * The equations are those of backward.c. A moment of inertia about an axis near which all points of
+ * a body lie is a small difference of large numbers, as is what a heavy body behind a joint leaves
+ * of its mass in the direction of the joint: nothing, up to rounding, to which a light one adds. In
  * double precision both drown; in twofold precision sums and products keep them. What is left is
  * that positions, axes and turned vectors are rounded. But M (exact.h of inertias) is then still
  * that of some distribution of mass, and D = F^T F for some F that has the errors eps |F|. In a
  * direction without inertia F x is eps |F|, and D there eps^2 of what was added up.
  *
  * So errors of sums, W, no longer count, but for a share of 3e-4: below 1e-16 of what cancelled
- * everything that goes on from here in double precision would drown. They run beside W as `unsure`, to
- * which bodies add what their mass matrices were given wrong by:
+ * everything that goes on from here in double precision would drown. They run beside W as `unsure`,
+ * to which bodies add what their mass matrices were given wrong by:
  *
- *   unsure_i = Diag(unsure of the body) + share (Diag(Mbar_i) + trace of its tensor) + sum of H^T E H
+ *   unsure_i = Diag(unsure of the body) + share (Diag(Mbar_i) + trace of its tensor) + sum of H^T E
+ *       H
  *
- * Behind a joint with next to no inertia of its own errors of sums would arrive as many times as large.
- * Here there are none, so that E is confined to what it is made of, unless masses were given with
- * errors. What is left of lever arms along an axis, eps^2 m |r|^2 (`turned`), never counts. */
+ * Behind a joint with next to no inertia of its own errors of sums would arrive as many times as
+ * large. Here there are none, so that E is confined to what it is made of, unless masses were given
+ * with errors. What is left of lever arms along an axis, eps^2 m |r|^2 (`turned`), never counts. */
 #include "recursion/exact.h"
 
 #include "algebra/cholesky.h"
@@ -58,14 +59,15 @@ static double *low(const mbsr_data *d)
     return d->Mbardot;
 }
 
-static void load(const mbsr_data *d, const mbsri_body *b, mbsri_two *C)
+static void load_exact(const mbsr_data *d, const mbsri_body *b, mbsri_two *C)
 {
     for (size_t k = 0; k < (size_t)(b->d * b->d); ++k)
         C[k] = (mbsri_two){d->Mbar[b->dd + k], low(d)[b->dd + k]};
 }
 
 /* Mbar of the predecessor += H^T A H;  A H is left in `product`. */
-static void pass(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A, mbsri_two *product)
+static void pass_to_predecessor(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A,
+                                mbsri_two *product)
 {
     const int dim = b->d, dp = b->d_pred;
     const double *H = d->H + b->dp;
@@ -84,9 +86,9 @@ static void pass(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A, mb
     }
 }
 
-/* As `place` in group.c. */
-static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a, int b,
-                  const mbsri_two *F, mbsri_two *D)
+/* As place_blocks in group.c. */
+static void place_exact_blocks(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a,
+                               int b, const mbsri_two *F, mbsri_two *D)
 {
     const mbsri_body *row = m->body + a, *column = m->body + b;
     const int r = row->ig - g->ig, c = column->ig - g->ig;
@@ -108,13 +110,13 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
     for (int k = g->members - 1; k >= 0; --k) {
         const mbsri_body *b = m->body + g->member[k];
         mbsri_two *F = r->F, *next = r->next;
-        load(d, b, r->C);
+        load_exact(d, b, r->C);
         mbsri_two_zero((size_t)(b->d * b->n), F);
         for (int j = 0; j < b->n; ++j)
             mbsri_two_ax(b->d, b->d, 1.0, r->C, d->J + b->dn + (size_t)(j * b->d), F + j * b->d);
         for (int a = g->member[k];; a = m->body[a].parent) {
             const mbsri_body *at = m->body + a;
-            place(m, d, g, a, g->member[k], F, r->D);
+            place_exact_blocks(m, d, g, a, g->member[k], F, r->D);
             if (at == head) break;
             /* F <- -H^T F */
             mbsri_two_zero((size_t)(at->d_pred * b->n), next);
@@ -137,10 +139,10 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
     for (int l = 0; l < g->n * g->n; ++l) d->D[head->nn + (size_t)l] = r->D[l].hi;
 }
 
-/* Y (r x c) with Y L^T = B in the columns of the first c pivots;  then X with X L = Y, whose columns
- * are in the places of B's, into x. X: r x c of work. */
-static void divide(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *B,
-                   mbsri_two *Y)
+/* Y (r x c) with Y L^T = B in the columns of the first c pivots;  then X with X L = Y, whose
+ * columns are in the places of B's, into x. X: r x c of work. */
+static void divide_exactly(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *B,
+                           mbsri_two *Y)
 {
     for (int k = 0; k < c; ++k) {
         const mbsri_two pivot = f->L[k * n + f->order[k]];
@@ -154,7 +156,8 @@ static void divide(int r, int n, int c, const mbsri_exact_factor *f, const mbsri
     }
 }
 
-/* x (r x n) = Y L^-1 in the columns of the first c pivots, rounded, the others zero; X: r x c of work. */
+/* x (r x n) = Y L^-1 in the columns of the first c pivots, rounded, the others zero; X: r x c of
+ * work. */
 static void divide_again(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *Y,
                          mbsri_two *X, double *x)
 {
@@ -172,9 +175,9 @@ static void divide_again(int r, int n, int c, const mbsri_exact_factor *f, const
     }
 }
 
-/* N (n x (n - c)), D N = 0: for each rate without pivot the rates of the c pivots that undo it. z: c of
- * work. */
-static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z, double *N)
+/* N (n x (n - c)), D N = 0: for each rate without pivot the rates of the c pivots that undo it. z:
+ * c of work. */
+static void exact_null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z, double *N)
 {
     mbsri_zero((size_t)(n * (n - c)), N);
     for (int j = 0; j < n - c; ++j) {
@@ -190,9 +193,10 @@ static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z
     }
 }
 
-/* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work. */
-static void take_out(int r, int n, int m, const double *s, const double *N, const double *L,
-                     double *A, double *B)
+/* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work.
+ */
+static void take_out_exactly(int r, int n, int m, const double *s, const double *N, const double *L,
+                             double *A, double *B)
 {
     mbsri_zero((size_t)(r * m), B);
     for (int j = 0; j < m; ++j) {
@@ -208,9 +212,9 @@ static void take_out(int r, int n, int m, const double *s, const double *N, cons
     mbsri_abt(r, m, n, -1.0, B, N, A);
 }
 
-/* Dinv and G after the decision, Y of the pivots kept. With all pivots D^+ = D^-1; else that inverse in
- * the pivots' rows and columns is brought to the coordinates S^-1 u, so that small pivots keep their
- * digits. False: N^T S^-2 N is singular. */
+/* Dinv and G after the decision, Y of the pivots kept. With all pivots D^+ = D^-1; else that
+ * inverse in the pivots' rows and columns is brought to the coordinates S^-1 u, so that small
+ * pivots keep their digits. False: N^T S^-2 N is singular. */
 static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, int rank,
                   const mbsri_exact_factor *f, const room *r)
 {
@@ -222,12 +226,12 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
     /* D^-1 = 1 L^-T L^-1, from rows of the unit matrix */
     mbsri_two_zero(nn, r->F);
     for (int k = 0; k < n; ++k) r->F[k * (n + 1)].hi = 1.0;
-    divide(n, n, rank, f, r->F, r->Y);
+    divide_exactly(n, n, rank, f, r->F, r->Y);
     divide_again(n, n, rank, f, r->Y, r->next, Dinv);
-    divide(dim, n, rank, f, r->U, r->Y);
+    divide_exactly(dim, n, rank, f, r->U, r->Y);
     divide_again(dim, n, rank, f, r->Y, r->next, G);
     if (m > 0 && rank > 0) {
-        null_vectors(n, rank, f, r->F, N);
+        exact_null_vectors(n, rank, f, r->F, N);
         mbsri_null_columns(n, m, s, N, d->X + head->nn + (size_t)(rank * n));
         mbsri_zero((size_t)(m * m), L);
         for (int j = 0; j < m; ++j) {
@@ -237,9 +241,9 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
             }
         }
         if (!mbsri_cholesky(m, L)) return false;
-        take_out(dim, n, m, s, N, L, G, B);
+        take_out_exactly(dim, n, m, s, N, L, G, B);
         for (int side = 0; side < 2; ++side) {
-            take_out(n, n, m, s, N, L, Dinv, B);
+            take_out_exactly(n, n, m, s, N, L, Dinv, B);
             for (int j = 0; j < n; ++j) {
                 for (int k = 0; k < j; ++k) {
                     const double swap = Dinv[j * n + k];
@@ -253,8 +257,8 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
     return true;
 }
 
-/* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no larger
- * than `terms` times that of A. */
+/* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no
+ * larger than `terms` times that of A. */
 static void confine_part(int n, int first, int count, double terms, const double *A, double *E)
 {
     double size = 0.0, most = 0.0;
@@ -272,9 +276,10 @@ static void confine_part(int n, int first, int count, double terms, const double
     }
 }
 
-/* Rotations and translations, which have different units, apart. What was added up at the body itself, least
- * (d x d), remains: only one direction of a part may have become too large. E is made of three terms of its size where
- * no inertia is small, and of more by the root of the smallest one of the joint, `inertia`, beside 1 [choice]. */
+/* Rotations and translations, which have different units, apart. What was added up at the body
+ * itself, least (d x d), remains: only one direction of a part may have become too large. E is made
+ * of three terms of its size where no inertia is small, and of more by the root of the smallest one
+ * of the joint, `inertia`, beside 1 [choice]. */
 static void confine(const mbsri_body *b, const double *A, double share, const double *least,
                     double inertia, double *E)
 {
@@ -298,7 +303,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
     double *const errors[2] = {d->W, d->unsure};
     const double inertia = rank > 0 ? d->judged[g->ig + rank - 1] : 1.0;
     if (b->d_pred == 0) return;
-    load(d, b, r->T);
+    load_exact(d, b, r->T);
     for (int j = 0; j < dim; ++j) {
         for (int k = 0; k <= j; ++k) {
             mbsri_two sum = r->T[j * dim + k];
@@ -308,7 +313,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
             r->T[j * dim + k] = r->T[k * dim + j] = sum;
         }
     }
-    pass(d, b, r->T, r->product);
+    pass_to_predecessor(d, b, r->T, r->product);
     for (int l = 0; l < 2; ++l) {
         const double share = l == 0 ? 1.0 : MBSRI_EXACT_SHARE;
         mbsri_carry_errors(m, d, g, errors[l], share, dim, E, Q, JQ, product);
@@ -323,13 +328,13 @@ static void pass_member(const mbsri_body *b, mbsr_data *d, const room *r)
     const size_t dp = (size_t)b->d_pred;
     double *product = d->scratch;
     if (dp == 0) return;
-    load(d, b, r->T);
+    load_exact(d, b, r->T);
     for (size_t k = 0; k < dp; ++k) {
         const double before = d->Mbar[b->pred_dd + k * (dp + 1)];
         d->W[b->pred_dd + k * (dp + 1)] += before;
         d->unsure[b->pred_dd + k * (dp + 1)] += MBSRI_EXACT_SHARE * before;
     }
-    pass(d, b, r->T, r->product);
+    pass_to_predecessor(d, b, r->T, r->product);
     for (size_t k = 0; k < dp; ++k) {
         const double after = d->Mbar[b->pred_dd + k * (dp + 1)];
         d->W[b->pred_dd + k * (dp + 1)] -= after;
@@ -357,7 +362,7 @@ static void open_body(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     d->turned[b->seat] = turned / MBSRI_EXACT_SHARE;
 }
 
-static int eliminate(const mbsr_model *m, mbsr_data *d, int i, const room *r)
+static int eliminate_exactly(const mbsr_model *m, mbsr_data *d, int i, const room *r)
 {
     const mbsri_group g = mbsri_group_of(m, d, i);
     const mbsri_body *head = m->body + i;
@@ -404,7 +409,7 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
             pass_member(b, d, &r);
             continue;
         }
-        const int status = eliminate(m, d, i, &r);
+        const int status = eliminate_exactly(m, d, i, &r);
         if (status) return status;
         const mbsri_group g = mbsri_group_of(m, d, i);
         pass_head(m, d, &g, given, &r);
@@ -438,7 +443,7 @@ void mbsri_exact_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_two *F = r.F, *next = r.next;
-        load(d, b, r.C);
+        load_exact(d, b, r.C);
         mbsri_two_zero((size_t)(b->d * b->n), F);
         for (int j = 0; j < b->n; ++j)
             mbsri_two_ax(b->d, b->d, 1.0, r.C, d->J + b->dn + (size_t)(j * b->d), F + j * b->d);
@@ -452,6 +457,6 @@ void mbsri_exact_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
             mbsri_two *swap = F;
             F = next, next = swap;
         }
-        if (b->d_pred > 0) pass(d, b, r.C, r.product);
+        if (b->d_pred > 0) pass_to_predecessor(d, b, r.C, r.product);
     }
 }

@@ -3,8 +3,8 @@
  *
  *   D = L L^T  by complete pivoting, with a relative error of 1e-32
  *
- * and S D S = X diag(lambda) X^T by the singular values of S L, which one-sided Jacobi rotations of its
- * columns find to a small relative error each however small they are beside others (Demmel and
+ * and S D S = X diag(lambda) X^T by the singular values of S L, which one-sided Jacobi rotations of
+ * its columns find to a small relative error each however small they are beside others (Demmel and
  * Veselic 1992), so that L in double precision is enough. */
 #include "recursion/exact_rank.h"
 
@@ -19,15 +19,15 @@
 
 #include <math.h>
 
-/* A pivot is nothing but rounding below this part of what the errors of sums would be, lever arms and
- * tensors among them. */
+/* A pivot is nothing but rounding below this part of what the errors of sums would be, lever arms
+ * and tensors among them. */
 static const double rounding = 1e-29;
 
 /* The share of lever arms and tensors that never counts: beside the tolerance, 1e-26. */
 static const double arms = 1e-14;
 
-/* Of what was given with errors, 1 / sqrt(J^T unsure J) into strict (n); what pivots have to be above
- * into least (n). */
+/* Of what was given with errors, 1 / sqrt(J^T unsure J) into strict (n); what pivots have to be
+ * above into least (n). */
 static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *strict,
                      double *least)
 {
@@ -47,10 +47,10 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
     }
 }
 
-/* By pivots, the largest beside its rounding first: others would carry theirs to the rest. A (n x n) is
- * lost. */
-static void factorise(int n, const double *strict, const double *least, mbsri_two *A,
-                      mbsri_exact_factor *f)
+/* By pivots, the largest beside its rounding first: others would carry theirs to the rest. A (n x
+ * n) is lost. */
+static void factorise_exactly(int n, const double *strict, const double *least, mbsri_two *A,
+                              mbsri_exact_factor *f)
 {
     mbsri_two_zero((size_t)(n * n), f->L);
     f->pivots = 0;
@@ -99,8 +99,8 @@ static bool eigenvalues(int n, const mbsri_exact_factor *f, const double *s, dou
     return mbsri_orthogonalise(n, f->pivots, A, lambda) == 0;
 }
 
-/* Columns of unit length; those from c on orthogonal to the others, as close to the axes as they can
- * be. */
+/* Columns of unit length; those from c on orthogonal to the others, as close to the axes as they
+ * can be. */
 static void complete(int n, int c, double *X)
 {
     for (int l = 0; l < c; ++l) {
@@ -128,9 +128,9 @@ static void complete(int n, int c, double *X)
     }
 }
 
-/* A state that a solver found is on the manifold of a rank that is watched up to the solver's errors
- * only: eigenvalues between those that count here and those that count in double precision, that is
- * positions off by less than 1e-6 of lengths, are as the watched rank has them. */
+/* A state that a solver found is on the manifold of a rank that is watched up to the solver's
+ * errors only: eigenvalues between those that count here and those that count in double precision,
+ * that is positions off by less than 1e-6 of lengths, are as the watched rank has them. */
 static int expected(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int rank,
                     double noise)
 {
@@ -143,7 +143,7 @@ static int expected(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
     return watched >= rank ? rank : watched > sure ? watched : sure;
 }
 
-static int fail(const mbsr_model *m, mbsr_data *d, int i, int status, double value)
+static int fail_at_body(const mbsr_model *m, mbsr_data *d, int i, int status, double value)
 {
     char label[MBSRI_LABEL];
     const char *name = mbsri_body_label(m, i, label);
@@ -174,19 +174,21 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
         A[k] = D[k];
         finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);
     }
-    if (!finite) return fail(m, d, i, MBSR_NOT_FINITE, 0.0);
-    factorise(n, strict, least, A, factor);
-    if (factor->left < -m->rank_tolerance) return fail(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
+    if (!finite) return fail_at_body(m, d, i, MBSR_NOT_FINITE, 0.0);
+    factorise_exactly(n, strict, least, A, factor);
+    if (factor->left < -m->rank_tolerance)
+        return fail_at_body(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
     bool ended = eigenvalues(n, factor, strict, columns, values);
     int rank = 0;
     while (rank < factor->pivots && mbsri_is_inertia(&rule, values[rank], 1.0)) ++rank;
     ended = eigenvalues(n, factor, s, X, lambda) && ended;
-    if (!ended) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
+    if (!ended) return fail_at_body(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     rank = expected(m, d, g, rank, noise);
     mbsri_copy((size_t)n, lambda, d->judged + g->ig);
     if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
         mbsri_copy((size_t)n, m->scale + g->ig, s);
-        if (!eigenvalues(n, factor, s, X, lambda)) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
+        if (!eigenvalues(n, factor, s, X, lambda))
+            return fail_at_body(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     }
     complete(n, factor->pivots, X);
     d->rank[i] = rank;

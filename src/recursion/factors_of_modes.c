@@ -1,5 +1,5 @@
-/* Rank and factors of a joint block: see factors_of_modes.h, and flexible_factors.c for the derivation.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Rank and factors of a joint block: see factors_of_modes.h, and flexible_factors.c for the
+ * derivation. SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/factors_of_modes.h"
 
 #include "algebra/cholesky.h"
@@ -12,8 +12,8 @@
 
 /* ---- from the markers ---- */
 
-/* A = C C^T, largest pivots first, each as large beside its error in E as rounding; C: 6 x the rank, which is
- * returned. *least: no more than the least of them. */
+/* A = C C^T, largest pivots first, each as large beside its error in E as rounding; C: 6 x the
+ * rank, which is returned. *least: no more than the least of them. */
 static int root_of(const double *A, const double *E, double C[36], double *least)
 {
     double left[36];
@@ -38,7 +38,8 @@ static int root_of(const double *A, const double *E, double C[36], double *least
     return rank;
 }
 
-/* The rows of V; their number, or -1 where they are too many to gain something. *least: of the pivots. */
+/* The rows of V; their number, or -1 where they are too many to gain something. *least: of the
+ * pivots. */
 static int fill_V(const mbsr_model *m, const mbsr_data *d, int i, double *V, double *least)
 {
     const mbsri_body *b = m->body + i;
@@ -123,8 +124,8 @@ static void bring_forward(int *order, int to, int from)
     order[from] = kept;
 }
 
-/* V_z by the order of its columns, which are those of `count` massless modes; sets `kept`, clears what is left and
- * returns the sum of its s^2 |x|^2. */
+/* V_z by the order of its columns, which are those of `count` massless modes; sets `kept`, clears
+ * what is left and returns the sum of its s^2 |x|^2. */
 static double reduce_massless(mbsri_factors *f, const double *s, double least, int count,
                               int *order, double *work)
 {
@@ -164,7 +165,7 @@ static void invert_massless(const mbsri_factors *f, const int *order)
 }
 
 /* Null vectors, n numbers each, of the massless modes that are left. */
-static void null_vectors(const mbsri_factors *f, int count, const int *order, double *N)
+static void null_vectors_of_modes(const mbsri_factors *f, int count, const int *order, double *N)
 {
     const int n = f->n;
     for (int k = f->kept; k < count; ++k, N += n) {
@@ -178,7 +179,7 @@ static void null_vectors(const mbsri_factors *f, int count, const int *order, do
 /* ---- modes with mass ---- */
 
 /* x -= (q.x) q; the part along q */
-static double take_out(int n, const double *q, double *x)
+static double take_out_direction(int n, const double *q, double *x)
 {
     const double part = mbsri_dot(n, q, x);
     mbsri_ax(n, 1, -part, q, &(double){1.0}, x);
@@ -194,8 +195,8 @@ static void exchange_columns(int n, double *x, double *y)
     }
 }
 
-/* The columns of Q become orthonormal, Q Z the former ones, largest first: Z (r x r, upper triangular). What is nothing but
- * rounding becomes zero. */
+/* The columns of Q become orthonormal, Q Z the former ones, largest first: Z (r x r, upper
+ * triangular). What is nothing but rounding becomes zero. */
 static void orthogonalise(const mbsri_factors *f, double *Z)
 {
     const int n = f->n, r = f->others;
@@ -210,12 +211,12 @@ static void orthogonalise(const mbsri_factors *f, double *Z)
         exchange_columns(n, q, f->Q + best * n);
         exchange_columns(r, Z + j * r, Z + best * r);
         for (int l = 0; l < j; ++l) before += Z[j * r + l] * Z[j * r + l];
-        for (int l = 0; l < j; ++l) Z[j * r + l] += take_out(n, f->Q + l * n, q);
+        for (int l = 0; l < j; ++l) Z[j * r + l] += take_out_direction(n, f->Q + l * n, q);
         const double length = sqrt(mbsri_dot(n, q, q));
         const bool some = length > 4.0 * DBL_EPSILON * sqrt(before + length * length);
         for (int k = 0; k < n; ++k) q[k] = some ? q[k] / length : 0.0;
         Z[j * r + j] = some ? length : 0.0;
-        for (int k = j + 1; k < r; ++k) Z[k * r + j] = take_out(n, q, f->Q + k * n);
+        for (int k = j + 1; k < r; ++k) Z[k * r + j] = take_out_direction(n, q, f->Q + k * n);
     }
 }
 
@@ -264,8 +265,9 @@ static double bound_kept(const mbsri_factors *f, const double *s, double *work)
     return lightest * f->flex->spread + massless_bound(f, s, work);
 }
 
-/* ||S D S||, modal masses off the diagonal left out; work: n times the rows + the square of the rows. */
-static double size_of(const mbsri_factors *f, const double *s, double *work)
+/* ||S D S||, modal masses off the diagonal left out; work: n times the rows + the square of the
+ * rows. */
+static double size_of_modes(const mbsri_factors *f, const double *s, double *work)
 {
     const int n = f->n, rows = f->rows;
     double squares = 0.0, *SV = work, *gram = SV + n * rows;
@@ -287,16 +289,17 @@ static void drop(const mbsr_model *m, mbsr_data *d, int i, const mbsri_factors *
     const int rank = f->flex->massive + f->kept;
     double *s = d->s + b->ig;
     if (rank < f->n) {
-        null_vectors(f, count, order, N);
+        null_vectors_of_modes(f, count, order, N);
         if (rank > 0 && m->scale) mbsri_copy((size_t)f->n, m->scale + b->ig, s);
         mbsri_null_columns(f->n, f->n - rank, s, N, d->X + b->nn + rank * f->n);
     }
-    if (rank < f->n) d->lambda[b->ig] = size_of(f, s, N);
+    if (rank < f->n) d->lambda[b->ig] = size_of_modes(f, s, N);
     d->rank[i] = rank;
 }
 
-/* Eigenvalues of S D S from here on are known to nine digits, and counted in twofold precision too. Rounding errors of V,
- * eps / sqrt(clear) where `clear` is the least pivot in Mbar^a beside its error, count once and not twice as they do in D. */
+/* Eigenvalues of S D S from here on are known to nine digits, and counted in twofold precision too.
+ * Rounding errors of V, eps / sqrt(clear) where `clear` is the least pivot in Mbar^a beside its
+ * error, count once and not twice as they do in D. */
 static double known_from(const mbsri_rank_rule *rule, double clear)
 {
     const double digits = DBL_EPSILON / 1e-9;

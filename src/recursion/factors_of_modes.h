@@ -7,8 +7,8 @@
 #include "recursion/group.h"
 #include "recursion/modal.h"
 
-/* Where the factors of a body stand, columns of n numbers: in D the rows of V, then Diag(D); in Dinv V1 R and Q, then
- * T^-1; in U the Cholesky factor of B. */
+/* Where the factors of a body stand, columns of n numbers: in D the rows of V, then Diag(D); in
+ * Dinv V1 R and Q, then T^-1; in U the Cholesky factor of B. */
 typedef struct mbsri_factors {
     const mbsr_flex *flex;
     int n, d, rows, kept, others; /* kept: of massless modes; others: rows without these */

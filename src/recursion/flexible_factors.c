@@ -1,26 +1,28 @@
 /* Joint blocks of flexible bodies in factors: see flexible_factors.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A marker hands on Mbar^a = C C^T (6 x 6, of the rank it has). With L its modes' columns (6 x n) and V the rows
- * C^T L of all markers
+ * A marker hands on Mbar^a = C C^T (6 x 6, of the rank it has). With L its modes' columns (6 x n)
+ * and V the rows C^T L of all markers
  *
  *   D = Mf + V^T V
  *
- * where Mf, which is constant, is zero for massless modes (z) and regular for the others (a), with R^T Mf_a R = 1.
- * Rows of V may be turned; Householder's reflections make V_z = [ T, T'; 0, ~0 ] with T (k x k) regular, largest
- * columns first. So z has rank k, and for the columns kept, with V_a = [ V1; V2 ]
+ * where Mf, which is constant, is zero for massless modes (z) and regular for the others (a), with
+ * R^T Mf_a R = 1. Rows of V may be turned; Householder's reflections make V_z = [ T, T'; 0, ~0 ]
+ * with T (k x k) regular, largest columns first. So z has rank k, and for the columns kept, with
+ * V_a = [ V1; V2 ]
  *
  *   D = [ 1  0; T^-1 V1  1 ]^T [ Mf_a + V2^T V2  0; 0  T^T T ] [ 1  0; T^-1 V1  1 ]
  *
- * Woodbury's formula for the first of these subtracts large numbers where markers carry much more than modes weigh.
- * With orthonormal rows Q it does not:
+ * Woodbury's formula for the first of these subtracts large numbers where markers carry much more
+ * than modes weigh. With orthonormal rows Q it does not:
  *
  *   V2 R = Z Q,   (Mf_a + V2^T V2)^-1 = R (1 - Q^T Q + Q^T B^-1 Q) R^T,   B = 1 + Z^T Z
  *
- * Rows of V are kept as columns (n x r), zero at modes that have no part in them. Bounds as in rank_pivots.c: with
- * scaled modal masses >= 1 / spread times their diagonal
+ * Rows of V are kept as columns (n x r), zero at modes that have no part in them. Bounds as in
+ * rank_pivots.c: with scaled modal masses >= 1 / spread times their diagonal
  *
- *   1 / lambda_kept <= max of spread / (S Mf_a S)  +  ||S_z^-1 T^-1 (1 + V1 (Mf_a + V2^T V2)^-1 V1^T) T^-T S_z^-1|| */
+ *   1 / lambda_kept <= max of spread / (S Mf_a S)  +
+ *       ||S_z^-1 T^-1 (1 + V1 (Mf_a + V2^T V2)^-1 V1^T) T^-T S_z^-1|| */
 #include "recursion/flexible_factors.h"
 
 #include "algebra/cholesky.h"
@@ -70,7 +72,7 @@ bool mbsri_factors_open(const mbsr_model *m, mbsr_data *d, int i)
 }
 
 /* C (d x 6) += (H^T A H) (., 0 .. 5) */
-static void add_columns(int d, const double *H, const double A[36], double *C)
+static void add_frame_columns(int d, const double *H, const double A[36], double *C)
 {
     double AH[36] = {0.0};
     mbsri_ab(MBSRI_FRAME_ROWS, MBSRI_FRAME_ROWS, MBSRI_FRAME_ROWS, 1.0, A, H, AH);
@@ -84,8 +86,8 @@ void mbsri_factors_take(const mbsr_model *m, mbsr_data *d, int i, const double T
     const double *H = d->H + b->dp;
     mbsri_copy(36, T, d->Mbar + b->dd);
     mbsri_copy(36, E, d->W + b->dd);
-    if (!mbsri_is_zero(36, T)) add_columns(b->d_pred, H, T, d->Mbar + b->pred_dd);
-    if (!mbsri_is_zero(36, E)) add_columns(b->d_pred, H, E, d->W + b->pred_dd);
+    if (!mbsri_is_zero(36, T)) add_frame_columns(b->d_pred, H, T, d->Mbar + b->pred_dd);
+    if (!mbsri_is_zero(36, E)) add_frame_columns(b->d_pred, H, E, d->W + b->pred_dd);
 }
 
 /* ---- solving ---- */
@@ -199,8 +201,8 @@ void mbsri_factors_load(const mbsr_model *m, mbsr_data *d, int i, double *e, dou
 
 /* ---- to the predecessor ---- */
 
-/* E -= Q G^T + G Q^T - G W_s G^T  with Q = -W (frame, modes), W_s = Diag(D) + sum of H^T E H, and the errors
- * of D itself (backward.c); G: n x 6. */
+/* E -= Q G^T + G Q^T - G W_s G^T  with Q = -W (frame, modes), W_s = Diag(D) + sum of H^T E H, and
+ * the errors of D itself (backward.c); G: n x 6. */
 static void reduce_errors(const mbsr_model *m, const mbsr_data *d, int i, const mbsri_factors *f,
                           const double *G, double E[36])
 {

@@ -1,8 +1,9 @@
-/* Joint blocks of flexible bodies with many modes, in factors: Woodbury's formula, with square roots.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Joint blocks of flexible bodies with many modes, in factors: Woodbury's formula, with square
+ * roots. SPDX-License-Identifier: BSD-3-Clause
  *
- * In the sweeps a body that these serve has of Mbar and W (backward.c) the first six columns alone, and of
- * what its markers hand on the 6 x 6 matrices themselves; D, D^+, U and G are never there. */
+ * In the sweeps a body that these serve has of Mbar and W (backward.c) the first six columns alone,
+ * and of what its markers hand on the 6 x 6 matrices themselves; D, D^+, U and G are never there.
+ */
 #ifndef MBSRI_FLEXIBLE_FACTORS_H
 #define MBSRI_FLEXIBLE_FACTORS_H
 
@@ -24,11 +25,12 @@ bool mbsri_factors_open(const mbsr_model *m, mbsr_data *d, int i);
 void mbsri_factors_take(const mbsr_model *m, mbsr_data *d, int i, const double T[36],
                         const double E[36]);
 
-/* The rank of D and its factors. False where bounds do not tell the rank, or where there is nothing to gain:
- * then Mbar and W are whole, and the body is in factors no more.
+/* The rank of D and its factors. False where bounds do not tell the rank, or where there is nothing
+ * to gain: then Mbar and W are whole, and the body is in factors no more.
  *
- * reads Mbar, W, H of its markers;  writes s, scale, rank; where some is lacking the columns of X that are dropped and the first lambda.
- * cost: n (6 r^2 + 36 m) for m markers of r directions in all, n^2 / 2 (2 r) for modal masses off the diagonal. */
+ * reads Mbar, W, H of its markers;  writes s, scale, rank; where some is lacking the columns of X
+ * that are dropped and the first lambda. cost: n (6 r^2 + 36 m) for m markers of r directions in
+ * all, n^2 / 2 (2 r) for modal masses off the diagonal. */
 bool mbsri_factors_eliminate(const mbsr_model *m, mbsr_data *d, int i);
 
 /* T = Mbar^a and its errors E, upper 6 x 6. */

@@ -7,8 +7,8 @@
 #include "recursion/modal.h"
 
 /* D_ab and D_ba from F (d x n_b) at member a. */
-static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a, int b,
-                  const double *F, double *JY)
+static void place_blocks(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a,
+                         int b, const double *F, double *JY)
 {
     const mbsri_body *row = m->body + a, *column = m->body + b;
     const int r = row->ig - g->ig, c = column->ig - g->ig;
@@ -22,7 +22,8 @@ static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     }
 }
 
-/* The off-diagonal part of a joint's own block (n x n of a matrix with `rows` rows) made symmetric. */
+/* The off-diagonal part of a joint's own block (n x n of a matrix with `rows` rows) made symmetric.
+ */
 static void even_out(int n, int rows, double *own)
 {
     for (int j = 0; j < n; ++j) {
@@ -63,7 +64,7 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
         for (int j = 0; j < b->n; ++j)
             mbsri_along_rate(b, A + b->dd, d->J + b->dn, j, F + (size_t)(j * b->d));
         for (int a = g->member[k];; a = m->body[a].parent) {
-            place(m, d, g, a, g->member[k], F, JY);
+            place_blocks(m, d, g, a, g->member[k], F, JY);
             if (a == head) break;
             /* F <- -H^T F */
             const mbsri_body *at = m->body + a;

@@ -1,12 +1,12 @@
 /* Groups: joints next to each other that the recursion eliminates as one block.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The recursion is a factorisation of the mass matrix, L^T D L by blocks. With a block a joint it is
- * not a continuous one where bodies without mass hang on each other: behind prismatic y and z, the
- * mass of a rod that turns about x makes D of y and D of z singular in turn, while D of both keeps
- * its rank. So joints like these are one block (assembly/groups.c says which): the group counts as a
- * body whose joint has the freedoms of all of them. For its head r, the member that all others hang
- * on, and with the inertias C of what no joint of the group takes away,
+ * The recursion is a factorisation of the mass matrix, L^T D L by blocks. With a block a joint it
+ * is not a continuous one where bodies without mass hang on each other: behind prismatic y and z,
+ * the mass of a rod that turns about x makes D of y and D of z singular in turn, while D of both
+ * keeps its rank. So joints like these are one block (assembly/groups.c says which): the group
+ * counts as a body whose joint has the freedoms of all of them. For its head r, the member that all
+ * others hang on, and with the inertias C of what no joint of the group takes away,
  *
  *   C_i = M_i + sum of H_j^T C_j H_j (members) + sum of H_j^T Mbar^a_j H_j (others)
  *   F_b = C_b J_b,  F_pi(i) = -H_i^T F_i up to the head;    D_ab = J_a^T F_b,  U = F at the head
@@ -88,10 +88,10 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
 /* D (n x n) += the armature of its joints on the diagonal. */
 void mbsri_group_add_armature(const mbsr_model *m, const mbsri_group *g, double *D);
 
-/* The load on the group of head i, and what it takes up:  e (n) -= J^T (b - C a),  sum (d) += G e. a
- * are the accelerations that k makes in a group whose predecessor and joints rest, a_i = -H_i a_pi -
- * k_i; b and k with d numbers a body; sum = b + C k of the head. Nothing where body i is not a head.
- * work: d times the members and one. */
+/* The load on the group of head i, and what it takes up:  e (n) -= J^T (b - C a),  sum (d) += G e.
+ * a are the accelerations that k makes in a group whose predecessor and joints rest, a_i = -H_i
+ * a_pi - k_i; b and k with d numbers a body; sum = b + C k of the head. Nothing where body i is not
+ * a head. work: d times the members and one. */
 void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, int i, const double *b,
                       const double *k, double *e, double *sum, double *work);
 

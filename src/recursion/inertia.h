@@ -9,14 +9,14 @@
 /* M (d x d) in the pose p; zero for inertias by function. */
 void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M);
 
-/* y += factor M x, where M is that of the pose p; small moments of rigid bodies beside large ones keep
- * their digits. */
+/* y += factor M x, where M is that of the pose p; small moments of rigid bodies beside large ones
+ * keep their digits. */
 void mbsri_inertia_times(const mbsri_body *b, const double *p, const double *M, double factor,
                          const double *x, double *y);
 
-/* The same in twofold precision, `exact`, at M (d x d). unsure (d): the diagonal matrix that M is wrong
- * by in units of the machine precision, because its entries were given rounded; else the body is one
- * whose points have moved by rounding. */
+/* The same in twofold precision, `exact`, at M (d x d). unsure (d): the diagonal matrix that M is
+ * wrong by in units of the machine precision, because its entries were given rounded; else the body
+ * is one whose points have moved by rounding. */
 void mbsri_inertia_exact(const mbsri_body *b, const double *p, const double *M, mbsri_two *exact,
                          double *unsure);
 

@@ -21,6 +21,7 @@
 #include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -80,8 +81,8 @@ int mbsri_move_root(const mbsr_model *m, mbsr_data *d)
 }
 
 /* MBSR_NOT_FINITE if x (n numbers), which a function of joint i wrote, is not finite. */
-static int check_finite(const mbsr_model *m, mbsr_data *d, int i, int n, const double *x,
-                        const char *what)
+static int check_joint_finite(const mbsr_model *m, mbsr_data *d, int i, int n, const double *x,
+                              const char *what)
 {
     if (mbsri_finite((size_t)n, x)) return MBSR_OK;
     char label[MBSRI_LABEL];
@@ -114,7 +115,7 @@ static int invert_K(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     double *K = d->Kinv + b->k, *row = d->scratch, *column = row + b->d, *work = column + b->d;
     char label[MBSRI_LABEL];
-    const int status = check_finite(m, d, i, b->d * b->d, K, "K");
+    const int status = check_joint_finite(m, d, i, b->d * b->d, K, "K");
     if (status) return status;
     equilibrate_K(b->d, K, row, column);
     const double rcond = mbsri_lapack_inverse(b->d, K, d->pivots, work);
@@ -215,7 +216,7 @@ int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i)
     /* p_i from k(p_i, p_pi, q_i, t) = 0 */
     int status = b->joint.table->position(&args, d->p + b->p);
     if (status) return mbsri_joint_failed(m, d, i, status, "position");
-    status = check_finite(m, d, i, b->np, d->p + b->p, "the pose");
+    status = check_joint_finite(m, d, i, b->np, d->p + b->p, "the pose");
     if (status) return status;
     /* K, H, J, kI */
     return jacobians(m, d, i);
@@ -238,11 +239,11 @@ int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q
     d->pending = MBSRI_PENDING_NONE;
     if (!isfinite(t) || !mbsri_finite((size_t)m->nq, q)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_positions: t or q is not finite");
+                          "mbsr_stage_positions: t or q is not finite");
     }
     if (d->lean) {
         return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
-                          "mbsr_positions: the data was made by mbsr_data_create_lean or "
+                          "mbsr_stage_positions: the data was made by mbsr_data_create_lean or "
                           "mbsr_data_init_lean; this call, or this state, needs full data");
     }
     d->t = t;
@@ -302,7 +303,7 @@ int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
     d->pending = MBSRI_PENDING_NONE;
     if (!mbsri_finite((size_t)m->nu, u)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_velocities: u is not finite");
+                          "mbsr_stage_velocities: u is not finite");
     }
     mbsri_gather(m, u, d->u);
 
@@ -325,7 +326,7 @@ int mbsri_coordinate_rates_of(const mbsr_model *m, mbsr_data *d, int i, double *
     mbsri_zero((size_t)b->nq, qdot);
     const int status = b->joint.table->coordinate_rates(&args, qdot);
     if (status) return mbsri_joint_failed(m, d, i, status, "coordinate_rates");
-    return check_finite(m, d, i, b->nq, qdot, "what coordinate_rates wrote");
+    return check_joint_finite(m, d, i, b->nq, qdot, "what coordinate_rates wrote");
 }
 
 int mbsri_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot)

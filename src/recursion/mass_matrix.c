@@ -13,8 +13,8 @@
 #include "recursion/exact.h"
 
 /* Row block of predecessor k times column block of body i; m: d_k x n_i. */
-static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const double *momentum,
-                  double *matrix)
+static void place_mass_block(const mbsr_model *m, const mbsr_data *d, int k, int i,
+                             const double *momentum, double *matrix)
 {
     const mbsri_body *row = m->body + k, *column = m->body + i;
     const size_t nu = (size_t)m->nu;
@@ -28,8 +28,8 @@ static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const d
     }
 }
 
-/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that it
- * has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
+/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that
+ * it has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
 static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
                          const double *matrix, size_t nu)
 {
@@ -45,13 +45,13 @@ static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
 }
 
 /* C_pi += H_i^T C_i H_i;  work: max_d x max_d. */
-static void pass_on(const mbsri_body *b, const mbsr_data *d, double *C, double *work)
+static void pass_composite_on(const mbsri_body *b, const mbsr_data *d, double *C, double *work)
 {
     mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, work);
 }
 
-/* C = M, in the place of Mbar, so mbsr_backward must run again. */
-static double *begin(const mbsr_model *m, mbsr_data *d)
+/* C = M, in the place of Mbar, so mbsr_stage_backward must run again. */
+static double *begin_composite(const mbsr_model *m, mbsr_data *d)
 {
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
@@ -62,7 +62,8 @@ static double *begin(const mbsr_model *m, mbsr_data *d)
 /* In double precision; whether some digits were lost. */
 static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
 {
-    double *C = begin(m, d), *now = d->scratch, *next = now + (size_t)m->max_d * (size_t)m->max_d;
+    double *C = begin_composite(m, d), *now = d->scratch,
+           *next = now + (size_t)m->max_d * (size_t)m->max_d;
     bool lost = false;
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
@@ -71,21 +72,21 @@ static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
         mbsri_ab(b->d, b->d, b->n, 1.0, C + b->dd, d->J + b->dn, now);
         for (int k = i; k > 0; k = m->body[k].parent) {
             const mbsri_body *row = m->body + k;
-            place(m, d, k, i, now, matrix);
+            place_mass_block(m, d, k, i, now, matrix);
             /* m_pi = -H_k^T m_k */
             mbsri_zero((size_t)row->d_pred * (size_t)b->n, next);
             mbsri_atb(row->d, row->d_pred, b->n, -1.0, d->H + row->dp, now, next);
             mbsri_copy((size_t)row->d_pred * (size_t)b->n, next, now);
         }
         lost = lost || loses_digits(b, d->J + b->dn, C + b->dd, matrix, (size_t)m->nu);
-        pass_on(b, d, C, next);
+        pass_composite_on(b, d, C, next);
     }
     return lost;
 }
 
 void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal)
 {
-    double *C = begin(m, d), *momentum = d->scratch, *work = momentum + m->max_d;
+    double *C = begin_composite(m, d), *momentum = d->scratch, *work = momentum + m->max_d;
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         for (int k = 0; k < b->n; ++k) {
@@ -94,7 +95,7 @@ void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal)
             mbsri_ax(b->d, b->d, 1.0, C + b->dd, column, momentum);
             diagonal[b->u + k] = mbsri_dot(b->d, column, momentum) + b->armature[k];
         }
-        pass_on(b, d, C, work);
+        pass_composite_on(b, d, C, work);
     }
 }
 

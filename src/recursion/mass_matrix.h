@@ -5,12 +5,12 @@
 
 #include "recursion/data.h"
 
-/* matrix (nu x nu, by the caller's order) at the positions, inertias by function at the velocities. The
- * backward recursion must run again afterwards. */
+/* matrix (nu x nu, by the caller's order) at the positions, inertias by function at the velocities.
+ * The backward recursion must run again afterwards. */
 void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix);
 
-/* Its diagonal (nu) alone, in O(N): the inertia that each joint rate moves while the joints behind it are
- * locked. The backward recursion must run again afterwards. */
+/* Its diagonal (nu) alone, in O(N): the inertia that each joint rate moves while the joints behind
+ * it are locked. The backward recursion must run again afterwards. */
 void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal);
 
 #endif

@@ -15,8 +15,8 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p);
 /* p'.  reads imp, f, tau, H, J, their rates, Mdot;  writes sigma, pdot. */
 void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pdot);
 
-/* ep.  reads p, Mbar, G, kI, H, J;  writes ep and, what the predecessor gets of it with H^T, impbar of
- * heads. */
+/* ep.  reads p, Mbar, G, kI, H, J;  writes ep and, what the predecessor gets of it with H^T, impbar
+ * of heads. */
 void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p);
 
 /* The algebraic equations of a group (n).  reads ep, e, D, U, H, V, u;  writes F. */

@@ -42,7 +42,7 @@ void mbsri_pose_unit(mbsr_space space, int k, const double *p, double *dp)
 }
 
 /* T = exp([x]x) R for a small x. */
-static void turn(const double x[3], const double R[9], double T[9])
+static void turn_little(const double x[3], const double R[9], double T[9])
 {
     const double angle = mbsri_norm3(x), half = 0.5 * angle;
     if (angle == 0.0) {
@@ -69,7 +69,7 @@ void mbsri_pose_move(mbsr_space space, int np, const double *p, const double *dp
     rotation_change(p + MBSR_POSE_R, dp + MBSR_POSE_R, x);
     for (int k = 0; k < 3; ++k) x[k] *= h;
     for (int k = MBSR_POSE_X; k < np; ++k) moved[k] = p[k] + h * dp[k];
-    turn(x, p + MBSR_POSE_R, moved + MBSR_POSE_R);
+    turn_little(x, p + MBSR_POSE_R, moved + MBSR_POSE_R);
 }
 
 void mbsri_pose_rate(mbsr_space space, int np, const double *p, const double *V, double *dp)

@@ -2,22 +2,23 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * D = J^T Mbar J may be zero up to rounding, so its eigenvalues are compared with the size of the
- * rounding errors in it, not with each other (rank_rule.h). W (backward.c) is that size for Mbar: the sum of all
- * that was added up before anything cancelled, carried from body to body as an error would be. With
- * S = diag(J^T W J)^(-1/2)
+ * rounding errors in it, not with each other (rank_rule.h). W (backward.c) is that size for Mbar:
+ * the sum of all that was added up before anything cancelled, carried from body to body as an error
+ * would be. With S = diag(J^T W J)^(-1/2)
  *
  *   S D S = X diag(lambda) X^T,  lambda_k > tolerance: kept (R = S X_kept), else dropped (N)
  *   D^+   = S X_kept diag(1/lambda) X_kept^T S
  *   I - D^+ D = S X_dropped X_dropped^T S^-1     projects onto the null space, spanned by N
  *
  * The eigenvalues are as exact as the largest of them. That is enough for the decision; but where
- * the noise W leaves little of one row and much of another, D^+ needs small eigenvalues to more than
- * that. So a D of full rank is inverted by Cholesky's factors, whose errors go with the diagonal.
+ * the noise W leaves little of one row and much of another, D^+ needs small eigenvalues to more
+ * than that. So a D of full rank is inverted by Cholesky's factors, whose errors go with the
+ * diagonal.
  *
  * S makes the decision the same in all units. D^+ is the Moore-Penrose pseudo-inverse of D in the
- * joint coordinates S^-1 u. What it makes of forces and momenta that D does not take up depends on S,
- * and W is a matter of which engine made it; so where D lacks some of its rank, the projections are
- * those with S of the model (assembly/survey.c), of as many eigenvalues as were kept with W. */
+ * joint coordinates S^-1 u. What it makes of forces and momenta that D does not take up depends on
+ * S, and W is a matter of which engine made it; so where D lacks some of its rank, the projections
+ * are those with S of the model (assembly/survey.c), of as many eigenvalues as were kept with W. */
 #include "recursion/rank.h"
 
 #include "algebra/cholesky.h"
@@ -34,11 +35,11 @@
 
 #include <math.h>
 
-/* diag(J^T W J + a)^(-1/2) into s, a the armature, or with `fixed` the given s; the largest entry of diag(J^T W J), and
- * of S J^T W J S in *noise, if that is larger (1 unless s is given). A zero entry belongs to a row of
- * D that is zero. */
-static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
-                          double *noise)
+/* diag(J^T W J + a)^(-1/2) into s, a the armature, or with `fixed` the given s; the largest entry
+ * of diag(J^T W J), and of S J^T W J S in *noise, if that is larger (1 unless s is given). A zero
+ * entry belongs to a row of D that is zero. */
+static double equilibrate_joint(const mbsri_body *b, const mbsr_data *d, const double *fixed,
+                                double *s, double *noise)
 {
     double *WJ = d->scratch, largest = 0.0;
     for (int k = 0; k < b->n; ++k) {
@@ -67,14 +68,15 @@ double mbsri_equilibrate(const mbsr_model *m, const mbsr_data *d, const mbsri_gr
     *noise = 1.0;
     for (int k = 0; k < g->members && !isnan(largest); ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        const double size = equilibrate(b, d, given ? given + b->ig : NULL, d->s + b->ig, noise);
+        const double size =
+            equilibrate_joint(b, d, given ? given + b->ig : NULL, d->s + b->ig, noise);
         largest = isnan(size) ? size : fmax(size, largest);
     }
     return largest;
 }
 
-/* The largest part of errors in a row of S D S that turned tensors may have (backward.c), S with W as
- * 1; `strict` (n) gets the S for which it is 1. */
+/* The largest part of errors in a row of S D S that turned tensors may have (backward.c), S with W
+ * as 1; `strict` (n) gets the S for which it is 1. */
 static double turned_noise(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                            double *strict)
 {
@@ -195,7 +197,8 @@ bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_
     return mbsri_cholesky(n, L);
 }
 
-/* X = S D S becomes X of X diag(lambda) X^T; nonzero: it did not converge. The first n numbers of scratch stay. */
+/* X = S D S becomes X of X diag(lambda) X^T; nonzero: it did not converge. The first n numbers of
+ * scratch stay. */
 static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
 {
     const mbsri_body *b = m->body + g->member[0];
@@ -249,8 +252,8 @@ void mbsri_null_columns(int n, int m, const double *s, const double *N, double *
  *
  *   S D S = A A^T,  A = S W^-1 X_kept lambda^(1/2),    null space S^-1 W X_dropped
  *
- * With S D S itself the null space would drown where s is much larger than w: of rates that move next
- * to nothing where the model was looked at. Nonzero: it did not converge. */
+ * With S D S itself the null space would drown where s is much larger than w: of rates that move
+ * next to nothing where the model was looked at. Nonzero: it did not converge. */
 static int rescale(const mbsri_group *g, mbsr_data *d, const double *w, int rank, double *X,
                    double *N)
 {
@@ -305,7 +308,8 @@ static double local_size(int n, const double *s, const double *size, const doubl
 }
 
 /* Whether each eigenvalue is either so large that D is exact to nine digits in its direction, or
- * nothing but rounding; beside as many large ones as are usual, these may be as large as the tolerance. */
+ * nothing but rounding; beside as many large ones as are usual, these may be as large as the
+ * tolerance. */
 static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double noise,
                      double turned, double *strict)
 {
@@ -330,9 +334,9 @@ static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
     return kept + dropped == n;
 }
 
-/* The rank, with S of W in place. Where errors of turned tensors leave fewer eigenvalues, X and lambda are with the
- * S that has these, in scratch, and so is *s: those kept need be no eigenvectors with the other one, in which
- * rounding counts as much as they do. */
+/* The rank, with S of W in place. Where errors of turned tensors leave fewer eigenvalues, X and
+ * lambda are with the S that has these, in scratch, and so is *s: those kept need be no
+ * eigenvectors with the other one, in which rounding counts as much as they do. */
 static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double noise, bool rough,
                   int *rank, const double **s)
 {

@@ -12,7 +12,8 @@
 enum { MBSRI_UNCLEAR = 1 << 21 };
 
 /* How a rank is decided: by eigenvalues where they are clear, by eigenvalues in any case, or, of
- * mounts, by pivots where these tell (rank_pivots.h), which is much less work and leaves no eigenvalues. */
+ * mounts, by pivots where these tell (rank_pivots.h), which is much less work and leaves no
+ * eigenvalues. */
 typedef enum mbsri_rank_way {
     MBSRI_RANK_CLEARLY,
     MBSRI_RANK_ROUGHLY,
@@ -43,8 +44,8 @@ void mbsri_share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, i
  * zero. */
 void mbsri_null_columns(int n, int m, const double *s, const double *N, double *X);
 
-/* After the decision: D = L L^T into L (n x n, its lower triangle). False where the rank is not full,
- * and for n < 2, where it gains nothing. */
+/* After the decision: D = L L^T into L (n x n, its lower triangle). False where the rank is not
+ * full, and for n < 2, where it gains nothing. */
 bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                            double *L);
 
@@ -59,8 +60,8 @@ int mbsri_check_ranks(const mbsr_model *m, mbsr_data *d);
 void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, const double *x,
                      double *y);
 
-/* y = projection of x, joint forces or momenta of a group, on what D cannot take up. For x = e it is
- * gamma. y and x may be the same. */
+/* y = projection of x, joint forces or momenta of a group, on what D cannot take up. For x = e it
+ * is gamma. y and x may be the same. */
 void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                       const double *x, double *y);
 

@@ -9,12 +9,13 @@
  *
  *   lambda_kept >= lambda_min(L L^T) >= 1 / ||(L L^T)^-1||,     |lambda_dropped| <= ||R||
  *
- * So where the former is beyond what is known to nine digits and the latter is nothing, or as small as it
- * has to be beside the usual rank (rank_rule.h), the eigenvalues would say the same, at ten times the
- * work. The null space is spanned by the columns of N = W P [ -L^-T L'^T ; 1 ], and with orthonormal
- * X_dropped that span S^-1 N, S the one that counts (rank.c),
+ * So where the former is beyond what is known to nine digits and the latter is nothing, or as small
+ * as it has to be beside the usual rank (rank_rule.h), the eigenvalues would say the same, at ten
+ * times the work. The null space is spanned by the columns of N = W P [ -L^-T L'^T ; 1 ], and with
+ * orthonormal X_dropped that span S^-1 N, S the one that counts (rank.c),
  *
- *   D^- = W P [ (L L^T)^-1 0 ; 0 0 ] P^T W,   D^+ = S Q S^-1 D^- S^-1 Q S,   Q = 1 - X_dropped X_dropped^T
+ *   D^- = W P [ (L L^T)^-1 0 ; 0 0 ] P^T W,   D^+ = S Q S^-1 D^- S^-1 Q S,
+ *       Q = 1 - X_dropped X_dropped^T
  *
  * where W is the S with which was judged. */
 #include "recursion/rank_pivots.h"
@@ -26,15 +27,15 @@
 
 #include <math.h>
 
-/* In the scratch of the data: A (n x n) by the order of the pivots, L (n x n), Y (n x n) with the row l of
- * L^-1 as its column l, N (n x n); vectors of n. */
+/* In the scratch of the data: A (n x n) by the order of the pivots, L (n x n), Y (n x n) with the
+ * row l of L^-1 as its column l, N (n x n); vectors of n. */
 typedef struct pivots {
     int n, rank;
     int *order;
     double *A, *L, *Y, *N, *diagonal, *size;
 } pivots;
 
-static pivots place(mbsr_data *d, int n)
+static pivots pivots_in_scratch(mbsr_data *d, int n)
 {
     const size_t nn = (size_t)n * (size_t)n;
     pivots p = {.n = n, .order = d->pivots, .A = d->scratch};
@@ -42,7 +43,7 @@ static pivots place(mbsr_data *d, int n)
     return p;
 }
 
-static void exchange(double *a, double *b)
+static void exchange_numbers(double *a, double *b)
 {
     const double kept = *a;
     *a = *b;
@@ -55,10 +56,10 @@ static void exchange_pivots(pivots *p, int k, int l)
     const int n = p->n, kept = p->order[k];
     p->order[k] = p->order[l];
     p->order[l] = kept;
-    exchange(p->diagonal + k, p->diagonal + l);
-    for (int j = 0; j < n; ++j) exchange(p->A + k * n + j, p->A + l * n + j);
-    for (int j = 0; j < n; ++j) exchange(p->A + j * n + k, p->A + j * n + l);
-    for (int j = 0; j < k; ++j) exchange(p->L + j * n + k, p->L + j * n + l);
+    exchange_numbers(p->diagonal + k, p->diagonal + l);
+    for (int j = 0; j < n; ++j) exchange_numbers(p->A + k * n + j, p->A + l * n + j);
+    for (int j = 0; j < n; ++j) exchange_numbers(p->A + j * n + k, p->A + j * n + l);
+    for (int j = 0; j < k; ++j) exchange_numbers(p->L + j * n + k, p->L + j * n + l);
 }
 
 /* y (rows) -= the first c columns of L, from a row on, times the entries of that row */
@@ -73,7 +74,7 @@ static void subtract_columns(const pivots *p, int row, int c, double *y)
 }
 
 /* L and the order of the pivots, as long as they are above `least`. */
-static void factorise(pivots *p, double least)
+static void factorise_by_pivots(pivots *p, double least)
 {
     const int n = p->n;
     for (int k = 0; k < n; ++k) p->order[k] = k, p->diagonal[k] = p->A[k * (n + 1)];
@@ -95,7 +96,7 @@ static void factorise(pivots *p, double least)
 }
 
 /* ||R||; the columns of A that are left are overwritten. */
-static double rest(const pivots *p)
+static double norm_of_remainder(const pivots *p)
 {
     const int n = p->n;
     double squares = 0.0;
@@ -108,7 +109,7 @@ static double rest(const pivots *p)
 }
 
 /* Y */
-static void invert(const pivots *p)
+static void invert_pivots(const pivots *p)
 {
     const int n = p->n;
     for (int l = 0; l < p->rank; ++l) {
@@ -125,7 +126,7 @@ static void invert(const pivots *p)
 }
 
 /* The lower triangle of (L L^T)^-1 into that of A, whose columns of pivots are done with. */
-static void multiply(const pivots *p)
+static void multiply_inverse(const pivots *p)
 {
     const int n = p->n;
     for (int j = 0; j < p->rank; ++j) mbsri_zero((size_t)(p->rank - j), p->A + j * (n + 1));
@@ -164,13 +165,13 @@ static bool known(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
 static bool negligible(const mbsr_model *m, const mbsri_group *g, const pivots *p, double noise)
 {
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
-    const double left = rest(p);
+    const double left = norm_of_remainder(p);
     if (left == 0.0) return true;
     return m->body[g->member[0]].usual == p->rank + 1 && left <= rule.tolerance * noise;
 }
 
 /* Null vectors by the order of the joint's rates into N (n x what is dropped), with s of W. */
-static void null_vectors(const pivots *p, const double *s, double *N)
+static void null_vectors_of_pivots(const pivots *p, const double *s, double *N)
 {
     const int n = p->n;
     for (int k = p->rank; k < n; ++k) {
@@ -184,7 +185,7 @@ static void null_vectors(const pivots *p, const double *s, double *N)
 }
 
 /* X of what is kept, by the s that counts, w being s of W; size: the bound of the eigenvalues. */
-static void keep(const pivots *p, const double *w, const double *s, double size, double *X)
+static void keep_pivots(const pivots *p, const double *w, const double *s, double size, double *X)
 {
     const int n = p->n;
     for (int l = 0; l < p->rank; ++l) {
@@ -212,8 +213,8 @@ static void invert_block(const pivots *p, const double *w, double *Dinv)
 }
 
 /* Dinv <- (1 - a c^T) Dinv (1 - c a^T) with a = S x, c = S^-1 x;  a, c, v: n of work. */
-static void project(int n, const double *s, const double *x, double *Dinv, double *a, double *c,
-                    double *v)
+static void project_inverse(int n, const double *s, const double *x, double *Dinv, double *a,
+                            double *c, double *v)
 {
     for (int k = 0; k < n; ++k) a[k] = s[k] * x[k], c[k] = x[k] / s[k];
     for (int k = 0; k < n; ++k) {
@@ -226,7 +227,7 @@ static void project(int n, const double *s, const double *x, double *Dinv, doubl
 }
 
 /* ||S D S|| */
-static double size_of(int n, const double *s, const double *D)
+static double size_of_scaled(int n, const double *s, const double *D)
 {
     double squares = 0.0;
     for (int j = 0; j < n; ++j) {
@@ -247,35 +248,36 @@ bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *
     double *s = d->s + b->ig, *X = d->X + b->nn, *D = d->D + b->nn, *Dinv = d->Dinv + b->nn, noise;
     const double scale = mbsri_equilibrate(m, d, g, &noise);
     if (!isfinite(scale)) return false;
-    pivots p = place(d, n);
+    pivots p = pivots_in_scratch(d, n);
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) p.A[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
-    factorise(&p, rule.known * noise);
-    invert(&p);
-    multiply(&p);
+    factorise_by_pivots(&p, rule.known * noise);
+    invert_pivots(&p);
+    multiply_inverse(&p);
     if (!known(m, d, g, &p, rule.known * noise)) return false;
     if (p.rank < n && !negligible(m, g, &p, noise)) return false;
     double *w = p.size;
     mbsri_copy((size_t)n, s, w);
     if (p.rank < n) {
-        null_vectors(&p, w, p.N);
+        null_vectors_of_pivots(&p, w, p.N);
         if (p.rank > 0 && m->scale && !mbsri_given_scale(m, d, g))
             mbsri_copy((size_t)n, m->scale + g->ig, s);
         mbsri_null_columns(n, n - p.rank, s, p.N, X + p.rank * n);
     }
-    const double size = size_of(n, s, D);
-    keep(&p, w, s, size, X);
+    const double size = size_of_scaled(n, s, D);
+    keep_pivots(&p, w, s, size, X);
     for (int k = 0; k < n; ++k) d->lambda[b->ig + k] = k < p.rank ? size : 0.0;
     invert_block(&p, w, Dinv);
-    for (int l = p.rank; l < n; ++l) project(n, s, X + l * n, Dinv, p.L, p.L + n, p.L + 2 * n);
+    for (int l = p.rank; l < n; ++l)
+        project_inverse(n, s, X + l * n, Dinv, p.L, p.L + n, p.L + 2 * n);
     d->scale[b->seat] = scale;
     d->rank[i] = p.rank;
     return true;
 }
 
-/* Z <- Z (1 - 2 v v^T / v^T v) for columns of Z orthonormal to those before x, which turns one of them
- * into x; its place is taken by the last one. */
+/* Z <- Z (1 - 2 v v^T / v^T v) for columns of Z orthonormal to those before x, which turns one of
+ * them into x; its place is taken by the last one. */
 static void turn_to(int n, int columns, const double *x, double *Z, double *v, double *Zv)
 {
     int p = 0;

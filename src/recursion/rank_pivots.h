@@ -5,16 +5,17 @@
 
 #include "recursion/group.h"
 
-/* As mbsri_rank_decision (rank.h) of a joint that is a group of its own, where Cholesky's pivots tell
- * the rank; else false, and nothing that counts is written. The rank and D^+ are the same. Of X the columns that
- * are dropped are as there; those that are kept are any with S X X^T S = lambda D^-, where D D^- D = D,
- * and all lambda of these are one bound of the eigenvalues. judged is not written.
+/* As mbsri_rank_decision (rank.h) of a joint that is a group of its own, where Cholesky's pivots
+ * tell the rank; else false, and nothing that counts is written. The rank and D^+ are the same. Of
+ * X the columns that are dropped are as there; those that are kept are any with S X X^T S = lambda
+ * D^-, where D D^- D = D, and all lambda of these are one bound of the eigenvalues. judged is not
+ * written.
  *
  * reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: n^3 / 2. */
 bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *g);
 
-/* The first `kept` columns of X (n x n) become an orthonormal basis of what is orthogonal to the other
- * columns, which are orthonormal. work: n^2 + 2 n. */
+/* The first `kept` columns of X (n x n) become an orthonormal basis of what is orthogonal to the
+ * other columns, which are orthonormal. work: n^2 + 2 n. */
 void mbsri_complete_basis(int n, int kept, double *X, double *work);
 
 #endif

@@ -8,9 +8,9 @@
  * where H and J on the right are divided by K already.
  *
  * A joint says what K', H', J' are, or leaves it to central differences along (t, q, q'); so does
- * an inertia by function for M'. What a joint looks at is its own q and the pose of its predecessor,
- * which moves with V: these two are displaced, of one body alone. The rate of a pose in GENERAL space
- * is not known; behind such a body the whole tree is displaced. */
+ * an inertia by function for M'. What a joint looks at is its own q and the pose of its
+ * predecessor, which moves with V: these two are displaced, of one body alone. The rate of a pose
+ * in GENERAL space is not known; behind such a body the whole tree is displaced. */
 #include "recursion/rates.h"
 
 #include "algebra/dense.h"
@@ -93,30 +93,30 @@ static void clear_rates(const mbsri_body *b, mbsr_data *d)
     mbsri_zero((size_t)(b->d * b->d), d->Mdot + b->dd);
 }
 
-static void add(size_t count, double factor, const double *x, double *sum)
+static void add_scaled(size_t count, double factor, const double *x, double *sum)
 {
     for (size_t k = 0; k < count; ++k) sum[k] += factor * x[k];
 }
 
 /* Rates of body i += factor times H, J, M, where it has no analytic ones. */
-static int add_sample(const mbsr_model *m, mbsr_data *d, int i, double factor)
+static int add_rate_sample(const mbsr_model *m, mbsr_data *d, int i, double factor)
 {
     const mbsri_body *b = m->body + i;
     if (!analytic_joint(b)) {
-        add((size_t)(b->d * b->d_pred), factor, d->H + b->dp, d->Hdot + b->dp);
-        add((size_t)(b->d * b->n), factor, d->J + b->dn, d->Jdot + b->dn);
+        add_scaled((size_t)(b->d * b->d_pred), factor, d->H + b->dp, d->Hdot + b->dp);
+        add_scaled((size_t)(b->d * b->n), factor, d->J + b->dn, d->Jdot + b->dn);
     }
     if (analytic_mass(b)) return MBSR_OK;
     const int status =
         mbsri_inertia_velocity(b, d->t, d->p + b->p, d->V + b->v, d->M + b->dd, d->scratch);
     if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");
-    add((size_t)(b->d * b->d), factor, d->M + b->dd, d->Mdot + b->dd);
+    add_scaled((size_t)(b->d * b->d), factor, d->M + b->dd, d->Mdot + b->dd);
     return MBSR_OK;
 }
 
 /* Rate at which a body that is differenced, and its predecessor, change; qdot: of its joint. */
-static double speed_of(const mbsr_model *m, const mbsr_data *d, int i, const double *q,
-                       const double *qdot)
+static double speed_of_differences(const mbsr_model *m, const mbsr_data *d, int i, const double *q,
+                                   const double *qdot)
 {
     const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
     const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
@@ -185,11 +185,11 @@ static int differences_of(const mbsr_model *m, mbsr_data *d, int i)
     view at;
     int status = open_view(m, d, i, &at);
     if (status) return status;
-    const double h = step_of(speed_of(m, d, i, at.q, at.qdot));
+    const double h = step_of(speed_of_differences(m, d, i, at.q, at.qdot));
     clear_rates(m->body + i, d);
     for (int k = 0; k < SAMPLES && !status; ++k) {
         status = move_on(m, d, i, &at, place[k] * h);
-        if (!status) status = add_sample(m, d, i, weight[k] / (12.0 * h));
+        if (!status) status = add_rate_sample(m, d, i, weight[k] / (12.0 * h));
     }
     const int back = move_back(m, d, i, &at);
     return status ? status : back;
@@ -202,7 +202,7 @@ static int displaced(const mbsr_model *m, mbsr_data *d, double t, double h, doub
     for (int k = 0; k < m->nq; ++k) d->q_moved[k] = d->q_base[k] + h * d->qdot[k];
     int status = mbsri_positions(m, d, t + h, d->q_moved);
     for (int i = 1; i <= m->bodies && !status; ++i) {
-        if (mbsri_rates_need_tree(m->body + i)) status = add_sample(m, d, i, factor);
+        if (mbsri_rates_need_tree(m->body + i)) status = add_rate_sample(m, d, i, factor);
     }
     return status;
 }
@@ -219,7 +219,7 @@ static int differences(const mbsr_model *m, mbsr_data *d)
         mbsri_copy((size_t)b->n, d->u + b->iu, d->u_base + b->u);
         if (!mbsri_rates_need_tree(b)) continue;
         clear_rates(b, d);
-        speed = fmax(speed, speed_of(m, d, i, d->q_base + b->q, d->qdot + b->q));
+        speed = fmax(speed, speed_of_differences(m, d, i, d->q_base + b->q, d->qdot + b->q));
     }
     const double h = step_of(speed);
     for (int k = 0; k < SAMPLES && !status; ++k)

@@ -30,7 +30,7 @@ typedef struct changes {
 } changes;
 
 /* None but r. */
-static void residual(const mbsri_body *b, const mbsr_data *d, const changes *c)
+static void refined_residual(const mbsri_body *b, const mbsr_data *d, const changes *c)
 {
     mbsri_zero((size_t)b->d, c->f);
     mbsri_zero((size_t)b->d, c->kII);
@@ -60,7 +60,7 @@ static void rounding(const mbsr_model *m, const mbsr_data *d, int i, int sample,
 
 /* x (by the caller's order) from the residual in `out`, or with sample >= 0 from rounding errors.
  * reads J, H, G, U, Dinv, Mbar;  writes impbar, sigma (kII), ep, Az (a). */
-static void solve(const mbsr_model *m, mbsr_data *d, int sample, double *x)
+static void solve_correction(const mbsr_model *m, mbsr_data *d, int sample, double *x)
 {
     double *a_pred = d->scratch, *du = a_pred + m->max_d, *sum = du + m->max_d;
     mbsri_zero(m->size_v, d->impbar);
@@ -70,7 +70,7 @@ static void solve(const mbsr_model *m, mbsr_data *d, int sample, double *x)
         double *bar = d->impbar + b->v, *load = d->ep + b->ig, *kII = d->sigma + b->v;
         const changes c = {d->scratch, kII, load};
         if (sample < 0)
-            residual(b, d, &c);
+            refined_residual(b, d, &c);
         else
             rounding(m, d, i, sample, &c);
         for (int k = 0; k < b->d; ++k) bar[k] += c.f[k];
@@ -99,14 +99,14 @@ static void solve(const mbsr_model *m, mbsr_data *d, int sample, double *x)
 
 void mbsri_refine_solve(const mbsr_model *m, mbsr_data *d, double *x)
 {
-    solve(m, d, -1, x);
+    solve_correction(m, d, -1, x);
 }
 
 /* One correction of udot. */
-static void correct(const mbsr_model *m, mbsr_data *d, double *udot, double *change)
+static void correct_once(const mbsr_model *m, mbsr_data *d, double *udot, double *change)
 {
     mbsri_inverse(m, d, udot);
-    solve(m, d, -1, change);
+    solve_correction(m, d, -1, change);
     for (int k = 0; k < m->nu; ++k) udot[k] += change[k];
 }
 
@@ -138,14 +138,14 @@ static void add_squares(const mbsr_model *m, const mbsr_data *d, double weight, 
 double mbsri_refine(const mbsr_model *m, mbsr_data *d, double *udot, double *error)
 {
     double *change = d->v_given, *joints = d->w, largest = 0.0;
-    correct(m, d, udot, change);
-    correct(m, d, udot, change);
+    correct_once(m, d, udot, change);
+    correct_once(m, d, udot, change);
     mbsri_zero((size_t)m->nu, error);
     mbsri_zero((size_t)m->nu, joints);
     add_squares(m, d, 1.0, change, error, joints);
     mbsri_inverse(m, d, udot);
     for (int l = 0; l < SAMPLES; ++l) {
-        solve(m, d, l, change);
+        solve_correction(m, d, l, change);
         add_squares(m, d, 1.0 / SAMPLES, change, error, joints);
     }
     for (int k = 0; k < m->nu; ++k) error[k] = sqrt(error[k]);

@@ -10,7 +10,8 @@
  * acceleration, sqrt(x^T D x) being the size of either. Writes A and mu of the improved udot. */
 double mbsri_refine(const mbsr_model *m, mbsr_data *d, double *udot, double *error);
 
-/* At the same state, x (nu, by the caller's order) = M^-1 r, where `out` of the data holds -r in the order of the sweeps. */
+/* At the same state, x (nu, by the caller's order) = M^-1 r, where `out` of the data holds -r in
+ * the order of the sweeps. */
 void mbsri_refine_solve(const mbsr_model *m, mbsr_data *d, double *x);
 
 #endif

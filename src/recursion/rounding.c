@@ -12,8 +12,8 @@
 
 #include <math.h>
 
-/* Entries of C below these shares of what is added up in them are zero; the second where a closure's
- * derivatives are differences. */
+/* Entries of C below these shares of what is added up in them are zero; the second where a
+ * closure's derivatives are differences. */
 static const double ROUNDING = 1e-13, DIFFERENCES = 1e-9;
 
 void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l, int k,
@@ -46,8 +46,9 @@ mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, con
     return linear ? MBSR_COORDINATE_TRANSLATION : MBSR_COORDINATE_ROTATION;
 }
 
-/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins, which all
- * vanish where points stand in one line; so no less than the length typical of the model. */
+/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins,
+ * which all vanish where points stand in one line; so no less than the length typical of the model.
+ */
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
 {
     const mbsri_closure *first = mbsri_all_closures(m);
@@ -115,7 +116,8 @@ static double lost_of(const mbsri_body *b, const double *M)
     return b->inertia.kind == MBSR_INERTIA_PARTICLE && !b->added ? 0.0 : M[0] + M[7] + M[14];
 }
 
-/* Inertia of joint rate l of body b, up to which the rank decision has none; C: of all that it moves. */
+/* Inertia of joint rate l of body b, up to which the rank decision has none; C: of all that it
+ * moves. */
 static double least_mass(const mbsr_model *m, const mbsri_body *b, const double *J, const double *C,
                          double lost)
 {

@@ -1,15 +1,15 @@
 /* What of C and of the mass matrix is nothing but rounding.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Where such an entry is the largest of its row of K, scaling makes it as large as all others, and a
- * direction counts as held, or as having inertia, that is not. */
+ * Where such an entry is the largest of its row of K, scaling makes it as large as all others, and
+ * a direction counts as held, or as having inertia, that is not. */
 #ifndef MBSRI_ROUNDING_H
 #define MBSRI_ROUNDING_H
 
 #include "recursion/data.h"
 
-/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins; after the
- * derivatives of the closures. */
+/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins;
+ * after the derivatives of the closures. */
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d);
 
 /* What row k of closure c has of the turning and of the moving of its body l, as lengths. */
@@ -23,13 +23,13 @@ mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, con
 /* Below this share of what is added up in it an entry of row k of closure c is rounding. */
 double mbsri_row_rounding(const mbsri_closure *c);
 
-/* Sets entries of row k of closure c to zero (row: nu, by the caller's order) that are rounding of what is
- * added up in them; size: nu of scratch. Overwrites closure_V and closure_w. */
+/* Sets entries of row k of closure c to zero (row: nu, by the caller's order) that are rounding of
+ * what is added up in them; size: nu of scratch. Overwrites closure_V and closure_w. */
 void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
                      double lever, double *size, double *row);
 
-/* Sets rows and columns of the mass matrix (nu x nu) to zero whose joint rates have no inertia by the
- * measure of the rank decision; directly after mbsri_mass_matrix. Overwrites closure_V. */
+/* Sets rows and columns of the mass matrix (nu x nu) to zero whose joint rates have no inertia by
+ * the measure of the rank decision; directly after mbsri_mass_matrix. Overwrites closure_V. */
 void mbsri_clear_masses(const mbsr_model *m, mbsr_data *d, double *matrix);
 
 #endif

@@ -14,8 +14,8 @@
 #include <stdint.h>
 
 /* own (d) += sizes of M V and V x M V, which make up the gyroscopic force h: |M_ab| is at most
- * sqrt(M_aa M_bb). A rigid body's h does not depend on the velocity of its origin; nothing is known of
- * an inertia by function, or in GENERAL space, but h itself, which is in f. */
+ * sqrt(M_aa M_bb). A rigid body's h does not depend on the velocity of its origin; nothing is known
+ * of an inertia by function, or in GENERAL space, but h itself, which is in f. */
 static void add_gyration(const mbsri_body *b, const mbsr_data *d, double *own)
 {
     if (b->joint.space != MBSR_SPACE_SPATIAL || b->inertia.kind == MBSR_INERTIA_FUNCTION) return;
@@ -105,7 +105,7 @@ static void take_up(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
 }
 
 /* One sample through body i to its predecessor, as mbsri_backward_loads would take it. */
-static void pass(const mbsr_model *m, const mbsr_data *d, int i, int sample)
+static void pass_sample(const mbsr_model *m, const mbsr_data *d, int i, int sample)
 {
     const mbsri_body *b = m->body + i;
     double *mu = d->scratch;
@@ -122,7 +122,7 @@ void mbsri_gross_forces(const mbsr_model *m, mbsr_data *d)
     for (int l = 0; l < SAMPLES; ++l) mbsri_zero(m->size_v, sample_of(d, l));
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_own_sizes(m, d, i, d->Az + m->body[i].v);
-        for (int l = 0; l < SAMPLES; ++l) pass(m, d, i, l);
+        for (int l = 0; l < SAMPLES; ++l) pass_sample(m, d, i, l);
     }
 }
 

@@ -14,8 +14,8 @@ void mbsri_gross_forces(const mbsr_model *m, mbsr_data *d);
 double mbsri_gross_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                         const double *x);
 
-/* The pieces. What body i makes itself, into own (d): |f|, gyroscopic and bias forces (with what was
- * added up to Mbar: W, backward.c), and the sums as they are. */
+/* The pieces. What body i makes itself, into own (d): |f|, gyroscopic and bias forces (with what
+ * was added up to Mbar: W, backward.c), and the sums as they are. */
 void mbsri_own_sizes(const mbsr_model *m, const mbsr_data *d, int i, double *own);
 
 /* |tau| + |J|^T own of joint coordinate k */

@@ -5,8 +5,8 @@
 
 #include "model/record.h"
 
-/* Of lengths (m), angles (rad), coordinates of kinds not known (0: each its own), and the rate (1/s;
- * 0: not known) that makes spans of velocities of them. */
+/* Of lengths (m), angles (rad), coordinates of kinds not known (0: each its own), and the rate
+ * (1/s; 0: not known) that makes spans of velocities of them. */
 typedef struct mbsri_spans {
     double length, angle, other, rate;
 } mbsri_spans;
@@ -30,11 +30,12 @@ double mbsri_rate_span(const mbsri_spans *s, const mbsr_model *m, const mbsri_bo
 /* The least multiple of x (nu) that changes one of the rates u (nu) by its size or its span. */
 double mbsri_rate_step(const mbsr_model *m, const double *x, const double *u);
 
-/* The largest of joint rates x (nu, by the caller's order) over their spans; likewise of accelerations. */
+/* The largest of joint rates x (nu, by the caller's order) over their spans; likewise of
+ * accelerations. */
 double mbsri_largest_rate(const mbsr_model *m, const double *x);
 
-/* The longest way between the origins of a body and of its predecessor along an axis, H (d x d_pred) being what turning
- * the one moves of the other. */
+/* The longest way between the origins of a body and of its predecessor along an axis, H (d x
+ * d_pred) being what turning the one moves of the other. */
 double mbsri_lever_of(const mbsri_body *b, const double *H);
 
 /* The rate, 1/s where none is known; that of a model. */

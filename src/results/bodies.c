@@ -13,8 +13,8 @@
 #include <math.h>
 
 /* Index of a body whose results of `stage` are asked for; negative: refused, status in *status. */
-static int enter(const mbsr_model *m, mbsr_data *d, int body, const double *out, mbsri_stage stage,
-                 const char *function, int *status)
+static int enter_body(const mbsr_model *m, mbsr_data *d, int body, const double *out,
+                      mbsri_stage stage, const char *function, int *status)
 {
     *status = mbsri_enter(m, d, out != NULL, stage, function);
     if (*status) return -1;
@@ -28,7 +28,8 @@ static int enter(const mbsr_model *m, mbsr_data *d, int body, const double *out,
 int mbsr_body_pose(const mbsr_model *model, mbsr_data *data, int body, double *pose)
 {
     int status;
-    const int i = enter(model, data, body, pose, MBSRI_STAGE_POSITIONS, "mbsr_body_pose", &status);
+    const int i =
+        enter_body(model, data, body, pose, MBSRI_STAGE_POSITIONS, "mbsr_body_pose", &status);
     if (i >= 0) mbsri_copy((size_t)model->body[i].np, data->p + model->body[i].p, pose);
     return status;
 }
@@ -37,7 +38,7 @@ int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *
 {
     int status;
     const int i =
-        enter(model, data, body, twist, MBSRI_STAGE_VELOCITIES, "mbsr_body_twist", &status);
+        enter_body(model, data, body, twist, MBSRI_STAGE_VELOCITIES, "mbsr_body_twist", &status);
     if (i >= 0) mbsri_copy((size_t)model->body[i].d, data->V + model->body[i].v, twist);
     return status; /* velocities and poses are finite where the stages succeed */
 }
@@ -46,7 +47,7 @@ int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *
 static int enter_accelerated(const mbsr_model *m, mbsr_data *d, int body, const double *out,
                              const char *function, int *status)
 {
-    const int i = enter(m, d, body, out, MBSRI_STAGE_FORCES, function, status);
+    const int i = enter_body(m, d, body, out, MBSRI_STAGE_FORCES, function, status);
     if (*status) return i;
     if (d->accelerated) {
         const size_t first = m->body[i].v, dim = (size_t)m->body[i].d;
@@ -54,8 +55,9 @@ static int enter_accelerated(const mbsr_model *m, mbsr_data *d, int body, const 
         if (!*status) *status = mbsri_check_result(m, d, dim, d->mu + first, function);
         return *status ? -1 : i;
     }
-    *status = mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                         "%s: call mbsr_accelerations or mbsr_inverse_dynamics before", function);
+    *status =
+        mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                   "%s: call mbsr_stage_accelerations or mbsr_inverse_dynamics before", function);
     return -1;
 }
 
@@ -68,8 +70,8 @@ int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body, d
     return status;
 }
 
-/* Whether body k of the tree was added as one on body i, which is welded to another, or on one that is
- * welded to that. */
+/* Whether body k of the tree was added as one on body i, which is welded to another, or on one that
+ * is welded to that. */
 static bool was_on(const mbsr_model *m, int k, int i)
 {
     const mbsri_body_entry *entry = m->entries.data;
@@ -84,8 +86,8 @@ static void origin_of(const mbsri_body *b, const mbsr_data *d, double r[3])
     mbsri_embedded_pose(b->joint.space, d->p + b->p, R, r);
 }
 
-/* mu of body i, which is welded to another, without what stands on both: adds that, X^T mu of each body k that
- * was added as one on i, with X the translation from the origin of i to that of k. */
+/* mu of body i, which is welded to another, without what stands on both: adds that, X^T mu of each
+ * body k that was added as one on i, with X the translation from the origin of i to that of k. */
 static void add_handed_over(const mbsr_model *m, const mbsr_data *d, int i, double *force)
 {
     const mbsri_body *b = m->body + i;
@@ -117,7 +119,8 @@ int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, doub
     return MBSR_OK;
 }
 
-/* A motion of a body as one in space: the arm to its point, then angular and linear parts of V and A. */
+/* A motion of a body as one in space: the arm to its point, then angular and linear parts of V and
+ * A. */
 typedef struct point_motion {
     double r[3], arm[3], omega[3], v[3], alpha[3], a[3];
 } point_motion;
@@ -157,7 +160,7 @@ int mbsr_body_point(const mbsr_model *model, mbsr_data *data, int body, const do
     const mbsri_stage stage = velocity ? MBSRI_STAGE_VELOCITIES : MBSRI_STAGE_POSITIONS;
     int status;
     const int i = acceleration ? enter_accelerated(model, data, body, acceleration, name, &status)
-                               : enter(model, data, body, origin, stage, name, &status);
+                               : enter_body(model, data, body, origin, stage, name, &status);
     if (i < 0) return status;
     const mbsri_body *b = model->body + i;
     point_motion motion = {.r = {0.0}};
@@ -189,7 +192,8 @@ int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int body, doubl
     const mbsr_model *m = model;
     mbsr_data *d = data;
     int status;
-    const int i = enter(m, d, body, jacobian, MBSRI_STAGE_POSITIONS, "mbsr_body_jacobian", &status);
+    const int i =
+        enter_body(m, d, body, jacobian, MBSRI_STAGE_POSITIONS, "mbsr_body_jacobian", &status);
     if (i < 0) return status;
     const int rows = m->body[i].d;
     const size_t dim = (size_t)rows;

@@ -6,6 +6,8 @@
 #include "model/query.h"
 #include "recursion/not_finite.h"
 
+#include <mbsrank/driver.h>
+
 int mbsr_closures_weight(const mbsr_model *model, double *w)
 {
     if (!model || !w) return MBSR_ERR_NULL;
@@ -25,8 +27,8 @@ int mbsr_closures_gap(const mbsr_model *model, mbsr_data *data, double *g)
 }
 
 /* The stage, then the derivatives there. */
-static int enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage stage,
-                 const char *function)
+static int enter_rows(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage stage,
+                      const char *function)
 {
     const int status = mbsri_enter(m, d, arguments, stage, function);
     return status ? status : mbsri_closure_jacobians(m, d);
@@ -35,21 +37,21 @@ static int enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage 
 int mbsr_closures_rate(const mbsr_model *model, mbsr_data *data, double *rate)
 {
     const int status =
-        enter(model, data, rate != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_closures_rate");
+        enter_rows(model, data, rate != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_closures_rate");
     return status ? status : mbsri_closure_rates(model, data, rate);
 }
 
 int mbsr_closures_bias(const mbsr_model *model, mbsr_data *data, double *bias)
 {
     const int status =
-        enter(model, data, bias != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_closures_bias");
+        enter_rows(model, data, bias != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_closures_bias");
     return status ? status : mbsri_closure_bias(model, data, bias);
 }
 
 int mbsr_closures_apply(const mbsr_model *model, mbsr_data *data, const double *x, double *y)
 {
     static const char name[] = "mbsr_closures_apply";
-    int status = enter(model, data, x && y, MBSRI_STAGE_POSITIONS, name);
+    int status = enter_rows(model, data, x && y, MBSRI_STAGE_POSITIONS, name);
     if (!status) status = mbsri_check_input(data, (size_t)model->nu, x, name, "x");
     if (status) return status;
     mbsri_closure_apply(model, data, x, y);
@@ -59,7 +61,7 @@ int mbsr_closures_apply(const mbsr_model *model, mbsr_data *data, const double *
 int mbsr_closures_transpose(const mbsr_model *model, mbsr_data *data, const double *x, double *y)
 {
     static const char name[] = "mbsr_closures_transpose";
-    int status = enter(model, data, x && y, MBSRI_STAGE_POSITIONS, name);
+    int status = enter_rows(model, data, x && y, MBSRI_STAGE_POSITIONS, name);
     if (!status) status = mbsri_check_input(data, (size_t)model->rows, x, name, "x");
     if (status) return status;
     mbsri_closure_transpose(model, data, x, y);

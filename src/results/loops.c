@@ -1,7 +1,8 @@
 /* Loops at a state: entry points.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include "algebra/dense.h"
 #include "algebra/lapack.h"
@@ -35,7 +36,7 @@ mbsr_assembly_opt mbsr_default_assembly_opt(void)
     return opt;
 }
 
-static int check(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt)
+static int check_assembly_opt(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt)
 {
     if (opt->cookie != MBSRI_COOKIE)
         return mbsri_fail(&d->error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
@@ -57,7 +58,7 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
     mbsri_closer w;
     if (!opt) opt = &standard;
     int status = mbsri_enter(model, data, q && q_closed, MBSRI_STAGE_NONE, name);
-    if (!status) status = check(model, data, opt);
+    if (!status) status = check_assembly_opt(model, data, opt);
     if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
     if (status) return status;
     double *found_q = NULL;
@@ -142,8 +143,8 @@ static int find_massless(mbsri_dense *w, int *count)
     return status;
 }
 
-/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x size).
- * Returns how many rows and directions meet. */
+/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x
+ * size). Returns how many rows and directions meet. */
 static int fill_stretch(mbsri_dense *w, int count, int size)
 {
     int touched = 0;
@@ -206,8 +207,8 @@ static int hold_massless(mbsri_dense *w, mbsr_closure_report *report)
     return status;
 }
 
-/* Directions of the tree that move no mass, those of them that no loop holds, and how well the others are
- * held; at rest. */
+/* Directions of the tree that move no mass, those of them that no loop holds, and how well the
+ * others are held; at rest. */
 static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;
@@ -322,27 +323,27 @@ int mbsr_closure_row_kind(const mbsr_model *model, mbsr_data *data, int row,
     return mbsri_check_result(model, data, 1, &longest, name);
 }
 
-int mbsr_closures_dropped(const mbsr_model *model, mbsr_data *data, int *redundant)
+int mbsr_closures_redundant(const mbsr_model *model, mbsr_data *data, int *redundant)
 {
     const int status =
-        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_dropped");
+        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_redundant");
     for (int k = 0; !status && k < model->rows; ++k) redundant[k] = data->dropped[k];
     return status;
 }
 
-int mbsr_closures_drop(const mbsr_model *model, mbsr_data *data, const int *redundant)
+int mbsr_closures_set_redundant(const mbsr_model *model, mbsr_data *data, const int *redundant)
 {
-    const int status =
-        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_drop");
+    const int status = mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE,
+                                   "mbsr_closures_set_redundant");
     for (int k = 0; !status && k < model->rows; ++k) data->dropped[k] = redundant[k] != 0;
     return status;
 }
 
 /* ---- loop forces ---- */
 
-int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *lambda)
+int mbsr_closures_set_lambda(const mbsr_model *model, mbsr_data *data, const double *lambda)
 {
-    static const char name[] = "mbsr_closures_load";
+    static const char name[] = "mbsr_closures_set_lambda";
     int status = mbsri_enter(model, data, lambda != NULL, MBSRI_STAGE_VELOCITIES, name);
     if (!status) status = mbsri_check_input(data, (size_t)model->rows, lambda, name, "lambda");
     if (!status) status = mbsri_closure_jacobians(model, data);
@@ -355,75 +356,15 @@ int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *l
     return MBSR_OK;
 }
 
-int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda)
+int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda)
 {
-    const bool swept = data && data->pending == MBSRI_PENDING_MOTION; /* no stage need run */
+    const bool there = /* no stage need run */
+        data && (data->pending == MBSRI_PENDING_MOTION ||
+                 (data->pending == MBSRI_PENDING_INVERSE && data->loaded));
     const int status =
-        mbsri_enter(model, data, lambda != NULL, swept ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
-                    "mbsr_closures_force");
+        mbsri_enter(model, data, lambda != NULL, there ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
+                    "mbsr_closures_lambda");
     if (status) return status;
     mbsri_copy((size_t)model->rows, data->loop_lambda, lambda);
     return MBSR_OK;
-}
-
-/* ---- inverse dynamics ---- */
-
-/* 1 in `mark` (nu) at the coordinates listed. */
-static int mark_actuated(const mbsr_model *m, mbsr_data *d, int count, const int *actuated,
-                         double *mark, const char *name)
-{
-    mbsri_zero((size_t)m->nu, mark);
-    for (int k = 0; k < count; ++k) {
-        const bool outside = actuated[k] < 0 || actuated[k] >= m->nu;
-        if (outside || mark[actuated[k]] > 0.0)
-            return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "%s: actuated[%d] is %d, %s", name, k, actuated[k],
-                              outside ? "not a place in u" : "as another is");
-        mark[actuated[k]] = 1.0;
-    }
-    return MBSR_OK;
-}
-
-/* Joint by joint; mark: nu, by the caller's order. */
-static int actuate(const mbsr_model *model, mbsr_data *data, double t, const double *q,
-                   const double *u, const double *udot, const double *mark, double *tau,
-                   double *lambda, const char *name)
-{
-    const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
-    double *memory = mbsri_allocate(&model->allocator, (3 * nu + rows) * sizeof *memory);
-    if (!memory)
-        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d joint rates", name, model->nu);
-    double *need = memory, *found = need + nu, *marked = found + nu, *forces = marked + nu;
-    mbsri_gather(model, mark, marked);
-    int status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
-    if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
-    if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, forces, name);
-    if (!status) status = mbsri_check_result(model, data, nu, found, name);
-    if (!status) status = mbsri_check_result(model, data, rows, forces, name);
-    if (!status) {
-        mbsri_copy(nu, found, tau);
-        mbsri_copy(rows, forces, lambda);
-    }
-    mbsri_release(&model->allocator, memory);
-    return status;
-}
-
-int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
-                                   const double *q, const double *u, const double *udot, int count,
-                                   const int *actuated, double *tau, double *lambda)
-{
-    static const char name[] = "mbsr_closures_inverse_dynamics";
-    int status =
-        mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
-                    MBSRI_STAGE_NONE, name);
-    if (status) return status;
-    double *mark = data->u_given, *motor = data->vec; /* which other evaluations do not leave */
-    status = mark_actuated(model, data, count, actuated, mark, name);
-    if (status) return status;
-    mbsri_gather(model, mark, motor);
-    status = mbsri_sweeps_loops_inverse(model, data, t, q, u, udot, motor, tau, lambda);
-    if (!status) mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
-    if (status != MBSRI_NOT_SERVED) return status;
-    return actuate(model, data, t, q, u, udot, mark, tau, lambda, name);
 }

@@ -1,6 +1,6 @@
 /* What single closures do at a state.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 #include "algebra/dense.h"
 #include "base/error.h"
@@ -12,7 +12,8 @@
 #include "recursion/closures.h"
 #include "recursion/not_finite.h"
 
-static const mbsri_closure *find(const mbsr_model *m, mbsr_data *d, int id, const char *name)
+static const mbsri_closure *find_closure(const mbsr_model *m, mbsr_data *d, int id,
+                                         const char *name)
 {
     const int count = mbsr_model_closures(m);
     if (id >= 0 && id < count) return (const mbsri_closure *)m->closures.data + id;
@@ -22,7 +23,7 @@ static const mbsri_closure *find(const mbsr_model *m, mbsr_data *d, int id, cons
 }
 
 /* Its rows by the velocities of its bodies, into the data's closure_C. */
-static int renew(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c)
+static int renew_rows(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c)
 {
     const bool known = c->def.table->jacobian != NULL;
     double *C = d->closure_C + c->at;
@@ -53,7 +54,7 @@ int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure,
     mbsr_data *d = data;
     int status = mbsri_enter(m, d, f || tau, MBSRI_STAGE_FORCES, name);
     if (status) return status;
-    const mbsri_closure *c = find(m, d, closure, name);
+    const mbsri_closure *c = find_closure(m, d, closure, name);
     if (!c) return MBSR_ERR_ID;
     const mbsr_closure_def *given = mbsri_closure_as_given(m, c);
     if (place < 0 || place >= given->bodies)
@@ -70,7 +71,7 @@ int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure,
     if (f) mbsri_zero((size_t)b->d, f);
     if (tau) mbsri_zero((size_t)b->n, tau);
     if (c->column[place] < 0) return MBSR_OK;
-    status = renew(m, d, c);
+    status = renew_rows(m, d, c);
     if (status) return status;
     const double *lambda = d->loop_lambda + c->row,
                  *C = d->closure_C + c->at + (size_t)c->column[place] * (size_t)c->rows;
@@ -87,7 +88,7 @@ int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int closure, do
     static const char name[] = "mbsr_closure_point";
     int status = mbsri_enter(model, data, point != NULL, MBSRI_STAGE_POSITIONS, name);
     if (status) return status;
-    const mbsri_closure *c = find(model, data, closure, name);
+    const mbsri_closure *c = find_closure(model, data, closure, name);
     if (!c) return MBSR_ERR_ID;
     if (!c->def.table->point)
         return mbsri_fail(&data->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,

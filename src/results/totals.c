@@ -16,7 +16,7 @@ typedef struct share {
     double momentum[6];          /* angular about r, linear */
 } share;
 
-static void share_of(const mbsri_body *b, const mbsr_data *d, share *s)
+static void share_of_body(const mbsri_body *b, const mbsr_data *d, share *s)
 {
     const double *p = d->p + b->p, *M = d->M + b->dd;
     double P[MBSR_MAX_D];
@@ -74,7 +74,7 @@ int mbsr_tree_momentum(const mbsr_model *model, mbsr_data *data, const double ab
                               mbsri_body_label(m, i, label));
         }
         share s;
-        share_of(b, d, &s);
+        share_of_body(b, d, &s);
         double arm[3];
         for (int k = 0; k < 3; ++k) {
             arm[k] = s.r[k] - about[k];

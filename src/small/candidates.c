@@ -54,8 +54,8 @@ static bool raise(double *most, double value)
     return true;
 }
 
-/* What two neighbours i and j have beside each other: their masses and, past one that is light beside its own
- * neighbours, the largest of these. */
+/* What two neighbours i and j have beside each other: their masses and, past one that is light
+ * beside its own neighbours, the largest of these. */
 static bool meet(double ratio, const double *size, double *most, int i, int j)
 {
     bool raised = raise(most + i, size[j]);
@@ -94,8 +94,9 @@ static bool pass(const mbsr_model *m, double ratio, const double *size, double *
     return raised;
 }
 
-/* The largest neighbour of each body: the nearest predecessor with mass, successors, and bodies of the same force
- * elements; past bodies that are light themselves, so that of several in a row all are. size, most: N + 1. */
+/* The largest neighbour of each body: the nearest predecessor with mass, successors, and bodies of
+ * the same force elements; past bodies that are light themselves, so that of several in a row all
+ * are. size, most: N + 1. */
 static void compare(const mbsr_model *m, double ratio, double *size, double *most)
 {
     size[0] = 0.0;

@@ -8,8 +8,8 @@
 /* Lists candidates of the options in s->candidate, allocated here; a status with s->error. */
 int mbsri_small_candidates(mbsr_small_masses *s);
 
-/* How many bodies of directions, and directions, the candidates have; with s->pushed and s->direction
- * it lists them. */
+/* How many bodies of directions, and directions, the candidates have; with s->pushed and
+ * s->direction it lists them. */
 void mbsri_small_directions(mbsr_small_masses *s, int *pushes, int *directions);
 
 #endif

@@ -2,12 +2,12 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The consistent state of the reduced model is on the smooth motion of the full one but for O(eps).
- * That of the reduced model under the load -w(t), the neglected inertia force with its rates, is but
- * for O(eps^2). The rates are differences along the smooth motion.
+ * That of the reduced model under the load -w(t), the neglected inertia force with its rates, is
+ * but for O(eps^2). The rates are differences along the smooth motion.
  *
- * Where directions are lightly damped (slow.h), their rates under the load are those of the positions that
- * they have under it, at later and earlier times: to O(eps d) not the load alone changes these, but also the
- * slow motion that it changes. */
+ * Where directions are lightly damped (slow.h), their rates under the load are those of the
+ * positions that they have under it, at later and earlier times: to O(eps d) not the load alone
+ * changes these, but also the slow motion that it changes. */
 #include "small/correct.h"
 
 #include "algebra/dense.h"
@@ -16,7 +16,8 @@
 #include "small/slow.h"
 #include "small/smooth.h"
 
-/* Times of the differences, over the slow time scale; with lightly damped directions second ones count. */
+/* Times of the differences, over the slow time scale; with lightly damped directions second ones
+ * count. */
 static const double apart = 1e-4, apart_if_light = 0.02;
 
 /* force of each candidate at t = from + h, along the smooth motion. */

@@ -1,9 +1,9 @@
 /* Directions: what the model does against a force on one joint rate, as a function of c.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The Newton matrix is that of motions that change as exp(c t). A joint force f on a coordinate moves
- * it by f / Z(c); for a c far beyond the rates of the slow motion the rest of the model stays where
- * it is, and
+ * The Newton matrix is that of motions that change as exp(c t). A joint force f on a coordinate
+ * moves it by f / Z(c); for a c far beyond the rates of the slow motion the rest of the model stays
+ * where it is, and
  *
  *   Z(c) = k + d c + m c^2.
  *

@@ -1,8 +1,8 @@
 /* First-order errors of zeros, at a state and along a run.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With F(t, y, y') = 0 the reduced model and w the neglected forces along its motion, the motion with
- * the masses is y + delta + O(second order),
+ * With F(t, y, y') = 0 the reduced model and w the neglected forces along its motion, the motion
+ * with the masses is y + delta + O(second order),
  *
  *   dF/dy delta + dF/dy' delta' = (dF/dload) w,
  *
@@ -116,8 +116,8 @@ static void shift(mbsr_small_masses *s)
     }
 }
 
-/* The impulse acts in the first step; a formula of order 2 would carry its jump on, so the second is
- * implicit Euler, too. */
+/* The impulse acts in the first step; a formula of order 2 would carry its jump on, so the second
+ * is implicit Euler, too. */
 static mbsri_small_formula formula_to(const mbsr_small_masses *s, double t)
 {
     const double h = t - s->t[0];

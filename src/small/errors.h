@@ -13,8 +13,8 @@ typedef struct mbsri_small_formula {
 /* Factors the reduced model's Newton matrix at a state. */
 int mbsri_small_factor(mbsr_small_masses *s, double t, const double *y, const double *yp, double c);
 
-/* error[0] of each candidate at a state of the reduced model, by the formula, from its forces there,
- * with the factorisation for its c. */
+/* error[0] of each candidate at a state of the reduced model, by the formula, from its forces
+ * there, with the factorisation for its c. */
 int mbsri_small_solve(mbsr_small_masses *s, double t, const double *y, const double *yp,
                       const mbsri_small_formula *formula);
 

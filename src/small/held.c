@@ -1,21 +1,21 @@
 /* Candidates that keep their mass: see held.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * An undetermined direction of the reduced model leaves all its masses at rest; in the full one it moves
- * those that were made zero. Which of them tells the energy V^T M V, however far the joints that move are
- * from the body. */
+ * An undetermined direction of the reduced model leaves all its masses at rest; in the full one it
+ * moves those that were made zero. Which of them tells the energy V^T M V, however far the joints
+ * that move are from the body. */
 #include "small/held.h"
 
 #include "algebra/dense.h"
 #include "recursion/data.h"
 #include "small/twins.h"
 
-/* V of the candidates in the full model at the rates u (nu): `before` into velocity of each, else less that
- * into rest. */
+/* V of the candidates in the full model at the rates u (nu): `before` into velocity of each, else
+ * less that into rest. */
 static int find_motions(mbsr_small_masses *s, const double *u, bool before)
 {
     const mbsri_twin *twin = &s->full;
-    const int status = mbsr_velocities(twin->model, twin->data, u);
+    const int status = mbsr_stage_velocities(twin->model, twin->data, u);
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
         const mbsri_body *b = twin->model->body + c->i;
@@ -27,7 +27,8 @@ static int find_motions(mbsr_small_masses *s, const double *u, bool before)
     return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
 }
 
-/* Whether a motion V (rest) of the candidate moves its mass: more than the rates that reports leave out do. */
+/* Whether a motion V (rest) of the candidate moves its mass: more than the rates that reports leave
+ * out do. */
 static bool moves_mass(const mbsr_small_masses *s, const mbsri_candidate *c)
 {
     const mbsri_body *b = s->full.model->body + c->i;
@@ -46,7 +47,7 @@ int mbsri_small_hold(mbsr_small_masses *s, double t, const mbsr_index_report *re
     const mbsr_model *m = twin->model;
     double *u = s->moved_u;
     *count = 0;
-    int status = mbsr_positions(m, twin->data, t, s->q_given);
+    int status = mbsr_stage_positions(m, twin->data, t, s->q_given);
     mbsri_zero((size_t)m->nu, u);
     status = status ? mbsri_small_failed(s, status, mbsr_data_error(twin->data))
                     : find_motions(s, u, true);

@@ -7,8 +7,8 @@
 
 #include <mbsrank/index.h>
 
-/* Candidates whose mass an undetermined direction of the reduced model moves, in the full one, keep it; how
- * many of them did not yet. The report is of the state given. */
+/* Candidates whose mass an undetermined direction of the reduced model moves, in the full one, keep
+ * it; how many of them did not yet. The report is of the state given. */
 int mbsri_small_hold(mbsr_small_masses *s, double t, const mbsr_index_report *report, int *count);
 
 #endif

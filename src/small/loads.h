@@ -5,12 +5,12 @@
 
 #include "small/record.h"
 
-/* force of each candidate, M A + h less the weight, of the mass that is neglected, at a state of the
- * reduced model's momentum form. */
+/* force of each candidate, M A + h less the weight, of the mass that is neglected, at a state of
+ * the reduced model's momentum form. */
 int mbsri_small_forces(mbsr_small_masses *s, double t, const double *y, const double *yp);
 
-/* rest and mean of each candidate at y: its force less the part by acceleration, and that part by the mean
- * acceleration over the time h since the last call (h = 0: that of mbsri_small_forces). */
+/* rest and mean of each candidate at y: its force less the part by acceleration, and that part by
+ * the mean acceleration over the time h since the last call (h = 0: that of mbsri_small_forces). */
 int mbsri_small_split(mbsr_small_masses *s, double t, const double *y, double h);
 
 /* impulse of each candidate: the neglected mass times (velocity of the start given - that at y). */

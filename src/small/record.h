@@ -1,10 +1,10 @@
 /* The report on small masses: what it keeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Two twins of the model, with and without the candidates' masses, have additional force elements that
- * exert what they are told: wrenches on the candidates' bodies, joint forces on the bodies of their
- * directions. F of the momentum form is linear in these, so that differences of F are the columns of
- * loads for its Newton matrix. */
+ * Two twins of the model, with and without the candidates' masses, have additional force elements
+ * that exert what they are told: wrenches on the candidates' bodies, joint forces on the bodies of
+ * their directions. F of the momentum form is linear in these, so that differences of F are the
+ * columns of loads for its Newton matrix. */
 #ifndef MBSRI_SMALL_RECORD_H
 #define MBSRI_SMALL_RECORD_H
 

@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Without its mass a direction with a stiffness k and a damping d has a position of its own, which
- * relaxes at the rate k / d. With d^2 << k m that is faster than the oscillation with the mass, and no
- * part of the smooth motion: the position there is the one at which the direction moves with the
+ * relaxes at the rate k / d. With d^2 << k m that is faster than the oscillation with the mass, and
+ * no part of the smooth motion: the position there is the one at which the direction moves with the
  * rate v of its slow motion. v is the derivative of that position in time, which depends on v by a
  * share d / k only: each pass of differences leaves that share of its error. */
 #include "small/slow.h"

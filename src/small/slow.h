@@ -10,8 +10,8 @@
  * mbsri_small_measure. */
 int mbsri_small_slow(mbsr_small_masses *s);
 
-/* In passes: their rates are those of the positions that they have later and earlier, from s->y, s->yp, and
- * these are taken to the slow motion with them. */
+/* In passes: their rates are those of the positions that they have later and earlier, from s->y,
+ * s->yp, and these are taken to the slow motion with them. */
 int mbsri_small_refine(mbsr_small_masses *s);
 
 #endif

@@ -18,6 +18,7 @@
 #include "small/verdicts.h"
 
 #include <mbsrank/index.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -278,10 +279,10 @@ static int find_scales(mbsr_small_masses *s, const mbsri_twin *twin, double t, d
 {
     const mbsr_model *m = twin->model;
     mbsr_data *d = twin->data;
-    int status = mbsr_positions(m, d, t, s->y);
-    if (!status) status = mbsr_velocities(m, d, s->y + m->nq + m->nu);
-    if (!status) status = mbsr_forces(m, d, NULL);
-    if (!status) status = mbsr_backward(m, d);
+    int status = mbsr_stage_positions(m, d, t, s->y);
+    if (!status) status = mbsr_stage_velocities(m, d, s->y + m->nq + m->nu);
+    if (!status) status = mbsr_stage_forces(m, d, NULL);
+    if (!status) status = mbsr_stage_backward(m, d);
     if (!status) status = mbsr_momentum_scales(m, d, scales);
     return mbsri_small_failed(s, status, mbsr_data_error(d));
 }
@@ -397,14 +398,14 @@ int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y, 
     return mbsri_small_follow(s, t, y, yp);
 }
 
-int mbsr_small_masses_report_of(mbsr_small_masses *small, mbsr_small_masses_report *report)
+int mbsr_small_masses_get_report(mbsr_small_masses *small, mbsr_small_masses_report *report)
 {
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
-    if (!report) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_report_of: report is NULL");
+    if (!report) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_get_report: report is NULL");
     if (!s->started)
         return refuse(s, MBSR_ERR_SEQUENCE,
-                      "mbsr_small_masses_report_of: call mbsr_small_masses_start first");
+                      "mbsr_small_masses_get_report: call mbsr_small_masses_start first");
     *report = (mbsr_small_masses_report){.masses = s->candidates,
                                          .directions = s->directions,
                                          .mass = s->mass,

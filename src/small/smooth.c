@@ -50,9 +50,9 @@ void mbsri_small_impose(mbsr_small_masses *s, double t, int derivative, double *
 }
 
 /* One step of Newton's method to positions at which the lightly damped directions have their rates,
- * from the consistent y, yp: with these rates put in, the forces that remain are balanced by changes
- * of position. The matrix has k + c d where k is meant. *moved: the largest change beside the size
- * of q. */
+ * from the consistent y, yp: with these rates put in, the forces that remain are balanced by
+ * changes of position. The matrix has k + c d where k is meant. *moved: the largest change beside
+ * the size of q. */
 static int approach(mbsr_small_masses *s, double t, const double *y, const double *yp, double *q,
                     double *moved)
 {

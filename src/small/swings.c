@@ -3,16 +3,18 @@
  *
  * Beside the smooth motion a direction moves by x, with w the neglected force along it,
  *
- *   m x'' + d x' + k x = w(t),    x = a + conj a (or a + a2),    a' = L a + g w,    g = 1 / (m (L - L2))
+ *   m x'' + d x' + k x = w(t),    x = a + conj a (or a + a2),    a' = L a + g w,
+ *       g = 1 / (m (L - L2))
  *
- * L, L2 the fast pair. What of a follows w slowly is no swing: -g w / L, and so on with w' / L^2. For
- * b = a + g w / L, and w over a step of length h the parabola from w0 to w1 with the mean w1/2 + w0/2 + e,
- * which is that of the mean acceleration, so that jumps of rates count,
+ * L, L2 the fast pair. What of a follows w slowly is no swing: -g w / L, and so on with w' / L^2.
+ * For b = a + g w / L, and w over a step of length h the parabola from w0 to w1 with the mean w1/2
+ * + w0/2 + e, which is that of the mean acceleration, so that jumps of rates count,
  *
  *   b' = L b + (g / L) w',   b1 = exp(z) b0 + (g / L) ((w1 - w0) f1 + 6 e (f1 - 2 f2)),   z = L h,
  *   f1 = (exp(z) - 1) / z,   f2 = (f1 - 1) / z.
  *
- * The swing is the smaller of b and b + g w' / L^2: an asymptotic series as far as it gets smaller. */
+ * The swing is the smaller of b and b + g w' / L^2: an asymptotic series as far as it gets smaller.
+ */
 #include "small/swings.h"
 
 #include "algebra/dense.h"
@@ -32,8 +34,9 @@ bool mbsri_small_is_fast(const mbsr_small_direction *x)
 
 /* ---- steps ---- */
 
-/* Positions and momenta are tested, and momenta in tolerances of the inertia that the joint moves with
- * its masses (mbsr_momentum_scales); 4 and the 4.5 below are the driver's numbers, as measured. */
+/* Positions and momenta are tested, and momenta in tolerances of the inertia that the joint moves
+ * with its masses (mbsr_momentum_scales); 4 and the 4.5 below are the driver's numbers, as
+ * measured. */
 double mbsri_small_swing_size(const mbsr_small_masses *s, int l, double amplitude)
 {
     const mbsr_small_direction *x = s->direction + l;
@@ -134,8 +137,8 @@ static void growth(double complex z, double complex f[2])
     f[1] = (f[0] - 1.0) / z;
 }
 
-/* Over a step to the load w, with the mean load; the amplitude of the swing. What is not fast swings as
- * it starts: what drives it cannot be told from the slow motion. */
+/* Over a step to the load w, with the mean load; the amplitude of the swing. What is not fast
+ * swings as it starts: what drives it cannot be told from the slow motion. */
 static double swing_on(mbsri_swing *y, const mbsr_small_direction *x, double w, double mean,
                        double h)
 {
@@ -155,8 +158,8 @@ static double swing_on(mbsri_swing *y, const mbsr_small_direction *x, double w, 
 
 /* ---- what smooth momenta cost ---- */
 
-/* By how many more steps than without the masses the momentum of each direction, whose change over a step
- * is the same, asks for: it is tested in tolerances of its own joint's scale. */
+/* By how many more steps than without the masses the momentum of each direction, whose change over
+ * a step is the same, asks for: it is tested in tolerances of its own joint's scale. */
 static void test_momenta(mbsr_small_masses *s, const double *y)
 {
     const mbsr_model *m = s->given;

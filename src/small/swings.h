@@ -17,8 +17,8 @@ bool mbsri_small_is_fast(const mbsr_small_direction *x);
 /* An amplitude of direction l in tolerances of the integrator. */
 double mbsri_small_swing_size(const mbsr_small_masses *s, int l, double amplitude);
 
-/* Steps of BDF of order 5 through a swing of a direction that goes from the size `first` to `last` in
- * a time, or dies out earlier. */
+/* Steps of BDF of order 5 through a swing of a direction that goes from the size `first` to `last`
+ * in a time, or dies out earlier. */
 double mbsri_small_swing_steps(const mbsr_small_direction *x, double first, double last,
                                double time);
 

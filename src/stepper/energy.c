@@ -60,16 +60,17 @@ static int find_power(mbsr_stepper *s, double *power)
     return MBSR_OK;
 }
 
-/* W of a substep of length h that ends with the rates u, where the data is at mbsr_velocities. */
+/* W of a substep of length h that ends with the rates u, where the data is at
+ * mbsr_stage_velocities. */
 static int find_work(mbsr_stepper *s, double h, const double *u, double *work)
 {
     double mean = 0.0, end = 0.0;
     *work = 0.0;
     if (!s->account.fed) return MBSR_OK;
     int status = find_power(s, &end);
-    if (!status) status = mbsr_velocities(s->model, s->data, s->mean);
+    if (!status) status = mbsr_stage_velocities(s->model, s->data, s->mean);
     if (!status) status = find_power(s, &mean);
-    if (!status) status = mbsr_velocities(s->model, s->data, u);
+    if (!status) status = mbsr_stage_velocities(s->model, s->data, u);
     *work = 2.0 * h * fmax(0.0, fmax(mean, end));
     return status;
 }
@@ -121,7 +122,7 @@ int mbsri_stepper_settle(mbsr_stepper *s, double h, bool last)
     }
     if (excess > 0.0) {
         kinetic = brake(s, kinetic, excess);
-        status = mbsr_velocities(s->model, s->data, u);
+        status = mbsr_stage_velocities(s->model, s->data, u);
         if (status) s->cause = *mbsr_data_error(s->data);
         if (status) return status;
     }

@@ -31,7 +31,7 @@ static int keep_cause(mbsr_stepper *s, int status, const mbsr_error *error)
     return status;
 }
 
-static int evaluate(mbsr_stepper *s, const mbsri_stage_task *task)
+static int evaluate_residual(mbsr_stepper *s, const mbsri_stage_task *task)
 {
     ++s->info.last.residuals;
     const int status =
@@ -39,7 +39,7 @@ static int evaluate(mbsr_stepper *s, const mbsri_stage_task *task)
     return status ? keep_cause(s, status, mbsr_data_error(s->data)) : MBSR_OK;
 }
 
-static int factor(mbsr_stepper *s, const mbsri_stage_task *task)
+static int factor_stage(mbsr_stepper *s, const mbsri_stage_task *task)
 {
     ++s->info.last.factorisations;
     s->factored = 0.0;
@@ -50,7 +50,7 @@ static int factor(mbsr_stepper *s, const mbsri_stage_task *task)
     return MBSR_OK;
 }
 
-static int solve(mbsr_stepper *s)
+static int solve_delta(mbsr_stepper *s)
 {
     ++s->info.last.solves;
     const int status = mbsr_newton_solve(s->newton, s->F, s->delta);
@@ -68,7 +68,7 @@ static double largest_share(int n, const double *x, const double *at, const doub
     return largest;
 }
 
-static double size_of(const mbsr_stepper *s, double h)
+static double size_of_correction(const mbsr_stepper *s, double h)
 {
     const int nq = s->model->nq, nu = s->model->nu, u = nq + nu;
     const double q_size = largest_share(nq, s->delta, s->Y, s->span);
@@ -76,7 +76,7 @@ static double size_of(const mbsr_stepper *s, double h)
 }
 
 /* omega after a correction that was taken by `share`. */
-static double relax(const mbsr_stepper *s, double share)
+static double relaxation_after(const mbsr_stepper *s, double share)
 {
     static const double least = 0.1, growth = 2.0;
     const int nu = s->model->nu, first = s->model->nq + nu;
@@ -91,7 +91,7 @@ static double relax(const mbsr_stepper *s, double share)
     return fmin(fmin(1.0, growth * share), fmax(least, best));
 }
 
-static void correct(mbsr_stepper *s, double share, double c)
+static void apply_correction(mbsr_stepper *s, double share, double c)
 {
     for (size_t k = 0; k < s->size; ++k) {
         s->Y[k] -= share * s->delta[k];
@@ -105,7 +105,7 @@ static int check_gaps(mbsr_stepper *s, const mbsri_stage_task *task)
 {
     const mbsr_model *m = s->model;
     if (m->held == 0) return MBSR_OK;
-    const int status = evaluate(s, task);
+    const int status = evaluate_residual(s, task);
     if (status) return status;
     const double length = m->length > 0.0 ? m->length : 1.0;
     const double gap = mbsri_largest(m->held, s->F + m->nq + 2 * m->nu + m->rows);
@@ -119,21 +119,21 @@ int mbsri_stepper_stage(mbsr_stepper *s, const mbsri_stage_task *task)
     static const double slow = 0.3, stuck = 0.5;
     double last = INFINITY, share = 1.0;
     for (size_t k = 0; k < s->size; ++k) s->K[k] = task->c * (s->Y[k] - s->base[k]);
-    int status = s->factored == task->c ? MBSR_OK : factor(s, task);
+    int status = s->factored == task->c ? MBSR_OK : factor_stage(s, task);
     for (int k = 0; k < task->corrections && !status; ++k) {
-        status = evaluate(s, task);
-        if (!status) status = solve(s);
+        status = evaluate_residual(s, task);
+        if (!status) status = solve_delta(s);
         if (status) return status;
-        double size = size_of(s, task->h), theta = k > 0 ? size / last : slow;
+        double size = size_of_correction(s, task->h), theta = k > 0 ? size / last : slow;
         if (theta > slow && size > s->opt.tolerance) {
-            status = factor(s, task);
-            if (!status) status = solve(s);
+            status = factor_stage(s, task);
+            if (!status) status = solve_delta(s);
             if (status) return status;
-            size = size_of(s, task->h);
+            size = size_of_correction(s, task->h);
             theta = size / last;
         }
-        share = k > 0 && theta > stuck ? relax(s, share) : 1.0;
-        correct(s, share, task->c);
+        share = k > 0 && theta > stuck ? relaxation_after(s, share) : 1.0;
+        apply_correction(s, share, task->c);
         const double left = k > 0 && theta < 1.0 ? theta / (1.0 - theta) * size : INFINITY;
         if (size <= s->opt.tolerance || (share == 1.0 && left <= s->opt.tolerance)) return MBSR_OK;
         last = share * size;

@@ -120,8 +120,8 @@ static int attempt(mbsr_stepper *s, kind what, double t, double h)
     int status = solve_stages(s, what, t, h);
     if (status) return status;
     status = mbsr_normalise(m, d, s->Y);
-    if (!status) status = mbsr_positions(m, d, t + h, s->Y);
-    if (!status) status = mbsr_velocities(m, d, s->Y + m->nq + m->nu);
+    if (!status) status = mbsr_stage_positions(m, d, t + h, s->Y);
+    if (!status) status = mbsr_stage_velocities(m, d, s->Y + m->nq + m->nu);
     if (status) s->cause = *mbsr_data_error(d);
     if (!status) status = mbsri_stepper_settle(s, h, what != HALVABLE);
     if (status) return status;
@@ -158,14 +158,14 @@ static int go(mbsr_stepper *s, double t, double h)
     return MBSR_OK;
 }
 
-static void keep(mbsr_stepper *s)
+static void keep_state(mbsr_stepper *s)
 {
     mbsri_copy(s->size, s->y, s->kept_y);
     mbsri_copy(s->size, s->yp, s->kept_yp);
     s->kept_account = s->account;
 }
 
-static int refuse(mbsr_stepper *s, int status, double t_end)
+static int restore_and_refuse(mbsr_stepper *s, int status, double t_end)
 {
     const mbsr_model *m = s->model;
     mbsri_copy(s->size, s->kept_y, s->y);
@@ -174,39 +174,39 @@ static int refuse(mbsr_stepper *s, int status, double t_end)
     ++s->info.refused;
     const mbsr_error cause = s->cause;
     /* they have worked for this state before */
-    if (!mbsr_positions(m, s->data, s->t, s->y))
-        (void)mbsr_velocities(m, s->data, s->y + m->nq + m->nu);
+    if (!mbsr_stage_positions(m, s->data, s->t, s->y))
+        (void)mbsr_stage_velocities(m, s->data, s->y + m->nq + m->nu);
     return mbsri_fail(
         &s->error, status, cause.body, cause.force,
         "mbsr_stepper: the step from t = %.9g s by %.3g s is refused after %d attempts: %.160s",
         s->t, t_end - s->t, s->info.last.attempts, cause.text);
 }
 
-static int larger(int a, int b)
+static int larger_count(int a, int b)
 {
     return a > b ? a : b;
 }
 
-static void count(mbsr_stepper_info *info)
+static void count_work(mbsr_stepper_info *info)
 {
     const mbsr_stepper_work *last = &info->last;
     mbsr_stepper_work *most = &info->most;
-    most->factorisations = larger(most->factorisations, last->factorisations);
-    most->residuals = larger(most->residuals, last->residuals);
-    most->solves = larger(most->solves, last->solves);
-    most->attempts = larger(most->attempts, last->attempts);
-    most->substeps = larger(most->substeps, last->substeps);
+    most->factorisations = larger_count(most->factorisations, last->factorisations);
+    most->residuals = larger_count(most->residuals, last->residuals);
+    most->solves = larger_count(most->solves, last->solves);
+    most->attempts = larger_count(most->attempts, last->attempts);
+    most->substeps = larger_count(most->substeps, last->substeps);
 }
 
 int mbsri_stepper_advance(mbsr_stepper *s, double t_end, double h)
 {
     s->info.last = (mbsr_stepper_work){0};
-    keep(s);
+    keep_state(s);
     const int status = go(s, s->t, h);
-    count(&s->info);
+    count_work(&s->info);
     if (status) {
         s->factored = 0.0;
-        return refuse(s, status, t_end);
+        return restore_and_refuse(s, status, t_end);
     }
     s->t = t_end;
     ++s->info.steps;

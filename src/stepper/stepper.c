@@ -28,7 +28,7 @@ mbsr_stepper_opt mbsr_default_stepper_opt(void)
 
 /* ---- what is refused ---- */
 
-static int wrong(mbsr_error *error, const char *text, double value)
+static int wrong_option(mbsr_error *error, const char *text, double value)
 {
     return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "mbsr_stepper_create: %s is %g",
                       text, value);
@@ -41,22 +41,22 @@ static int check_options(const mbsr_stepper_opt *opt, mbsr_error *error)
                           "mbsr_stepper_create: opt was not made by mbsr_default_stepper_opt");
     }
     if (!(opt->h > 0.0 && isfinite(opt->h)))
-        return wrong(error, "h must be positive and finite, it", opt->h);
+        return wrong_option(error, "h must be positive and finite, it", opt->h);
     if (opt->order != 1 && opt->order != 2)
-        return wrong(error, "order must be 1 or 2, it", opt->order);
+        return wrong_option(error, "order must be 1 or 2, it", opt->order);
     if (opt->halvings < 0 || opt->halvings > MOST_HALVINGS)
-        return wrong(error, "halvings must be 0 .. 10, it", opt->halvings);
+        return wrong_option(error, "halvings must be 0 .. 10, it", opt->halvings);
     if (opt->corrections < 2 || opt->corrections > MOST_CORRECTIONS)
-        return wrong(error, "corrections must be 2 .. 100, it", opt->corrections);
+        return wrong_option(error, "corrections must be 2 .. 100, it", opt->corrections);
     if (opt->matrix_steps < 1)
-        return wrong(error, "matrix_steps must be positive, it", opt->matrix_steps);
+        return wrong_option(error, "matrix_steps must be positive, it", opt->matrix_steps);
     if (!(opt->tolerance > 0.0 && opt->tolerance <= 1e-3))
-        return wrong(error, "tolerance must be positive, 1e-3 at most, it", opt->tolerance);
+        return wrong_option(error, "tolerance must be positive, 1e-3 at most, it", opt->tolerance);
     return MBSR_OK;
 }
 
-static int check(const mbsr_model *model, mbsr_data *data, const mbsr_stepper_opt *opt,
-                 mbsr_error *error)
+static int check_stepper(const mbsr_model *model, mbsr_data *data, const mbsr_stepper_opt *opt,
+                         mbsr_error *error)
 {
     int status = check_options(opt, error);
     if (status) return status;
@@ -76,7 +76,7 @@ static int check(const mbsr_model *model, mbsr_data *data, const mbsr_stepper_op
 
 /* ---- birth and death ---- */
 
-static void find_spans(mbsr_stepper *s)
+static void find_stepper_spans(mbsr_stepper *s)
 {
     const mbsr_model *m = s->model;
     const mbsri_spans spans = mbsri_spans_of(m, NULL);
@@ -88,7 +88,7 @@ static void find_spans(mbsr_stepper *s)
     }
 }
 
-static bool place(mbsr_stepper *s)
+static bool place_vectors(mbsr_stepper *s)
 {
     double **const vector[] = {&s->y, &s->yp,   &s->kept_y, &s->kept_yp, &s->Y,
                                &s->K, &s->base, &s->F,      &s->delta,   &s->before};
@@ -123,13 +123,13 @@ static int make_newton(mbsr_stepper *s, mbsr_error *error)
         info.across, s->opt.newton.max_rank);
 }
 
-static int make(mbsr_stepper *s, mbsr_error *error)
+static int make_stepper(mbsr_stepper *s, mbsr_error *error)
 {
-    if (!place(s)) {
+    if (!place_vectors(s)) {
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_stepper_create: no memory for %zu numbers of a state", s->size);
     }
-    find_spans(s);
+    find_stepper_spans(s);
     s->info.bound = mbsri_stepper_bound(s);
     return make_newton(s, error);
 }
@@ -147,7 +147,7 @@ int mbsr_stepper_create(const mbsr_model *model, mbsr_data *data, const mbsr_ste
                           : !data ? "data"
                                   : "stepper");
     }
-    int status = check(model, data, opt, error);
+    int status = check_stepper(model, data, opt, error);
     if (status) return status;
     mbsr_stepper *s = mbsri_allocate(&model->allocator, sizeof *s);
     if (!s) {
@@ -159,7 +159,7 @@ int mbsr_stepper_create(const mbsr_model *model, mbsr_data *data, const mbsr_ste
                         .opt = *opt,
                         .size = (size_t)mbsr_dae_size(model, MBSR_DAE_MOMENTUM),
                         .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
-    status = make(s, error);
+    status = make_stepper(s, error);
     if (status) {
         mbsr_stepper_destroy(s);
         return status;
@@ -179,7 +179,7 @@ void mbsr_stepper_destroy(mbsr_stepper *stepper)
 
 /* ---- states ---- */
 
-static int refuse(mbsr_stepper *s, int status, const char *text)
+static int fail_stepper(mbsr_stepper *s, int status, const char *text)
 {
     return mbsri_fail(&s->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
 }
@@ -191,12 +191,12 @@ static int too_early(mbsr_stepper *s, const char *function)
 }
 
 /* Takes y and yp in kept_y and kept_yp as the state at t; on failure the state stays. */
-static int begin(mbsr_stepper *s, double t)
+static int begin_at(mbsr_stepper *s, double t)
 {
     const mbsr_model *m = s->model;
     s->kept_account = s->account;
-    int status = mbsr_positions(m, s->data, t, s->kept_y);
-    if (!status) status = mbsr_velocities(m, s->data, s->kept_y + m->nq + m->nu);
+    int status = mbsr_stage_positions(m, s->data, t, s->kept_y);
+    if (!status) status = mbsr_stage_velocities(m, s->data, s->kept_y + m->nq + m->nu);
     if (status) s->cause = *mbsr_data_error(s->data);
     if (!status) status = mbsri_stepper_open_account(s);
     if (status) {
@@ -217,7 +217,7 @@ int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q, const d
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_stepper_start: q or u is NULL");
+    if (!q || !u) return fail_stepper(s, MBSR_ERR_NULL, "mbsr_stepper_start: q or u is NULL");
     int status = mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, t, q, u, s->kept_y);
     if (!status) {
         mbsri_zero(s->size, s->kept_yp);
@@ -228,7 +228,7 @@ int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q, const d
         s->error = *mbsr_data_error(s->data);
         return status;
     }
-    status = begin(s, t);
+    status = begin_at(s, t);
     if (status) return status;
     s->info = (mbsr_stepper_info){.bound = s->info.bound, .bytes = s->info.bytes};
     return MBSR_OK;
@@ -238,19 +238,19 @@ int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y, const 
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!y || !yp) return refuse(s, MBSR_ERR_NULL, "mbsr_stepper_resume: y or yp is NULL");
+    if (!y || !yp) return fail_stepper(s, MBSR_ERR_NULL, "mbsr_stepper_resume: y or yp is NULL");
     if (!isfinite(t) || !mbsri_finite(s->size, y) || !mbsri_finite(s->size, yp))
-        return refuse(s, MBSR_NOT_FINITE, "mbsr_stepper_resume: t, y or yp is not finite");
+        return fail_stepper(s, MBSR_NOT_FINITE, "mbsr_stepper_resume: t, y or yp is not finite");
     mbsri_copy(s->size, y, s->kept_y);
     mbsri_copy(s->size, yp, s->kept_yp);
-    return begin(s, t);
+    return begin_at(s, t);
 }
 
-int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, double *u)
+int mbsr_stepper_motion(mbsr_stepper *stepper, double *t, double *q, double *u)
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started) return too_early(s, "mbsr_stepper_get");
+    if (!s->started) return too_early(s, "mbsr_stepper_motion");
     const size_t nq = (size_t)s->model->nq, nu = (size_t)s->model->nu;
     if (t) *t = s->t;
     if (q) mbsri_copy(nq, s->y, q);
@@ -276,7 +276,7 @@ int mbsr_stepper_jump(mbsr_stepper *stepper)
     if (!s->started) return too_early(s, "mbsr_stepper_jump");
     mbsri_copy(s->size, s->y, s->kept_y);
     mbsri_copy(s->size, s->yp, s->kept_yp);
-    return begin(s, s->t);
+    return begin_at(s, s->t);
 }
 
 /* ---- steps ---- */

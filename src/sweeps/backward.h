@@ -85,9 +85,9 @@ MBSRI_INLINE bool pass_axes(const mbsri_sweep_run *run, int i, blocks *c, blocks
     return true;
 }
 
-/* Through a joint of one axis, whose flags the compiler may know, and to the predecessor's point. The articulated
- * inertia is that of all mass there, moved with the joint locked, less what the joint gives way: the next body waits
- * for U, D and one product only. */
+/* Through a joint of one axis, whose flags the compiler may know, and to the predecessor's point.
+ * The articulated inertia is that of all mass there, moved with the joint locked, less what the
+ * joint gives way: the next body waits for U, D and one product only. */
 MBSRI_INLINE bool pass_axis(const mbsri_sweep_run *run, int i, int flags, blocks *c, blocks *W)
 {
     const v4 rho = load(run->state[i].rho);
@@ -106,7 +106,8 @@ MBSRI_OUTLINE bool pass_any_axis(const mbsri_sweep_run *run, int i, blocks *c)
     return pass_axis(run, i, run->tree->body[i].flags, c, NULL);
 }
 
-/* Through the joint of body i, of whatever kind, and to the predecessor's point; W: NULL without it. */
+/* Through the joint of body i, of whatever kind, and to the predecessor's point; W: NULL without
+ * it. */
 MBSRI_INLINE bool pass_joint(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
@@ -222,7 +223,8 @@ MBSRI_INLINE void gather_masses(const mbsri_sweep_run *run, int i, bool exact, b
     }
 }
 
-/* Past body i; false: its rank is not clear. any: there are blocks. kept: the carry is not handed on. */
+/* Past body i; false: its rank is not clear. any: there are blocks. kept: the carry is not handed
+ * on. */
 MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool any, bool kept,
                             back *at)
 {

@@ -20,7 +20,7 @@
 /* ---- six numbers and those of a body ---- */
 
 /* Where number k of a body's V stands among six. */
-static int place_of(int d, int k)
+static int index_among_six(int d, int k)
 {
     if (d == 6) return k;
     return k == 2 ? 2 : 3 + k;
@@ -31,14 +31,16 @@ static void lift_matrix(int d, const double *B, double A[36])
 {
     memset(A, 0, 36 * sizeof *A);
     for (int j = 0; j < d; ++j) {
-        for (int k = 0; k < d; ++k) A[6 * place_of(d, j) + place_of(d, k)] = B[j * d + k];
+        for (int k = 0; k < d; ++k)
+            A[6 * index_among_six(d, j) + index_among_six(d, k)] = B[j * d + k];
     }
 }
 
 static void add_lowered(int d, const double A[36], double *B)
 {
     for (int j = 0; j < d; ++j) {
-        for (int k = 0; k < d; ++k) B[j * d + k] += A[6 * place_of(d, j) + place_of(d, k)];
+        for (int k = 0; k < d; ++k)
+            B[j * d + k] += A[6 * index_among_six(d, j) + index_among_six(d, k)];
     }
 }
 
@@ -57,7 +59,7 @@ static void translate_force(const double arm[3], double x[6])
     mbsri_add_cross3(arm, x + 3, x);
 }
 
-static bool is_block(const mbsri_sweeps *tree, int i)
+static bool is_block_body(const mbsri_sweeps *tree, int i)
 {
     return (tree->body[i].flags & MBSRI_BLOCK) != 0;
 }
@@ -104,7 +106,7 @@ int mbsri_block_move(const mbsri_sweep_run *run, int i)
 {
     const mbsr_model *m = run->model;
     const int parent = m->body[i].parent;
-    if (parent > 0 && !is_block(run->tree, parent)) mbsri_sweeps_show(run, parent);
+    if (parent > 0 && !is_block_body(run->tree, parent)) mbsri_sweeps_show(run, parent);
     int status = mbsri_position_of(m, run->data, i);
     if (!status) status = mbsri_velocity_of(m, run->data, i);
     if (!status) place_state(run, i);
@@ -138,7 +140,7 @@ static void show_acceleration(const mbsri_sweep_run *run, int i)
 static void need_acceleration(const mbsri_sweep_run *run, int i)
 {
     const int parent = run->model->body[i].parent;
-    if (parent > 0 && !is_block(run->tree, parent)) show_acceleration(run, parent);
+    if (parent > 0 && !is_block_body(run->tree, parent)) show_acceleration(run, parent);
 }
 
 static void place_acceleration(const mbsri_sweep_run *run, int i)
@@ -277,10 +279,10 @@ static void collect_errors(const mbsri_sweep_run *run, int i, bool exact, mbsri_
     }
 }
 
-static bool hands_over(const mbsri_sweep_run *run, int i)
+static bool is_below_rigid(const mbsri_sweep_run *run, int i)
 {
     const int parent = run->model->body[i].parent;
-    return parent > 0 && !is_block(run->tree, parent);
+    return parent > 0 && !is_block_body(run->tree, parent);
 }
 
 /* Room for what body i hands to a predecessor in the sweeps. */
@@ -309,10 +311,10 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
         if (lacks && g.n > 1 && !m->scale) return false;
         if (lacks && !exact && !(run->tree->body[i].flags & MBSRI_SHARP)) return false;
     }
-    if (hands_over(run, i)) clear_predecessor(run, i);
+    if (is_below_rigid(run, i)) clear_predecessor(run, i);
     mbsri_load_joint(m, d, i);
     mbsri_pass_masses(m, d, i, by_pivots);
-    if (!hands_over(run, i)) return true;
+    if (!is_below_rigid(run, i)) return true;
     collect(run, i, c);
     collect_errors(run, i, exact, c, W);
     return true;
@@ -320,14 +322,14 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
 
 void mbsri_block_before_bound(const mbsri_sweep_run *run, int i)
 {
-    if (hands_over(run, i)) clear_predecessor(run, i);
+    if (is_below_rigid(run, i)) clear_predecessor(run, i);
 }
 
 void mbsri_block_after_bound(const mbsri_sweep_run *run, int i, mbsri_carry *c)
 {
     const int parent = run->model->body[i].parent;
     const double *bound = run->load[i].bound;
-    if (!hands_over(run, i)) {
+    if (!is_below_rigid(run, i)) {
         double *above = run->load[parent].bound;
         above[0] = fmax(above[0], bound[0]);
         above[1] += bound[1];
@@ -388,7 +390,7 @@ void mbsri_block_react(const mbsri_sweep_run *run, int i, double L[4], double p[
         out[k] += d->tau[b->iu + k] + b->armature[k] * run->tau[run->tree->body[i].u + k];
     memset(L, 0, 4 * sizeof *L);
     memset(p, 0, 4 * sizeof *p);
-    if (b->parent == 0 || is_block(run->tree, b->parent)) return;
+    if (b->parent == 0 || is_block_body(run->tree, b->parent)) return;
     through_H(b, d->H + b->dp, d->mu + b->v, y);
     translate_force(run->load[b->parent].arm, y);
     memcpy(L, y, 3 * sizeof *y);
@@ -443,7 +445,7 @@ void mbsri_block_momentum(const mbsri_sweep_run *run, int i, mbsri_flow *flow)
     mbsri_momentum_of(m, d, i, run->out + u);
     mbsri_momentum_rate_of(m, d, i, run->out + u);
     if (run->p) mbsri_condense_of(m, d, i, run->p + u);
-    if (b->parent > 0 && !is_block(run->tree, b->parent)) hand_momenta(run, i, flow);
+    if (b->parent > 0 && !is_block_body(run->tree, b->parent)) hand_momenta(run, i, flow);
 }
 
 void mbsri_block_receive_flow(const mbsri_sweep_run *run, int block, const mbsri_flow *flow)

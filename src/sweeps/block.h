@@ -55,8 +55,8 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
 void mbsri_block_before_bound(const mbsri_sweep_run *run, int i);
 void mbsri_block_after_bound(const mbsri_sweep_run *run, int i, mbsri_carry *c);
 
-/* The same of inverse dynamics: joint forces to `out`, wrench (L, p); and of the momentum form, where
- * momenta are given or (run->p == NULL) without them. */
+/* The same of inverse dynamics: joint forces to `out`, wrench (L, p); and of the momentum form,
+ * where momenta are given or (run->p == NULL) without them. */
 void mbsri_block_react(const mbsri_sweep_run *run, int i, double L[4], double p[4]);
 /* f - M A of all blocks, with which that begins, where A is that of the forward recursion. */
 void mbsri_block_open_reaction(const mbsri_sweep_run *run);

@@ -4,7 +4,8 @@
  *
  * W <= kappa Mbar + spread Lambda as in rank_bound.h, for a block and a predecessor whose V has
  * angular and linear parts: Lambda = diag(w), w = L^2 for the former and 1 for the latter. With
- * ||G J^T||^2 in this metric for the transport through the joint, and ||H||^2 to the predecessor. */
+ * ||G J^T||^2 in this metric for the transport through the joint, and ||H||^2 to the predecessor.
+ */
 #ifndef MBSRI_BLOCK_BOUND_H
 #define MBSRI_BLOCK_BOUND_H
 
@@ -69,7 +70,8 @@ MBSRI_INLINE void invert_block(int n, const double *L, double *Dinv)
     }
 }
 
-/* Whether H = -X with X = [1 0; -[rho]x 1], as that of a joint between bodies in space mostly is. */
+/* Whether H = -X with X = [1 0; -[rho]x 1], as that of a joint between bodies in space mostly is.
+ */
 MBSRI_INLINE bool is_translation(const double H[36], v4 *rho)
 {
     double r[3];

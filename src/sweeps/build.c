@@ -37,8 +37,8 @@ static bool is_simple_of(const mbsr_model *m, int i, int *kind)
     return is_simple(&chain, kind);
 }
 
-/* Whether body i has a moment that its tensor in double precision does not have: none does where z is
- * the axis of its joint. */
+/* Whether body i has a moment that its tensor in double precision does not have: none does where z
+ * is the axis of its joint. */
 static bool hides_moment(const mbsr_model *m, int i, bool asks)
 {
     const mbsr_inertia *inertia = &m->body[i].inertia;
@@ -117,7 +117,7 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
                           mbsri_sweep_body *b)
 {
     const mbsr_frame body = mbsr_frame_inverse(in_body);
-    const mbsr_inertia inertia = mbsr_inertia_moved(&body, *given);
+    const mbsr_inertia inertia = mbsr_inertia_in_frame(&body, *given);
     /* about the frame's origin: there a moment of next to nothing about z is what it is */
     mbsri_exact about = mbsri_exact_of(&inertia);
     mbsri_exact_parallel_axes(about.mass, about.com, about.tensor);
@@ -240,7 +240,7 @@ static double mean_length(const mbsri_sweeps *tree)
 }
 
 /* In the plane from here to the root and to the leaves, errors about x and y do not matter. */
-static void measure(mbsri_sweeps *tree)
+static void measure_planes(mbsri_sweeps *tree)
 {
     tree->length = mean_length(tree);
     tree->area = tree->length * tree->length;
@@ -253,21 +253,22 @@ static void measure(mbsri_sweeps *tree)
     }
 }
 
-/* The inertia of body i of the tree with those of the bodies that are welded to it, along its own axes. */
+/* The inertia of body i of the tree with those of the bodies that are welded to it, along its own
+ * axes. */
 static mbsr_inertia whole_inertia(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     mbsr_inertia sum = mbsri_embedded_inertia(m->body + i, tree->length);
     for (int k = m->body[i].welded; k > 0; k = m->stand[k - 1].next) {
         const mbsri_stand *stand = m->stand + (k - 1);
         const mbsr_inertia part = mbsri_embedded_inertia(m->body + m->live + k, tree->length);
-        sum = mbsr_inertia_sum(sum, mbsr_inertia_moved(&stand->frame, part));
+        sum = mbsr_inertia_sum(sum, mbsr_inertia_in_frame(&stand->frame, part));
     }
     return sum;
 }
 
 static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
 {
-    measure(tree);
+    measure_planes(tree);
     for (int i = 1; i <= tree->bodies; ++i) {
         mbsri_sweep_body *b = tree->body + i;
         const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
@@ -462,7 +463,7 @@ static const mbsri_sweep_kernels *choose_kernels(void)
     return &mbsri_sweeps_base;
 }
 
-static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
+static bool allocate_tree(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
 {
     const int bodies = tree->bodies;
     int multi = 0;
@@ -473,7 +474,7 @@ static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
     return tree->block && tree->joint && tree->block_of;
 }
 
-static void release(const mbsr_model *m, mbsri_sweeps *tree)
+static void release_sweeps(const mbsr_model *m, mbsri_sweeps *tree)
 {
     if (!tree) return;
     mbsri_sweeps_release_loops(m, tree);
@@ -500,7 +501,7 @@ static void place_armature(const mbsri_body *body, mbsri_sweep_body *b)
 }
 
 /* Everything of a tree that has memory for its bodies. */
-static bool place(mbsri_sweeps *tree, const mbsr_model *m)
+static bool place_in_tree(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const uintptr_t above = (uintptr_t)tree->block % 64;
     tree->body = (void *)((unsigned char *)tree->block + (above ? 64 - above : 0));
@@ -526,14 +527,14 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     return place_own_frames(tree, m);
 }
 
-/* Which bodies are blocks: those that are whole, unless they are light; on loops; not so many with users'
- * joints. */
+/* Which bodies are blocks: those that are whole, unless they are light; on loops; not so many with
+ * users' joints. */
 typedef struct selection {
     bool whole, open, light;
     int users;
 } selection;
 
-static bool build(const mbsr_model *m, selection s, mbsri_sweeps **built)
+static bool build_sweeps(const mbsr_model *m, selection s, mbsri_sweeps **built)
 {
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
@@ -546,25 +547,25 @@ static bool build(const mbsr_model *m, selection s, mbsri_sweeps **built)
                            .light = s.light,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
-    const bool memory = allocate(tree, m, blocks) && place(tree, m);
+    const bool memory = allocate_tree(tree, m, blocks) && place_in_tree(tree, m);
     if (memory)
         *built = tree;
     else
-        release(m, tree);
+        release_sweeps(m, tree);
     return memory;
 }
 
 bool mbsri_sweeps_build(mbsr_model *m)
 {
-    if (!build(m, (selection){0}, &m->sweeps)) return false;
+    if (!build_sweeps(m, (selection){0}, &m->sweeps)) return false;
     m->whole = m->evaluated = m->sweeps;
     return true;
 }
 
 /* ---- loops in Newton systems ---- */
 
-/* The bodies of closure c up to where it closes, and that one: whether some are blocks; or all of them
- * are from now on. */
+/* The bodies of closure c up to where it closes, and that one: whether some are blocks; or all of
+ * them are from now on. */
 static bool any_by_blocks(const mbsr_model *m, const mbsri_closure *c)
 {
     bool any = c->meets > 0 && m->body[c->meets].by_blocks;
@@ -607,8 +608,8 @@ static void mark_empty(mbsr_model *m)
     }
 }
 
-/* Which bodies on loops are light: empty, and the rows of the loops past them are enough to hold all their rates.
- * False: no memory. */
+/* Which bodies on loops are light: empty, and the rows of the loops past them are enough to hold
+ * all their rates. False: no memory. */
 static bool mark_light(mbsr_model *m)
 {
     const mbsri_closure *c = m->closures.data;
@@ -638,7 +639,8 @@ static bool mark_light(mbsr_model *m)
     return true;
 }
 
-/* Loops that have bodies in common are in vector code together, or not. True: all of the tree is. */
+/* Loops that have bodies in common are in vector code together, or not. True: all of the tree is.
+ */
 static bool choose_loops(mbsr_model *m, selection s)
 {
     const mbsri_sweeps plan = {.bodies = m->live, .whole = s.whole, .open = true, .light = s.light};
@@ -694,18 +696,18 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
             (void)choose_loops(m, eliminated);
         }
     }
-    if ((s.whole || m->rows > 0) && !build(m, eliminated, &m->whole)) return false;
+    if ((s.whole || m->rows > 0) && !build_sweeps(m, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
     if (s.users == 0 && m->rows == 0) return true;
     if (m->rows > 0) s.whole = any_left_whole(m); /* or D is zero for good: multi_axis.h */
-    if (!build(m, s, &m->evaluated)) return false;
+    if (!build_sweeps(m, s, &m->evaluated)) return false;
     return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->evaluated, m);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)
 {
-    if (m->evaluated != m->whole) release(m, m->evaluated);
-    if (m->whole != m->sweeps) release(m, m->whole);
-    release(m, m->sweeps);
+    if (m->evaluated != m->whole) release_sweeps(m, m->evaluated);
+    if (m->whole != m->sweeps) release_sweeps(m, m->whole);
+    release_sweeps(m, m->sweeps);
     m->sweeps = m->whole = m->evaluated = NULL;
 }

@@ -5,11 +5,12 @@
 
 #include "sweeps/tree.h"
 
-/* Makes the tree of a model that is otherwise finished. False: no memory, with nothing allocated. */
+/* Makes the tree of a model that is otherwise finished. False: no memory, with nothing allocated.
+ */
 bool mbsri_sweeps_build(mbsr_model *m);
 
-/* The same with whole bodies as blocks, and with users' joints taken as the sweeps' own, if there are
- * any. False: no memory. */
+/* The same with whole bodies as blocks, and with users' joints taken as the sweeps' own, if there
+ * are any. False: no memory. */
 bool mbsri_sweeps_build_others(mbsr_model *m);
 
 void mbsri_sweeps_release(mbsr_model *m);

@@ -108,8 +108,8 @@ MBSRI_INLINE void own_load(const mbsri_sweep_body *b, const mbsri_sweep_state *s
     *p = splat(b->c[3]) * A_v + cross(A_w, h) + cross(omega, cross(omega, h));
 }
 
-/* From body i's origin to its predecessor's: Mbar <- X^T Mbar X, p <- X^T p. With B = M [rho]x, N = G - B / 2:
- * I += [rho]x N + ([rho]x N)^T, G -= B. */
+/* From body i's origin to its predecessor's: Mbar <- X^T Mbar X, p <- X^T p. With B = M [rho]x, N =
+ * G - B / 2: I += [rho]x N + ([rho]x N)^T, G -= B. */
 MBSRI_INLINE void translate(v4 rho, blocks *c)
 {
     const v4 r1 = yzx(rho), r2 = zxy(rho), half = splat(0.5), m1 = yzx(c->M[1]), m2 = zxy(c->M[1]);

@@ -106,9 +106,9 @@ void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_
 }
 
 /* split: by several threads, where the data says so. */
-static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
-                   mbsr_data *d, double t, const double *q, const double *u, double *out,
-                   bool split)
+static int prepare_run(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                       mbsr_data *d, double t, const double *q, const double *u, double *out,
+                       bool split)
 {
     if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
@@ -173,7 +173,7 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, m->evaluated, d, t, q, u, udot, true);
+    int status = prepare_run(&run, m, m->evaluated, d, t, q, u, udot, true);
     if (!status) status = forces(&run, tau, false);
     d->factoring = true;
     if (!status && !backward(&run, false)) status = MBSRI_NOT_SERVED;
@@ -189,7 +189,7 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
 }
 
 /* Whether all is finite, and no row is left that others contradict: if so, loops/ says which. */
-static bool closed(const mbsri_loop_run *w)
+static bool loops_are_closed(const mbsri_loop_run *w)
 {
     const mbsr_model *m = w->run->model;
     const double size = w->size + mbsri_largest(m->nu, w->run->out);
@@ -203,7 +203,7 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
     mbsri_sweep_run run;
     mbsri_loop_run loops;
     if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
-    int status = prepare(&run, m, m->evaluated, d, t, q, u, d->out, false);
+    int status = prepare_run(&run, m, m->evaluated, d, t, q, u, d->out, false);
     mbsri_open_loops_place(&loops, &run);
     run.springs = true;
     run.bias = loops.rest;
@@ -212,7 +212,7 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
     mbsri_open_loops_begin(&loops);
     if (!run.tree->kernels->loops_backward(&loops)) return MBSRI_NOT_SERVED;
     run.tree->kernels->loops_forward(&loops);
-    if (!closed(&loops)) return MBSRI_NOT_SERVED;
+    if (!loops_are_closed(&loops)) return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->rows; ++k) d->loop_lambda[k] += loops.v[k];
     d->loaded = true;
     mbsri_scatter(m, run.out, udot);
@@ -249,14 +249,14 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *udot, double *tau)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, tree_of_inverse(m), d, t, q, u, tau, true);
+    int status = prepare_run(&run, m, tree_of_inverse(m), d, t, q, u, tau, true);
     if (!status) status = inverse(&run, udot);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
     return status;
 }
 
-/* Of `out`, what loops with forces -v of their rows leave to motors, into out and tau; false: a rate without one
- * would need some. */
+/* Of `out`, what loops with forces -v of their rows leave to motors, into out and tau; false: a
+ * rate without one would need some. */
 static bool take_torques(const mbsri_loop_run *w, double *tau)
 {
     static const double nothing = 1e-8; /* as in loops/forward.c */
@@ -288,7 +288,7 @@ int mbsri_sweeps_loops_inverse(const mbsr_model *m, mbsr_data *d, double t, cons
     mbsri_sweep_run run;
     mbsri_loop_run loops;
     if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
-    int status = prepare(&run, m, m->evaluated, d, t, q, u, d->out, false);
+    int status = prepare_run(&run, m, m->evaluated, d, t, q, u, d->out, false);
     run.springs = true;
     run.out = d->out;
     if (!status) status = inverse(&run, udot);
@@ -305,7 +305,7 @@ int mbsri_sweeps_loops_inverse(const mbsr_model *m, mbsr_data *d, double t, cons
 }
 
 /* G u of body i, where it is not u; with room for it in `rate`. */
-static int rate_of(const mbsri_sweep_run *run, int i, double *rate)
+static int coordinate_rate(const mbsri_sweep_run *run, int i, double *rate)
 {
     const mbsri_body *b = run->model->body + i;
     const bool block = (run->tree->body[i].flags & MBSRI_BLOCK) != 0;
@@ -325,7 +325,7 @@ static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double
         const mbsri_body *b = m->body + i;
         double *own = F + b->q;
         if (b->joint.table->coordinate_rates) {
-            const int status = rate_of(run, i, own);
+            const int status = coordinate_rate(run, i, own);
             if (status) return status;
             for (int k = 0; k < b->nq; ++k) own[k] = qdot[b->q + k] - own[k];
         } else {
@@ -340,7 +340,7 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
 {
     mbsri_sweep_run run;
     double *tau = F + m->nq;
-    int status = prepare(&run, m, tree_of_inverse(m), d, t, y, y + m->nq, tau, true);
+    int status = prepare_run(&run, m, tree_of_inverse(m), d, t, y, y + m->nq, tau, true);
     if (!status) status = inverse(&run, yp + m->nq);
     if (status) return status;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
@@ -350,7 +350,7 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
 int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
                       mbsr_data *d, double t, const double *q, const double *u)
 {
-    const int status = prepare(run, m, tree, d, t, q, u, d->out, false);
+    const int status = prepare_run(run, m, tree, d, t, q, u, d->out, false);
     return status ? status : forces(run, NULL, true);
 }
 
@@ -373,7 +373,7 @@ static bool is_large(const mbsri_sweep_run *run)
 }
 
 /* Rates of momenta and algebraic equations; or the sweeps do not serve. */
-static int momenta(const mbsri_sweep_run *run)
+static int sweep_momenta(const mbsri_sweep_run *run)
 {
     const mbsri_sweep_kernels *kernels = run->tree->kernels;
     if (is_large(run) && kernels->momenta(run))
@@ -390,14 +390,14 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     mbsri_sweep_run run;
     const mbsri_sweeps *tree = m->evaluated;
     if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
-    int status = prepare(&run, m, tree, d, t, y, u, d->out, true);
+    int status = prepare_run(&run, m, tree, d, t, y, u, d->out, true);
     if (m->rows > 0) run.eta = d->loop_eta;
     if (!status) status = forces(&run, NULL, true);
     if (status) return status;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.balance = d->vec;
     d->factoring = true;
-    status = momenta(&run);
+    status = sweep_momenta(&run);
     d->factoring = false;
     if (status) return status;
     for (int k = 0; k < m->nu; ++k) {

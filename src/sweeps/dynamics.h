@@ -6,8 +6,8 @@
 #include "sweeps/tree.h"
 
 /* MBSR_OK; MBSRI_NOT_SERVED where the sweeps do not serve, a rank is not clear or something is not
- * finite: then nothing is changed but the arrays of the sweeps; or what the root's motion or a force
- * element returned, with the data's error set. */
+ * finite: then nothing is changed but the arrays of the sweeps; or what the root's motion or a
+ * force element returned, with the data's error set. */
 int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *tau, double *udot);
 int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -19,8 +19,8 @@ int mbsri_sweeps_loops_inverse(const mbsr_model *m, mbsr_data *d, double t, cons
 int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *udot, double *tau);
 
-/* A run over that tree of the model with the arrays of d, as that they are in the order of the sweeps;
- * where its root is at the time of d, a status. */
+/* A run over that tree of the model with the arrays of d, as that they are in the order of the
+ * sweeps; where its root is at the time of d, a status. */
 void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
                          mbsr_data *d);
 int mbsri_sweeps_move_root(const mbsri_sweep_run *run);
@@ -28,7 +28,8 @@ int mbsri_sweeps_move_root(const mbsri_sweep_run *run);
 /* Whether no rank is watched that is another; where one is, the stages say which. */
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run);
 
-/* Whether there are groups of joints (recursion/group.h) that cannot be eliminated joint by joint. */
+/* Whether there are groups of joints (recursion/group.h) that cannot be eliminated joint by joint.
+ */
 bool mbsri_sweeps_coupled(const mbsri_sweep_run *run);
 
 /* What the momentum form needs at (q, u) before the backward sweep over that tree of the model:

@@ -54,7 +54,8 @@ MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i, const mbsri_swee
     store(s->U_p, p);
 }
 
-/* The sums to the leaves, which stay in registers or, at branches, on the stack of the momentum form. */
+/* The sums to the leaves, which stay in registers or, at branches, on the stack of the momentum
+ * form. */
 typedef struct sums {
     v4 L, p;
     mbsri_flow *top;

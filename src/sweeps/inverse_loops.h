@@ -1,9 +1,10 @@
 /* Inverse dynamics with loops by the vectorised sweeps: see loops.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * After the inverse dynamics of the tree. Nothing but motors has inertia, so that joints take nothing of what is carried
- * past them, every axis is passed by itself, and no acceleration is looked for: loops are in balance where they close,
- * but for the moment of their gap, which is carried on. */
+ * After the inverse dynamics of the tree. Nothing but motors has inertia, so that joints take
+ * nothing of what is carried past them, every axis is passed by itself, and no acceleration is
+ * looked for: loops are in balance where they close, but for the moment of their gap, which is
+ * carried on. */
 #ifndef MBSRI_SWEEPS_INVERSE_LOOPS_H
 #define MBSRI_SWEEPS_INVERSE_LOOPS_H
 
@@ -37,8 +38,8 @@ MBSRI_INLINE void drive(mbsri_loop_run *w, const mbsri_open *open, double e, int
     }
 }
 
-/* What is open at body i past its joint, to its predecessor; the joint has to make `out`, of which gaps behind take
- * their part. False: more motions are open than rows. */
+/* What is open at body i past its joint, to its predecessor; the joint has to make `out`, of which
+ * gaps behind take their part. False: more motions are open than rows. */
 MBSRI_OUTLINE bool pass_motors(mbsri_loop_run *w, int i, bool gaps)
 {
     const mbsri_sweep_run *run = w->run;
@@ -77,8 +78,8 @@ MBSRI_OUTLINE bool pass_motors(mbsri_loop_run *w, int i, bool gaps)
     return true;
 }
 
-/* What loops that closed at body i leave to the joints before it, in the place of U. False: that depends on what these
- * do, by motors to spare. */
+/* What loops that closed at body i leave to the joints before it, in the place of U. False: that
+ * depends on what these do, by motors to spare. */
 MBSRI_OUTLINE bool take_gap(const mbsri_loop_run *w, int i, bool *gaps)
 {
     const mbsri_sweep_run *run = w->run;

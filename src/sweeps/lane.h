@@ -70,8 +70,8 @@ MBSRI_INLINE v4 zzz(v4 a)
 #define MBSRI_SHUFFLE_FOUR(a, b, i, j, k, l) __builtin_shuffle(a, b, (i4){i, j, k, l})
 #endif
 
-/* Numbers i, j, k, l of the eight of a and b. Where a vector is two registers, each is shuffled by itself, as GCC 12
- * takes both through memory. */
+/* Numbers i, j, k, l of the eight of a and b. Where a vector is two registers, each is shuffled by
+ * itself, as GCC 12 takes both through memory. */
 #if defined(__AVX__)
 #define MBSRI_SHUFFLE(a, b, i, j, k, l) MBSRI_SHUFFLE_FOUR(a, b, i, j, k, l)
 #else
@@ -150,9 +150,9 @@ MBSRI_INLINE v4 transposed_times(const v4 C[3], v4 x)
     return row[0] + row[1] + row[2];
 }
 
-/* Matrices by their diagonals, each with what it goes on with at the other side of the matrix: (xx, yy, zz),
- * (xy, yz, zx), (xz, yx, zy). Products, transposed ones too, then are component by component with x turned round.
- * Of symmetric matrices A[0] = (xx, yy, zz), A[1] = (yz, zx, xy). */
+/* Matrices by their diagonals, each with what it goes on with at the other side of the matrix: (xx,
+ * yy, zz), (xy, yz, zx), (xz, yx, zy). Products, transposed ones too, then are component by
+ * component with x turned round. Of symmetric matrices A[0] = (xx, yy, zz), A[1] = (yz, zx, xy). */
 MBSRI_INLINE v4 symmetric_times(const v4 A[2], v4 x)
 {
     return A[0] * x + zxy(A[1]) * yzx(x) + yzx(A[1]) * zxy(x);

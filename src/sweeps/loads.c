@@ -45,8 +45,8 @@ static void show_all(const mbsri_sweep_run *run)
     }
 }
 
-/* What loops exert, or their springs alone, with the derivatives of their rows and, where it is asked for, their
- * bias. */
+/* What loops exert, or their springs alone, with the derivatives of their rows and, where it is
+ * asked for, their bias. */
 static int closure_loads(const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;

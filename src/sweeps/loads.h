@@ -9,8 +9,8 @@
  * the data's tau. Returns what an element returned. */
 int mbsri_sweeps_loads(const mbsri_sweep_run *run);
 
-/* C^T eta of the run into the data's closure_w, in the order of the sweeps; after the loads, and anything that
- * needs them. */
+/* C^T eta of the run into the data's closure_w, in the order of the sweeps; after the loads, and
+ * anything that needs them. */
 void mbsri_sweeps_push(const mbsri_sweep_run *run);
 
 #endif

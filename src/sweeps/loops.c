@@ -1,8 +1,8 @@
 /* Loops in the vectorised sweeps: plan of a tree, memory of an evaluation.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The plan goes along the tree as the sweep will, with the rows that are open where all are independent; beside
- * each there may be one motion without inertia, as more are left to loops/. */
+ * The plan goes along the tree as the sweep will, with the rows that are open where all are
+ * independent; beside each there may be one motion without inertia, as more are left to loops/. */
 #include "sweeps/loops.h"
 
 #include "algebra/dense.h"
@@ -57,7 +57,7 @@ static void list_end(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_closur
     mark_way(tree, i, w->closes[c->row]);
 }
 
-static void list_ends(mbsri_sweeps *tree, const mbsr_model *m)
+static void list_loop_ends(mbsri_sweeps *tree, const mbsr_model *m)
 {
     mbsri_sweep_loops *w = tree->loops;
     const mbsri_closure *c = m->closures.data;
@@ -116,7 +116,7 @@ static void open_ends(plan *p, int i)
     }
 }
 
-static int group_of(int *group, int k)
+static int root_of_group(int *group, int k)
 {
     while (group[k] != k) k = group[k] = group[group[k]];
     return k;
@@ -140,12 +140,12 @@ static int group_parts(plan *p, int i, int first)
         p->unknowns[k] = 0;
         for (int l = 0; l < p->part[k].count; ++l) {
             int *seen = p->seen + p->part[k].id[l];
-            if (*seen >= 0) p->group[group_of(p->group, *seen)] = k;
+            if (*seen >= 0) p->group[root_of_group(p->group, *seen)] = k;
             *seen = k;
         }
     }
     for (int k = first; k < p->parts; ++k)
-        p->unknowns[group_of(p->group, k)] += 2 * p->part[k].count;
+        p->unknowns[root_of_group(p->group, k)] += 2 * p->part[k].count;
     for (int k = first; k < p->parts; ++k) {
         if (p->unknowns[k] > most) most = p->unknowns[k];
         if (closes && p->unknowns[k] > 0 && p->unknowns[k] <= MOST_UNKNOWNS)
@@ -179,7 +179,7 @@ static void note_most(plan *p, int first, int most, int open)
 }
 
 /* Parts first .. parts - 1 meet at body i: one part is left with the rows that are open. */
-static void meet(plan *p, int i, int first, int *open)
+static void plan_meeting(plan *p, int i, int first, int *open)
 {
     const int most = group_parts(p, i, first), count = find_open(p, i, first, open);
     if (most > MOST_UNKNOWNS) p->serves = false;
@@ -205,7 +205,7 @@ static void run_plan(plan *p, int *open)
         int first = p->parts;
         while (first > 0 && p->part[first - 1].body == i) --first;
         open_ends(p, i);
-        if (first < p->parts) meet(p, i, first, open);
+        if (first < p->parts) plan_meeting(p, i, first, open);
     }
 }
 
@@ -231,7 +231,7 @@ static bool make_plan(const mbsri_sweeps *tree, const mbsr_model *m, bool *serve
     return memory;
 }
 
-static void measure(mbsri_sweeps *tree)
+static void measure_loops(mbsri_sweeps *tree)
 {
     mbsri_sweep_loops *w = tree->loops;
     for (int i = 1; i <= tree->bodies; ++i) {
@@ -261,8 +261,8 @@ bool mbsri_sweeps_plan_loops(mbsri_sweeps *tree, const mbsr_model *m)
     *w = (mbsri_sweep_loops){.end = (mbsri_loop_end *)(void *)(w + 1)};
     w->first_end = (int *)(void *)(w->end + ends);
     w->closes = w->first_end + bodies;
-    list_ends(tree, m);
-    measure(tree);
+    list_loop_ends(tree, m);
+    measure_loops(tree);
     if (!make_plan(tree, m, &serves)) return false;
     if (serves)
         w->doubles = size_of_store(m, w);
@@ -279,7 +279,7 @@ void mbsri_sweeps_release_loops(const mbsr_model *m, mbsri_sweeps *tree)
 
 /* ---- an evaluation ---- */
 
-static double *take(double **at, size_t count)
+static double *next_doubles(double **at, size_t count)
 {
     double *place = *at;
     *at += count;
@@ -296,7 +296,7 @@ static double lever_of(const mbsri_sweep_run *run)
     return lever;
 }
 
-static void clear_springs(const mbsr_model *m, double *row)
+static void clear_spring_rows(const mbsr_model *m, double *row)
 {
     const mbsri_closure *c = m->closures.data;
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
@@ -313,13 +313,14 @@ void mbsri_open_loops_place(mbsri_loop_run *w, const mbsri_sweep_run *run)
     const size_t rows = (size_t)m->rows, unknowns = rows + (size_t)m->nu;
     *w = (mbsri_loop_run){.run = run, .loops = loops};
     double *at = run->data->loop_store;
-    w->part = (mbsri_open_part *)(void *)take(&at, doubles_of(loops->parts * sizeof *w->part));
-    w->s = take(&at, unknowns);
-    w->v = take(&at, unknowns);
-    w->rest = take(&at, rows);
-    w->share = take(&at, rows);
-    w->slot =
-        (int *)(void *)take(&at, doubles_of((2 * unknowns + 2 * loops->groups) * sizeof(int)));
+    w->part =
+        (mbsri_open_part *)(void *)next_doubles(&at, doubles_of(loops->parts * sizeof *w->part));
+    w->s = next_doubles(&at, unknowns);
+    w->v = next_doubles(&at, unknowns);
+    w->rest = next_doubles(&at, rows);
+    w->share = next_doubles(&at, rows);
+    w->slot = (int *)(void *)next_doubles(
+        &at, doubles_of((2 * unknowns + 2 * loops->groups) * sizeof(int)));
     w->set = w->slot + unknowns;
     w->group = w->set + unknowns;
     w->mate = w->group + loops->groups;
@@ -330,7 +331,7 @@ void mbsri_open_loops_place(mbsri_loop_run *w, const mbsri_sweep_run *run)
 
 void mbsri_open_loops_begin(mbsri_loop_run *w)
 {
-    if (w->loops->springs) clear_springs(w->run->model, w->rest);
+    if (w->loops->springs) clear_spring_rows(w->run->model, w->rest);
     w->size = mbsri_largest(w->run->model->rows, w->rest);
     w->lever = lever_of(w->run);
 }

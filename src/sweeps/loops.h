@@ -1,8 +1,8 @@
 /* Loops in the vectorised sweeps: what is carried along the tree until they close.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * As fronts/fronts.h has it, which decides wherever this does not serve: v are the forces of the rows of loops
- * that are open, and the motions behind of joints without inertia. At every body
+ * As fronts/fronts.h has it, which decides wherever this does not serve: v are the forces of the
+ * rows of loops that are open, and the motions behind of joints without inertia. At every body
  *
  *   force = Mbar A + p - Q v            Q^T A + F v = s
  *
@@ -10,11 +10,13 @@
  *
  *   u' = D^-1 (e - U^T A + X^T v),   Q -= U D^-1 X,   F += X^T D^-1 X,   s -= Q^T c + X^T D^-1 e
  *
- * or without inertia u' = w, an unknown more with the row X v = -e. Rows that are complete are eliminated by
- * pivots, Mbar += Q F^-1 Q^T. Rows read accelerations less gravity, as the sweeps have them.
+ * or without inertia u' = w, an unknown more with the row X v = -e. Rows that are complete are
+ * eliminated by pivots, Mbar += Q F^-1 Q^T. Rows read accelerations less gravity, as the sweeps
+ * have them.
  *
- * Inverse dynamics goes the same way in a tree whose only inertia are units of armature at motors, where e is the
- * joint force that the given u' need, and s = 0: joint forces u' = e + X^T v with least |u'|, and zero without motor. */
+ * Inverse dynamics goes the same way in a tree whose only inertia are units of armature at motors,
+ * where e is the joint force that the given u' need, and s = 0: joint forces u' = e + X^T v with
+ * least |u'|, and zero without motor. */
 #ifndef MBSRI_SWEEPS_LOOPS_H
 #define MBSRI_SWEEPS_LOOPS_H
 
@@ -71,8 +73,8 @@ static inline size_t mbsri_open_size(size_t n)
     return (16 + 2 * n) * n + (n + 1) / 2;
 }
 
-/* For the way to the leaves, of a joint: D^-1 X of joints of several axes off the root, else X (n numbers
- * an unknown), and the unknowns, behind them its own; of loops that close: pivots. */
+/* For the way to the leaves, of a joint: D^-1 X of joints of several axes off the root, else X (n
+ * numbers an unknown), and the unknowns, behind them its own; of loops that close: pivots. */
 typedef struct mbsri_open_record {
     struct mbsri_open_record *before;
     int body, count, nulls;
@@ -101,32 +103,33 @@ typedef struct mbsri_loop_run {
     const double *motor; /* inverse dynamics: 1 for each joint rate that has one, else 0; or NULL */
 } mbsri_loop_run;
 
-/* Plans the loops of an evaluated tree, marks its bodies FRONT and CLOSES. False: no memory; without plan where
- * the sweeps do not serve. */
+/* Plans the loops of an evaluated tree, marks its bodies FRONT and CLOSES. False: no memory;
+ * without plan where the sweeps do not serve. */
 bool mbsri_sweeps_plan_loops(mbsri_sweeps *tree, const mbsr_model *m);
 void mbsri_sweeps_release_loops(const mbsr_model *m, mbsri_sweeps *tree);
 
-/* Memory of the run's data. After kinematics, with what rows ask for in `rest`: what is measured by it. */
+/* Memory of the run's data. After kinematics, with what rows ask for in `rest`: what is measured by
+ * it. */
 void mbsri_open_loops_place(mbsri_loop_run *w, const mbsri_sweep_run *run);
 void mbsri_open_loops_begin(mbsri_loop_run *w);
 
 /* Before the sweep to the root: nothing is carried yet. */
 void mbsri_open_loops_start(mbsri_loop_run *w);
 
-/* What meets at body i, with the ends of closures there; what goes on becomes one part. Where loops close, *closed
- * and what they add. False: the sweeps do not serve. */
+/* What meets at body i, with the ends of closures there; what goes on becomes one part. Where loops
+ * close, *closed and what they add. False: the sweeps do not serve. */
 bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed);
 
-/* Inverse dynamics of a group of parts, those after `head` by w->mate, at body i: v, and what their loops leave to the
- * joints before it, where joints without motors determine them plainly. */
+/* Inverse dynamics of a group of parts, those after `head` by w->mate, at body i: v, and what their
+ * loops leave to the joints before it, where joints without motors determine them plainly. */
 bool mbsri_open_loops_determine(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i);
 
 /* Room for a record; for one unknown more in the last part. */
 void *mbsri_open_loops_keep(mbsri_loop_run *w, int body, size_t size);
 mbsri_open mbsri_open_loops_append(mbsri_loop_run *w, int id);
 
-/* The ends at body i become parts; those of couplings of joint coordinates, before its joint, join what is carried
- * past that. */
+/* The ends at body i become parts; those of couplings of joint coordinates, before its joint, join
+ * what is carried past that. */
 void mbsri_open_loops_end(mbsri_loop_run *w, int i);
 void mbsri_open_loops_couple(mbsri_loop_run *w, int i);
 

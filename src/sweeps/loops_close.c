@@ -16,12 +16,12 @@ void mbsri_loops_clear_sums(mbsri_loop_run *w)
     memset(w->force, 0, sizeof w->force);
 }
 
-static int place_of(int k)
+static int index_of_four(int k)
 {
     return k < 3 ? k : k + 1; /* in vectors of four numbers */
 }
 
-static void add_part(const mbsri_loop_run *w, const mbsri_open *open, mbsri_pivots *f)
+static void add_open_part(const mbsri_loop_run *w, const mbsri_open *open, mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
     for (int j = 0; j < open->count; ++j) {
@@ -32,13 +32,14 @@ static void add_part(const mbsri_loop_run *w, const mbsri_open *open, mbsri_pivo
             sizes[w->slot[open->id[l]]] += open->sizes[j * open->count + l];
         }
         for (int l = 0; l < f->d; ++l) {
-            A[n + l] += open->Q[8 * j + place_of(l)];
-            sizes[n + l] += open->lengths[8 * j + place_of(l)];
+            A[n + l] += open->Q[8 * j + index_of_four(l)];
+            sizes[n + l] += open->lengths[8 * j + index_of_four(l)];
         }
     }
 }
 
-/* Loads that are nothing but rounding are none: those of a loop that is closed balance. Then the upper half. */
+/* Loads that are nothing but rounding are none: those of a loop that is closed balance. Then the
+ * upper half. */
 static void finish_loads(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
@@ -72,7 +73,7 @@ static mbsri_pivots *open_pivots(mbsri_loop_run *w, int i, int d, int size, int 
 }
 
 /* What the accelerations behind the pivots get. */
-static void add_mass(mbsri_loop_run *w, const mbsri_pivots *f)
+static void add_open_mass(mbsri_loop_run *w, const mbsri_pivots *f)
 {
     const int n = f->size, d = f->d, N = n + d;
     for (int k = 0; k < d; ++k) {
@@ -81,7 +82,8 @@ static void add_mass(mbsri_loop_run *w, const mbsri_pivots *f)
     }
 }
 
-/* Rows that nothing is left of share by least norm; false: so is a motion, which nothing determines. */
+/* Rows that nothing is left of share by least norm; false: so is a motion, which nothing
+ * determines. */
 static bool settle_left(mbsri_loop_run *w, mbsri_pivots *f)
 {
     const size_t n = (size_t)f->size, N = n + (size_t)f->d;
@@ -110,8 +112,8 @@ static void add_rest(const mbsri_pivots *f, const mbsri_open *to, int base)
             to->sizes[entry] = f->sizes[k * N + l];
         }
         for (int l = 0; l < f->d; ++l) {
-            to->Q[8 * column + place_of(l)] = f->A[k * N + n + l];
-            to->lengths[8 * column + place_of(l)] = f->sizes[k * N + n + l];
+            to->Q[8 * column + index_of_four(l)] = f->A[k * N + n + l];
+            to->lengths[8 * column + index_of_four(l)] = f->sizes[k * N + n + l];
         }
     }
 }
@@ -148,11 +150,11 @@ bool mbsri_loops_close_group(mbsri_loop_run *w, const mbsri_open_part *part, int
     memcpy(f->id, set, (size_t)size * sizeof *set);
     for (int p = head; p >= 0; p = w->mate[p]) {
         const mbsri_open open = mbsri_open_at(part + p);
-        add_part(w, &open, f);
+        add_open_part(w, &open, f);
     }
     finish_loads(f);
     mbsri_pivots_eliminate(f);
-    add_mass(w, f);
+    add_open_mass(w, f);
     add_rest(f, to, base);
     if (f->pivots + f->left < complete || !settle_left(w, f)) return false;
     mbsri_pivots_forward(f, w->s, w->force);
@@ -181,7 +183,7 @@ static bool are_alike(const mbsri_loop_run *w, const mbsri_open_part *part, int 
 }
 
 /* Column j of [F; Q], on and below the diagonal; what was added up in its diagonal. */
-static double add_column(const mbsri_open_part *part, int count, int j, const mbsri_pivots *f)
+static double add_part_column(const mbsri_open_part *part, int count, int j, const mbsri_pivots *f)
 {
     const int n = f->size;
     double *A = f->A + j * (n + f->d), lengths[6] = {0.0}, size = 0.0;
@@ -192,8 +194,8 @@ static double add_column(const mbsri_open_part *part, int count, int j, const mb
         for (int l = j; l < n; ++l) A[l] += F[l];
         size += open.sizes[j * n + j];
         for (int l = 0; l < f->d; ++l) {
-            A[n + l] += Q[place_of(l)];
-            lengths[l] += own[place_of(l)];
+            A[n + l] += Q[index_of_four(l)];
+            lengths[l] += own[index_of_four(l)];
         }
     }
     for (int l = 0; l < f->d; ++l) {
@@ -235,7 +237,7 @@ bool mbsri_loops_close_alone(mbsri_loop_run *w, const mbsri_open_part *part, int
     for (int k = 0; k < f->size; ++k) {
         f->id[k] = open.id[k];
         f->across[k] = 0.0;
-        sizes[k] = add_column(part, count, k, f);
+        sizes[k] = add_part_column(part, count, k, f);
     }
     for (; f->pivots < f->size && plain; ++f->pivots) {
         const int p = f->pivots;
@@ -255,7 +257,8 @@ bool mbsri_loops_close_alone(mbsri_loop_run *w, const mbsri_open_part *part, int
 
 /* ---- loops that close where others go on ---- */
 
-/* The matrix of a group, on and below its diagonal, what was added up there, and lengths of the loads (8 each). */
+/* The matrix of a group, on and below its diagonal, what was added up there, and lengths of the
+ * loads (8 each). */
 static void gather_group(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
                          const mbsri_pivots *f, double *sizes, double *lengths)
 {
@@ -273,20 +276,21 @@ static void gather_group(const mbsri_loop_run *w, const mbsri_open_part *part, i
                 if (row >= column) A[row] += open.F[j * open.count + l];
             }
             sizes[column] += open.sizes[j * open.count + j];
-            for (int l = 0; l < f->d; ++l) A[n + l] += open.Q[8 * j + place_of(l)];
+            for (int l = 0; l < f->d; ++l) A[n + l] += open.Q[8 * j + index_of_four(l)];
             for (int l = 0; l < 8; ++l) lengths[8 * column + l] += open.lengths[8 * j + l];
         }
     }
     for (int j = 0; j < f->complete; ++j) { /* as finish_loads */
         double *load = f->A + j * N + n;
         for (int l = 0; l < f->d; ++l) {
-            if (fabs(load[l]) <= MBSRI_PIVOTS_ROUNDING * lengths[8 * j + place_of(l)])
+            if (fabs(load[l]) <= MBSRI_PIVOTS_ROUNDING * lengths[8 * j + index_of_four(l)])
                 load[l] = 0.0;
         }
     }
 }
 
-/* What was added up in the numbers of the unknowns that go on: by their parts, then by the pivots. */
+/* What was added up in the numbers of the unknowns that go on: by their parts, then by the pivots.
+ */
 static void gather_sizes(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
                          const mbsri_pivots *f, const mbsri_open *to, int base)
 {
@@ -317,7 +321,7 @@ static void add_passing(const mbsri_pivots *f, const double *lengths, const mbsr
         for (int p = 0; p < first; ++p) {
             const double *L = f->A + p * N, size = fabs(L[j] * L[p]);
             for (int l = 0; l < f->d; ++l)
-                to->lengths[8 * column + place_of(l)] += size * fabs(L[n + l]);
+                to->lengths[8 * column + index_of_four(l)] += size * fabs(L[n + l]);
             for (int l = first; l < n; ++l)
                 to->sizes[column * to->count + base + l - first] += size * fabs(L[l]);
         }
@@ -328,8 +332,8 @@ static void add_passing(const mbsri_pivots *f, const double *lengths, const mbsr
             to->F[column * to->count + row] = to->F[row * to->count + column] = x;
         }
         for (int l = 0; l < f->d; ++l) {
-            double *Q = to->Q + 8 * column + place_of(l);
-            const double size = to->lengths[8 * column + place_of(l)];
+            double *Q = to->Q + 8 * column + index_of_four(l);
+            const double size = to->lengths[8 * column + index_of_four(l)];
             *Q = fabs(A[n + l]) <= MBSRI_PIVOTS_ROUNDING * size ? 0.0 : A[n + l];
         }
     }

@@ -1,7 +1,8 @@
 /* Inverse dynamics of loops whose forces follow from the joints without motors alone: see loops.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * As many of these as there are rows that are felt anywhere: X v = -e is square, whatever the motors do. */
+ * As many of these as there are rows that are felt anywhere: X v = -e is square, whatever the
+ * motors do. */
 #include "sweeps/loops.h"
 
 #include "algebra/dense.h"
@@ -22,9 +23,10 @@ static bool is_row(const mbsri_loop_run *w, int id)
     return id < w->run->model->rows;
 }
 
-/* Places for the unknowns of a group, rows and motions each from 0 on, and memory behind what waits; false: some
- * are not complete at body i. */
-static bool begin(const mbsri_loop_run *w, const mbsri_open_part *part, int head, int i, system *e)
+/* Places for the unknowns of a group, rows and motions each from 0 on, and memory behind what
+ * waits; false: some are not complete at body i. */
+static bool begin_group(const mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
+                        system *e)
 {
     *e = (system){.row = w->set};
     for (int p = head; p >= 0; p = w->mate[p]) {
@@ -60,7 +62,8 @@ static void clear_slots(const mbsri_loop_run *w, const mbsri_open_part *part, in
 }
 
 /* The equations of the motions; false: a row that none of them feels is not idle. */
-static bool fill(const mbsri_loop_run *w, const mbsri_open_part *part, int head, system *e)
+static bool fill_equations(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
+                           system *e)
 {
     int felt = 0;
     for (int p = head; p >= 0; p = w->mate[p]) {
@@ -86,9 +89,10 @@ static bool fill(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
     return felt == e->motions;
 }
 
-/* What a group leaves to the joints before it; false: a row that no motion feels is felt by others. */
-static bool add_force(mbsri_loop_run *w, const mbsri_open_part *part, int head, const system *e,
-                      bool root)
+/* What a group leaves to the joints before it; false: a row that no motion feels is felt by others.
+ */
+static bool add_determined_force(mbsri_loop_run *w, const mbsri_open_part *part, int head,
+                                 const system *e, bool root)
 {
     double force[6] = {0.0};
     for (int k = 0; k < e->rows; ++k) {
@@ -118,7 +122,7 @@ static bool add_force(mbsri_loop_run *w, const mbsri_open_part *part, int head, 
 }
 
 /* The column of equation j with the largest number beside those of its column. */
-static int find_pivot(const system *e, int j)
+static int find_equation_pivot(const system *e, int j)
 {
     int best = 0;
     double largest = -1.0;
@@ -134,13 +138,13 @@ static int find_pivot(const system *e, int j)
 }
 
 /* False: not plainly regular. */
-static bool eliminate(const system *e)
+static bool eliminate_system(const system *e)
 {
     static const double plainly = 1e-3; /* beside what was added up */
     const int n = e->rows;
     for (int j = 0; j < e->motions; ++j) {
         const double *x = e->X + j * n;
-        const int at = e->pivot[j] = find_pivot(e, j);
+        const int at = e->pivot[j] = find_equation_pivot(e, j);
         if (!(fabs(x[at]) > plainly * e->sizes[j * n + at])) return false;
         for (int l = j + 1; l < e->motions; ++l) {
             double *y = e->X + l * n, *size = e->sizes + l * n;
@@ -157,7 +161,7 @@ static bool eliminate(const system *e)
 }
 
 /* v of the rows. */
-static void substitute(const mbsri_loop_run *w, const system *e)
+static void substitute_rows(const mbsri_loop_run *w, const system *e)
 {
     for (int k = 0; k < e->rows; ++k) w->v[e->row[k]] = 0.0;
     for (int j = e->motions - 1; j >= 0; --j) {
@@ -171,10 +175,10 @@ static void substitute(const mbsri_loop_run *w, const system *e)
 bool mbsri_open_loops_determine(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i)
 {
     system e;
-    bool served = begin(w, part, head, i, &e);
-    served = served && fill(w, part, head, &e) && eliminate(&e);
-    if (served) substitute(w, &e);
-    served = served && add_force(w, part, head, &e, i == 0);
+    bool served = begin_group(w, part, head, i, &e);
+    served = served && fill_equations(w, part, head, &e) && eliminate_system(&e);
+    if (served) substitute_rows(w, &e);
+    served = served && add_determined_force(w, part, head, &e, i == 0);
     clear_slots(w, part, head);
     return served;
 }

@@ -41,13 +41,13 @@ static void group_parts(mbsri_loop_run *w, const mbsri_open_part *part, int coun
     }
 }
 
-static bool is_complete(const mbsri_loop_run *w, int id, int i)
+static bool row_is_complete(const mbsri_loop_run *w, int id, int i)
 {
     return id >= w->run->model->rows || w->loops->closes[id] >= i;
 }
 
-/* The unknowns of a group into `set`, those that may be eliminated at body i first, and their places; where no
- * row is among these, nothing is. */
+/* The unknowns of a group into `set`, those that may be eliminated at body i first, and their
+ * places; where no row is among these, nothing is. */
 static int find_unknowns(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i, int *set,
                          int *complete)
 {
@@ -58,7 +58,7 @@ static int find_unknowns(mbsri_loop_run *w, const mbsri_open_part *part, int hea
             const mbsri_open open = mbsri_open_at(part + p);
             for (int k = 0; k < open.count; ++k) {
                 const int id = open.id[k];
-                if (w->slot[id] >= 0 || is_complete(w, id, i) != (turn == 0)) continue;
+                if (w->slot[id] >= 0 || row_is_complete(w, id, i) != (turn == 0)) continue;
                 rows = rows || (turn == 0 && id < w->run->model->rows);
                 w->slot[id] = count;
                 set[count++] = id;
@@ -95,7 +95,8 @@ static void clear_slots(mbsri_loop_run *w, const int *set, int count)
     for (int k = 0; k < count; ++k) w->slot[set[k]] = -1;
 }
 
-/* A group closes, or goes on as it is, its open unknowns from place `base` on; their number, or -1. */
+/* A group closes, or goes on as it is, its open unknowns from place `base` on; their number, or -1.
+ */
 static int pass_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
                       const mbsri_open *to, int base, bool *closed)
 {
@@ -150,7 +151,7 @@ static void read_root(mbsri_loop_run *w, const mbsri_open_part *part, int count)
 }
 
 /* The parts that meet at body i, group by group, and what goes on. */
-static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
+static bool join_parts(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
 {
     int base = 0;
     if (count > 1 && w->run->tree->body[i].flags & MBSRI_CLOSES)
@@ -174,7 +175,8 @@ static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, boo
     return true;
 }
 
-/* Groups whose forces follow from joints without motors are taken out of the parts; true: those are all. */
+/* Groups whose forces follow from joints without motors are taken out of the parts; true: those are
+ * all. */
 static bool determine(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
 {
     bool all = true;
@@ -208,7 +210,7 @@ static bool meet_all(mbsri_loop_run *w, int i, bool *closed)
     } else if (closes && mbsri_loops_close_alone(w, part, count, i)) {
         *closed = true;
         part->count = 0;
-    } else if (!meet(w, part, count, i, closed)) {
+    } else if (!join_parts(w, part, count, i, closed)) {
         w->stuck = true;
         return false;
     }

@@ -30,7 +30,7 @@ MBSRI_INLINE double product(const double a[8], const double b[8])
 }
 
 /* |x|^2 in units of Lambda, or of its inverse. */
-static double size_of(const double x[8], double area)
+static double size_in_lambda(const double x[8], double area)
 {
     return mbsri_dot3(x, x) * area + mbsri_dot3(x + 4, x + 4);
 }
@@ -40,7 +40,7 @@ static double size_of(const double x[8], double area)
  * the other n - 1 is below n, so that
  *
  *   smallest = det / (product of the others) > det / (n / (n - 1))^(n - 1) > det / e */
-static double factorise(int n, double D[6][6])
+static double factorise_small(int n, double D[6][6])
 {
     double determinant = 1.0, diagonals = 1.0;
     for (int k = 0; k < n; ++k) {
@@ -62,7 +62,7 @@ static double factorise(int n, double D[6][6])
 }
 
 /* x <- D^-1 x */
-static void solve(int n, double D[6][6], double x[6])
+static void solve_small(int n, double D[6][6], double x[6])
 {
     for (int k = 0; k < n; ++k) {
         for (int l = 0; l < k; ++l) x[k] -= D[k][l] * x[l];
@@ -116,7 +116,7 @@ static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c
         multi->x[k] = run->tau[b->u + k] - product(multi->S[k], force);
     }
     memcpy(multi->factor, multi->D, sizeof multi->D);
-    return factorise(b->n, multi->factor);
+    return factorise_small(b->n, multi->factor);
 }
 
 /* ---- full rank, by the bound or by W, as in rank_bound.h; lower ranks are for the stages ---- */
@@ -143,7 +143,7 @@ static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, dou
         c->spread = 0.0;
     }
     for (int k = 0; k < b->n; ++k) {
-        const double size = size_of(multi->S[k], area), Dkk = multi->D[k][k];
+        const double size = size_in_lambda(multi->S[k], area), Dkk = multi->D[k][k];
         const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
                      slide = S[4] * S[4] + S[5] * S[5] + S[6] * S[6];
         if (!mbsri_is_known_by_bound(&run->tree->rule, least * Dkk,
@@ -172,10 +172,10 @@ static void diagonal_of(const mbsri_carry *A, double x[8])
     }
 }
 
-/* m |r|^2, r from the predecessor's origin, of which rounding of the arms of axes that a body slides along
- * is a part (mbsri_turned_along in recursion/errors.h): eps r of r, not eps of the square, so that a share
- * of 1e-3 leaves more than nine digits. */
-static double arm_of(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
+/* m |r|^2, r from the predecessor's origin, of which rounding of the arms of axes that a body
+ * slides along is a part (mbsri_turned_along in recursion/errors.h): eps r of r, not eps of the
+ * square, so that a share of 1e-3 leaves more than nine digits. */
+static double squared_sweep_arm(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {
     const double *rho = run->state[i].rho;
     return 1e-3 * (rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2]) *
@@ -192,7 +192,7 @@ static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c,
     double own[8], scaled[36], scale[6], lambda[6];
     diagonal_of(c, own);
     add_to_diagonal(own, W);
-    const double turned = W->spread + (n > 1 ? arm_of(run, i, c) : 0.0);
+    const double turned = W->spread + (n > 1 ? squared_sweep_arm(run, i, c) : 0.0);
     for (int k = 0; k < n; ++k) {
         apply(W, multi->S[k], Q[k]);
         const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
@@ -246,11 +246,11 @@ static double gain(const mbsri_sweep_run *run, int i, double area)
     for (int r = 0; r < 8; ++r) {
         double row[6];
         for (int k = 0; k < n; ++k) row[k] = multi->U[k][r];
-        if (r % 4 < 3) solve(n, multi->factor, row);
+        if (r % 4 < 3) solve_small(n, multi->factor, row);
         for (int k = 0; k < n; ++k) multi->G[k][r] = row[k];
     }
     for (int k = 0; k < n; ++k) {
-        norm += sqrt(size_of(multi->S[k], area) * size_of(multi->G[k], 1.0 / area));
+        norm += sqrt(size_in_lambda(multi->S[k], area) * size_in_lambda(multi->G[k], 1.0 / area));
         armature += run->model->armature[b->u + k];
     }
     norm *= norm;
@@ -275,11 +275,11 @@ static void multi_condense(const mbsri_sweep_run *run, int i, mbsri_carry *c)
         c->L[r] += change[r];
         c->p[r] += change[4 + r];
     }
-    solve(b->n, multi->factor, multi->x);
+    solve_small(b->n, multi->factor, multi->x);
 }
 
-/* A joint behind which nothing has inertia, nor has it: u' = 0 as far as joints go, and the forces pass. False:
- * something has. */
+/* A joint behind which nothing has inertia, nor has it: u' = 0 as far as joints go, and the forces
+ * pass. False: something has. */
 static bool pass_empty(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
@@ -332,7 +332,7 @@ static void multi_forward(const mbsri_sweep_run *run, int i)
     memcpy(A, s->A_w, sizeof s->A_w);
     memcpy(A + 4, s->A_v, sizeof s->A_v);
     for (int k = 0; k < b->n; ++k) x[k] -= product(on_root ? multi->U[k] : multi->G[k], A);
-    if (on_root) solve(b->n, multi->factor, x);
+    if (on_root) solve_small(b->n, multi->factor, x);
     for (int k = 0; k < b->n; ++k) {
         run->out[b->u + k] = x[k];
         mbsri_add3(x[k], multi->S[k], s->A_w);

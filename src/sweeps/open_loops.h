@@ -60,7 +60,8 @@ MBSRI_INLINE bool is_held(int count, int stride, const double *X)
     return held;
 }
 
-/* A rate (its place in u) without inertia: w, and X v = -e. False: more such motions are open than rows. */
+/* A rate (its place in u) without inertia: w, and X v = -e. False: more such motions are open than
+ * rows. */
 MBSRI_OUTLINE bool carry_motion(mbsri_loop_run *w, int rate, double e, int count, int stride,
                                 const double *X)
 {
@@ -174,12 +175,12 @@ MBSRI_OUTLINE bool carry_axes(mbsri_loop_run *w, int i)
     for (int j = 0; j < n; ++j)
         given[j] = multi->x[j] - sum3(load(on_root ? multi->U[j] : multi->G[j]) * c_w +
                                       load((on_root ? multi->U[j] : multi->G[j]) + 4) * c_v);
-    if (on_root) solve(n, multi->factor, given);
+    if (on_root) solve_small(n, multi->factor, given);
     for (int k = 0; k < count; ++k) {
         double z[6], *Q = open.Q + 8 * k, *lengths = open.lengths + 8 * k;
         v4 Q_L = load3(Q), Q_p = load3(Q + 4), size_L = load3(lengths), size_p = load3(lengths + 4);
         memcpy(z, X + n * k, (size_t)n * sizeof *z);
-        solve(n, multi->factor, z);
+        solve_small(n, multi->factor, z);
         id[k] = open.id[k];
         double *right = w->s + id[k];
         *right -= sum3(Q_L * c_w + Q_p * c_v);
@@ -204,8 +205,8 @@ MBSRI_OUTLINE bool carry_axes(mbsri_loop_run *w, int i)
     return true;
 }
 
-/* What is open at body i past its joint, to its predecessor; false: more is than the plan has, or nothing holds
- * the joint. */
+/* What is open at body i past its joint, to its predecessor; false: more is than the plan has, or
+ * nothing holds the joint. */
 MBSRI_INLINE bool carry_on(mbsri_loop_run *w, int i)
 {
     const mbsri_sweep_body *b = w->run->tree->body + i;
@@ -243,7 +244,8 @@ MBSRI_OUTLINE void add_closed(const mbsri_loop_run *w, bool exact, back *at)
     at->W.M[0] += (v4){noise[3], noise[4], noise[5], 0.0};
 }
 
-/* Past a body on which loops close: its joint sees more inertia than the body and what is behind it have. */
+/* Past a body on which loops close: its joint sees more inertia than the body and what is behind it
+ * have. */
 MBSRI_OUTLINE bool pass_closing(mbsri_loop_run *w, int i, bool exact, back *at)
 {
     const mbsri_sweep_run *run = w->run;

@@ -1,5 +1,5 @@
-/* The sweeps over parts of a tree, which split.c shares out among threads: bodies first .. last in the order of
- * the sweeps, which are subtrees side by side, or what stands between such subtrees.
+/* The sweeps over parts of a tree, which split.c shares out among threads: bodies first .. last in
+ * the order of the sweeps, which are subtrees side by side, or what stands between such subtrees.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_SWEEPS_PARTS_H
 #define MBSRI_SWEEPS_PARTS_H
@@ -122,7 +122,8 @@ static void part_forward(const mbsri_sweep_run *run, int first, int last)
 
 /* ---- momenta of large trees ---- */
 
-/* Backward and momentum, one after the other for some bodies at a time, which stay in the cache between. */
+/* Backward and momentum, one after the other for some bodies at a time, which stay in the cache
+ * between. */
 MBSRI_INLINE bool in_pieces(const mbsri_sweep_run *run, bool loaded)
 {
     enum { PIECE = 128 };

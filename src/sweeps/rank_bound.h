@@ -1,14 +1,15 @@
 /* The rank of D in the vectorised sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The decision (recursion/rank_rule.h) needs W, the first-order size of the rounding errors in Mbar. Mostly
- * a bound is enough, two numbers instead of a matrix (docs/performance.md derives it):
+ * The decision (recursion/rank_rule.h) needs W, the first-order size of the rounding errors in
+ * Mbar. Mostly a bound is enough, two numbers instead of a matrix (docs/performance.md derives it):
  *
  *   W <= kappa Mbar + spread Lambda,   Lambda = diag(L^2, L^2, L^2, 1, 1, 1)
  *
  * Where it is not, the sweep starts again with W itself, kept in blocks like Mbar; and where that
- * leaves D between nothing and nine digits, the stages decide, in twofold precision. Both sweeps first
- * leave out of S what the joint behind has taken (remains.h), in whose place S' stands in the errors. */
+ * leaves D between nothing and nine digits, the stages decide, in twofold precision. Both sweeps
+ * first leave out of S what the joint behind has taken (remains.h), in whose place S' stands in the
+ * errors. */
 #ifndef MBSRI_SWEEPS_RANK_BOUND_H
 #define MBSRI_SWEEPS_RANK_BOUND_H
 
@@ -105,8 +106,8 @@ MBSRI_INLINE void open_joint(const mbsri_sweep_run *run, int i, int flags, block
     j->Dinv = 0.0;
 }
 
-/* |1 - S g^T|^2 from |S|^2 |g|^2, as which it counts where this projects. Behind armature it does not,
- * and is at most (1 + |S| |g|)^2 <= 2 + 2 |S|^2 |g|^2; mixes: whether there is any, 0 or 1. */
+/* |1 - S g^T|^2 from |S|^2 |g|^2, as which it counts where this projects. Behind armature it does
+ * not, and is at most (1 + |S| |g|)^2 <= 2 + 2 |S|^2 |g|^2; mixes: whether there is any, 0 or 1. */
 MBSRI_INLINE double beside(double mixes, double square)
 {
     return square + mixes * (2.0 + square);
@@ -130,8 +131,8 @@ MBSRI_INLINE double least_of_remains(const remains *r, const blocks *c)
     return sum3(r->w * r->w * c->I[0] + r->v * r->v * c->M[0]) + r->own;
 }
 
-/* Nothing, where S' is nothing but the rounding of positions and the body is without inertia, or D is
- * rounding beside what the joint behind has taken. */
+/* Nothing, where S' is nothing but the rounding of positions and the body is without inertia, or D
+ * is rounding beside what the joint behind has taken. */
 MBSRI_INLINE bool remains_are_zero(const mbsri_rank_rule *rule, const mbsri_sweep_body *b,
                                    const remains *r, double left)
 {
@@ -153,8 +154,8 @@ MBSRI_INLINE double square_beside(double product, double inner)
     return 1.0 + 0.5 * (sum + sqrt(fmax(root, 0.0)));
 }
 
-/* `certify` by what remains of the motion: U, D, D^-1, and in *spread the bound behind the joint. Of
- * kappa P'^T Mbar P' what is more than kappa Mbar^a goes there, too. */
+/* `certify` by what remains of the motion: U, D, D^-1, and in *spread the bound behind the joint.
+ * Of kappa P'^T Mbar P' what is more than kappa Mbar^a goes there, too. */
 MBSRI_OUTLINE bool certify_remains(const mbsri_sweep_run *run, int i, const blocks *c, joint *j,
                                    double *spread)
 {
@@ -253,7 +254,8 @@ MBSRI_INLINE bool certify_column(const mbsri_sweeps *tree, double soft, const bl
     return true;
 }
 
-/* Errors W S and S^T W S, and the least that these may be; of S' in the place of S where it stands in. */
+/* Errors W S and S^T W S, and the least that these may be; of S' in the place of S where it stands
+ * in. */
 typedef struct errors_along {
     v4 Q_L, Q_p;
     double noise, least;
@@ -284,8 +286,8 @@ MBSRI_OUTLINE bool judge_remains(const mbsri_sweep_run *run, int i, const blocks
 }
 
 /* Rank by W, and by what turned tensors add to the errors (W->spread), and E = Diag(Mbar) +
- * Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its place (recursion/backward.c). False: D
- * is neither nothing but rounding nor known to nine digits. */
+ * Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its place (recursion/backward.c).
+ * False: D is neither nothing but rounding nor known to nine digits. */
 MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, joint *j, blocks *W)
 {
     const mbsri_sweep_body *b = run->tree->body + i;

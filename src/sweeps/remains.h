@@ -1,17 +1,18 @@
 /* What is left of a joint's motion beside that of the joint behind it.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The joint j behind a body has taken its own motion out of what it hands on, Mbar^a S_j = 0, or without
- * rank leaves U_j, which is next to nothing. So where body i has no other successor, Mbar_i =
- * X^T Mbar^a X + M_i, with S_j about body i's point and o = alpha Mbar_i S_j, of M_i and what is left,
+ * The joint j behind a body has taken its own motion out of what it hands on, Mbar^a S_j = 0, or
+ * without rank leaves U_j, which is next to nothing. So where body i has no other successor, Mbar_i
+ * = X^T Mbar^a X + M_i, with S_j about body i's point and o = alpha Mbar_i S_j, of M_i and what is
+ * left,
  *
  *   U = Mbar S = Mbar S' + o,                             S' = S - alpha S_j
  *   D = S^T U  = S'^T Mbar S' + 2 S'^T o + alpha S_j^T o
  *
- * for any alpha. Where both axes are nearly one line, or parallel in a long chain, S^T Mbar S is the
- * difference of large numbers, and this is not: S' is small, or what it moves is; and a link without
- * mass between two joints of one axis has D = 0. Errors dMbar of the sums enter as
- * P'^T dMbar P', P' = 1 - S' G^T. */
+ * for any alpha. Where both axes are nearly one line, or parallel in a long chain, S^T Mbar S is
+ * the difference of large numbers, and this is not: S' is small, or what it moves is; and a link
+ * without mass between two joints of one axis has D = 0. Errors dMbar of the sums enter as P'^T
+ * dMbar P', P' = 1 - S' G^T. */
 #ifndef MBSRI_SWEEPS_REMAINS_H
 #define MBSRI_SWEEPS_REMAINS_H
 
@@ -31,7 +32,8 @@ typedef struct remains {
     bool light;    /* body i has no inertia */
 } remains;
 
-/* Whether body i has one successor, which has one axis and no armature, and nothing else adds to its Mbar. */
+/* Whether body i has one successor, which has one axis and no armature, and nothing else adds to
+ * its Mbar. */
 MBSRI_INLINE bool has_remains(const mbsri_sweeps *tree, int i, int flags)
 {
     const mbsri_sweep_body *b = tree->body + i;

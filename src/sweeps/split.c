@@ -10,8 +10,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Subtrees of fewer bodies are left to the trunk, those of more do not fit into a core's cache; tasks of fewer are
- * not worth a thread. */
+/* Subtrees of fewer bodies are left to the trunk, those of more do not fit into a core's cache;
+ * tasks of fewer are not worth a thread. */
 enum { LEAST_CUT = 32, MOST_CUT = 1024, LEAST_TASK = 512, TASKS_A_WORKER = 4 };
 
 /* A subtree, and where its sweep to the root stands. */
@@ -56,14 +56,13 @@ typedef struct sweep {
 typedef struct branch {
     int last;          /* its last body */
     int heavy, second; /* bodies in the largest and in the next of the subtrees on its first body */
-    int way,
-        way_on; /* bodies on the way to where two large subtrees or many stand, or next to that way; of the
-                        * largest subtree on it; NO_WAY where there is no such place */
+    int way, way_on; /* bodies on the way to where two large subtrees or many stand, or next to that
+                      * way; of the largest subtree on it; NO_WAY where there is no such place */
 } branch;
 
 enum { NO_WAY = 1 << 30 };
 
-static void measure(const mbsri_sweeps *tree, branch *list)
+static void measure_branches(const mbsri_sweeps *tree, branch *list)
 {
     for (int i = 0; i <= tree->bodies; ++i) list[i] = (branch){.last = i, .way_on = NO_WAY};
     for (int i = tree->bodies; i >= 1; --i) {
@@ -83,8 +82,8 @@ static void measure(const mbsri_sweeps *tree, branch *list)
     }
 }
 
-/* Subtrees that are no part of such a one: of at most `most` bodies, or larger but in one piece; returns how
- * many, and the bodies in them. found may be NULL. */
+/* Subtrees that are no part of such a one: of at most `most` bodies, or larger but in one piece;
+ * returns how many, and the bodies in them. found may be NULL. */
 static int find_cuts(const mbsri_sweeps *tree, const branch *list, int most, cut *found,
                      int *bodies)
 {
@@ -128,7 +127,7 @@ static bool is_plain(const mbsri_sweeps *tree)
 
 /* ---- memory ---- */
 
-static void *place(uintptr_t *next, size_t size)
+static void *next_place(uintptr_t *next, size_t size)
 {
     void *here = (void *)*next;
     *next += (size + 63) / 64 * 64;
@@ -136,19 +135,20 @@ static void *place(uintptr_t *next, size_t size)
 }
 
 /* From `base` on, a multiple of 64; returns the size. */
-static size_t lay_out(mbsr_split *s, uintptr_t base)
+static size_t lay_out_split(mbsr_split *s, uintptr_t base)
 {
     const size_t depth = (size_t)s->tree->depth * ((size_t)s->tasks + 1);
     uintptr_t next = base;
-    s->cut = place(&next, ((size_t)s->cuts + 1) * sizeof *s->cut);
-    s->stack = place(&next, depth * sizeof *s->stack);
-    s->noises = place(&next, depth * sizeof *s->noises);
-    s->flows = place(&next, depth * sizeof *s->flows);
-    s->task = place(&next, (size_t)s->tasks * sizeof *s->task);
+    s->cut = next_place(&next, ((size_t)s->cuts + 1) * sizeof *s->cut);
+    s->stack = next_place(&next, depth * sizeof *s->stack);
+    s->noises = next_place(&next, depth * sizeof *s->noises);
+    s->flows = next_place(&next, depth * sizeof *s->flows);
+    s->task = next_place(&next, (size_t)s->tasks * sizeof *s->task);
     return (size_t)(next - base);
 }
 
-/* False without memory. Trees of which less than a half would be in two or more tasks stay whole. */
+/* False without memory. Trees of which less than a half would be in two or more tasks stay whole.
+ */
 static bool cut_up(mbsr_split *s)
 {
     const mbsri_sweeps *tree = s->tree;
@@ -160,15 +160,15 @@ static bool cut_up(mbsr_split *s)
     int bodies;
     size_t size;
     bool memory = true;
-    measure(tree, list);
+    measure_branches(tree, list);
     s->cuts = find_cuts(tree, list, most, NULL, &bodies);
     s->tasks = s->cuts; /* at most */
     if (s->cuts > 1 && bodies > tree->bodies / 2 && s->parallel.workers > 1) {
-        size = lay_out(s, 0);
+        size = lay_out_split(s, 0);
         s->block = mbsri_allocate(&s->allocator, size + 64);
         memory = s->block != NULL;
         if (memory) {
-            lay_out(s, ((uintptr_t)s->block + 63) / 64 * 64);
+            lay_out_split(s, ((uintptr_t)s->block + 63) / 64 * 64);
             memset(s->cut, 0, ((size_t)s->cuts + 1) * sizeof *s->cut);
             find_cuts(tree, list, most, s->cut, &bodies);
             s->tasks = find_tasks(s->cut, s->cuts, share / 2, s->task);
@@ -319,7 +319,7 @@ static void backward_task(void *arg, int k)
 }
 
 /* The largest status of all tasks. */
-static int share_out(const sweep *w, mbsr_task_fn work)
+static int run_parts(const sweep *w, mbsr_task_fn work)
 {
     const mbsr_split *s = w->split;
     int status = 0;
@@ -366,7 +366,7 @@ static int back(const sweep *w)
 {
     mbsr_split *s = w->split;
     atomic_store(w->unclear, false);
-    const int status = share_out(w, backward_task);
+    const int status = run_parts(w, backward_task);
     if (status) return status;
     mbsri_part_state *trunk = &s->cut[s->cuts].state;
     open_stacks(s, s->tasks, trunk);
@@ -403,7 +403,7 @@ void mbsri_split_forward(const mbsri_sweep_run *run, mbsr_split *split)
         gap(split, k, &first, &last);
         if (first <= last) run->tree->kernels->parts->forward(run, first, last);
     }
-    (void)share_out(&w, forward_task);
+    (void)run_parts(&w, forward_task);
 }
 
 /* ---- inverse dynamics ---- */
@@ -438,7 +438,7 @@ int mbsri_split_inverse(const mbsri_sweep_run *run, mbsr_split *split)
         find_angles(run, first, last);
         status = parts->accelerate(run, first, last);
     }
-    if (!status) status = share_out(&w, inverse_task);
+    if (!status) status = run_parts(&w, inverse_task);
     if (status) return status;
     mbsri_part_state *at = &split->cut[split->cuts].state;
     open_stacks(split, split->tasks, at);

@@ -1,6 +1,5 @@
-/* The tree that the vectorised sweeps run over: rigid bodies with stock joints, in space or embedded
- * there (embed.h).
- * SPDX-License-Identifier: BSD-3-Clause
+/* The tree that the vectorised sweeps run over: rigid bodies with stock joints, in space or
+ * embedded there (embed.h). SPDX-License-Identifier: BSD-3-Clause
  *
  * The recursion is that of recursion/backward.c and recursion/forward.c, with what a rigid body and
  * a joint of one axis make of it (docs/performance.md): all vectors along the world's axes about a
@@ -266,18 +265,20 @@ typedef struct mbsri_sweep_kernels {
     /* Kinematics with velocities; and, after backward, p' and the algebraic equations; a status. */
     int (*velocities)(const mbsri_sweep_run *run);
     int (*momentum)(const mbsri_sweep_run *run);
-    /* One block, for states side by side: its step backward, with the bound of rounding errors, where
-     * what a predecessor in the sweeps gets goes to c, and false stands for what it does above; its
-     * step forward. */
+    /* One block, for states side by side: its step backward, with the bound of rounding errors,
+     * where what a predecessor in the sweeps gets goes to c, and false stands for what it does
+     * above; its step forward. */
     bool (*block_backward)(const mbsri_sweep_run *run, int i, mbsri_carry *c);
     void (*block_forward)(const mbsri_sweep_run *run, int i);
     const struct mbsri_part_kernels *parts; /* see split.h */
     /* backward and forward with loops, see loops.h. */
     bool (*loops_backward)(struct mbsri_loop_run *run);
     void (*loops_forward)(struct mbsri_loop_run *run);
-    /* what loops take of the joint forces in `out`, see inverse_loops.h; false: the sweeps do not serve */
+    /* what loops take of the joint forces in `out`, see inverse_loops.h; false: the sweeps do not
+     * serve */
     bool (*loops_inverse)(struct mbsri_loop_run *run);
-    /* backward and momentum of large trees without blocks and users' joints; false: a rank is not clear */
+    /* backward and momentum of large trees without blocks and users' joints; false: a rank is not
+     * clear */
     bool (*momenta)(const mbsri_sweep_run *run);
 } mbsri_sweep_kernels;
 

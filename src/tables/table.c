@@ -29,7 +29,7 @@ mbsr_table_def mbsr_default_table_def(void)
     return (mbsr_table_def){.cookie = MBSRI_COOKIE, .columns = 1};
 }
 
-int mbsr_table_data(const mbsr_table *table, mbsr_table_def *data)
+int mbsr_table_definition(const mbsr_table *table, mbsr_table_def *data)
 {
     if (!table || !data) return MBSR_ERR_NULL;
     *data = (mbsr_table_def){.cookie = MBSRI_COOKIE,
@@ -83,7 +83,7 @@ static int check_points(const mbsr_table_def *def, mbsr_error *error)
     return MBSR_OK;
 }
 
-static int check(const mbsr_table_def *def, mbsr_error *error)
+static int check_table_def(const mbsr_table_def *def, mbsr_error *error)
 {
     if (def->cookie != MBSRI_COOKIE) {
         return mbsri_fail(error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
@@ -119,7 +119,7 @@ static int check(const mbsr_table_def *def, mbsr_error *error)
 }
 
 /* work: points numbers. */
-static int find_slopes(mbsr_table *t, double *work, mbsr_error *error)
+static int find_point_slopes(mbsr_table *t, double *work, mbsr_error *error)
 {
     const int n = t->points, columns = t->columns;
     for (int c = 0; c < columns; ++c) {
@@ -144,7 +144,7 @@ int mbsr_table_create(const mbsr_table_def *def, mbsr_table **table, mbsr_error 
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
                           "mbsr_table_create: %s is NULL", !def ? "def" : "table");
     }
-    int status = check(def, error);
+    int status = check_table_def(def, error);
     if (status) return status;
     const size_t n = (size_t)def->points, entries = n * (size_t)def->columns;
     mbsr_table *t =
@@ -163,7 +163,7 @@ int mbsr_table_create(const mbsr_table_def *def, mbsr_table **table, mbsr_error 
     t->slope = t->value + entries;
     memcpy(t->x, def->x, n * sizeof *t->x);
     memcpy(t->value, def->value, entries * sizeof *t->value);
-    status = find_slopes(t, t->slope + entries, error);
+    status = find_point_slopes(t, t->slope + entries, error);
     if (status)
         mbsr_table_destroy(t);
     else

@@ -10,6 +10,8 @@
 #include "recursion/closure_rows.h"
 #include "recursion/closures.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 
 typedef struct verifier {
@@ -23,8 +25,8 @@ typedef struct verifier {
 
 /* The largest difference of `own` and `truth` (n numbers, every one of row k mod stride), relative
  * to the largest of all. */
-static double compare(verifier *w, const char *what, int stride, int rows, int n, const double *own,
-                      const double *truth)
+static double compare_rows(verifier *w, const char *what, int stride, int rows, int n,
+                           const double *own, const double *truth)
 {
     double size = 0.0, largest = 0.0;
     for (int k = 0; k < n; ++k) size = fmax(size, fmax(fabs(own[k]), fabs(truth[k])));
@@ -51,7 +53,7 @@ static int verify_jacobian(verifier *w, double *truth)
     const int status = mbsri_closure_slopes(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
     w->errors->jacobian =
-        compare(w, "jacobian", c->rows, c->held, (int)size, w->d->closure_C + c->at, truth);
+        compare_rows(w, "jacobian", c->rows, c->held, (int)size, w->d->closure_C + c->at, truth);
     return MBSR_OK;
 }
 
@@ -64,7 +66,7 @@ static int verify_drift(verifier *w)
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "drift");
     status = mbsri_closure_drift(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
-    w->errors->drift = compare(w, "drift", c->rows, c->held, c->rows, own, truth);
+    w->errors->drift = compare_rows(w, "drift", c->rows, c->held, c->rows, own, truth);
     return MBSR_OK;
 }
 
@@ -77,7 +79,7 @@ static int verify_bias(verifier *w)
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "bias");
     status = mbsri_closure_curvature(w->m, w->d, c, &w->view, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "jacobian");
-    w->errors->bias = compare(w, "bias", c->rows, c->rows, c->rows, own, truth);
+    w->errors->bias = compare_rows(w, "bias", c->rows, c->rows, c->rows, own, truth);
     return MBSR_OK;
 }
 

@@ -8,7 +8,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "recursion/elements.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 
 #include <math.h>
 
@@ -69,7 +69,7 @@ static void compare_bodies(verifier *w, int k, int l)
     }
 }
 
-static int verify(verifier *w, int body)
+static int verify_force(verifier *w, int body)
 {
     const char *const function = "mbsr_force_verify";
     int status = mbsri_force_slopes(w->m, w->d, w->force, body, &w->own);
@@ -95,7 +95,7 @@ static int verify_all(verifier *w)
 {
     const bool every = (w->force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
     int status = MBSR_OK;
-    for (int i = 1; i <= (every ? w->m->bodies : 1) && !status; ++i) status = verify(w, i);
+    for (int i = 1; i <= (every ? w->m->bodies : 1) && !status; ++i) status = verify_force(w, i);
     return status;
 }
 

@@ -25,6 +25,8 @@
 #include "verify/joint_check_tangents.h"
 #include "verify/verifier.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 
 static const double weight1[4] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0},
@@ -39,7 +41,7 @@ mbsr_joint_test mbsr_default_joint_test(void)
 /* ---- memory ---- */
 
 /* Places all arrays in the memory (NULL: none yet); returns the number of doubles. */
-static size_t lay_out(mbsri_verifier *w, double *memory)
+static size_t lay_out_verifier(mbsri_verifier *w, double *memory)
 {
     size_t used = 0;
     mbsri_place *const places[] = {&w->base, &w->on, &w->by};
@@ -88,8 +90,8 @@ static int flow(mbsri_verifier *w, mbsri_place *to, const double *u, double s)
 }
 
 /* The state s seconds after `from`; u and V_pred may be NULL: at rest. time: t runs too. */
-static int pass(mbsri_verifier *w, const mbsri_place *from, const double *u, const double *V_pred,
-                bool time, double s, mbsri_place *to)
+static int pass_time(mbsri_verifier *w, const mbsri_place *from, const double *u,
+                     const double *V_pred, bool time, double s, mbsri_place *to)
 {
     to->t = from->t + (time ? s : 0.0);
     mbsri_copy((size_t)w->nq, from->q, to->q);
@@ -100,7 +102,7 @@ static int pass(mbsri_verifier *w, const mbsri_place *from, const double *u, con
 }
 
 /* x of pose p seen from pose o. */
-static void displacement(const mbsri_verifier *w, const double *o, const double *p, double *x)
+static void pose_difference(const mbsri_verifier *w, const double *o, const double *p, double *x)
 {
     if (!mbsri_turns(w->joint->space)) {
         for (int k = 0; k < w->d; ++k) x[k] = p[k] - o[k];
@@ -118,9 +120,9 @@ static int slopes(mbsri_verifier *w, const mbsri_place *from, const double *u, c
                   bool time, double h, double *V, double *A)
 {
     for (int k = 0; k < 4; ++k) {
-        const int status = pass(w, from, u, V_pred, time, sample[k] * h, &w->by);
+        const int status = pass_time(w, from, u, V_pred, time, sample[k] * h, &w->by);
         if (status) return status;
-        displacement(w, from->p, w->by.p, w->x + k * w->d);
+        pose_difference(w, from->p, w->by.p, w->x + k * w->d);
     }
     mbsri_zero((size_t)w->d, V);
     mbsri_ax(w->d, 4, 1.0 / h, w->x, weight1, V);
@@ -204,14 +206,14 @@ static int verify_jacobians(mbsri_verifier *w)
 }
 
 /* The rates of K, H, J, and without poses to read A from, A = V' with V from (8). */
-static int find_rates(mbsri_verifier *w)
+static int find_joint_rates(mbsri_verifier *w)
 {
     const int d = w->d;
     const size_t size = (size_t)d * (size_t)(d + w->d_pred + w->n);
     mbsri_zero(size, w->slope.K);
     if (!w->own) mbsri_zero((size_t)d, w->A);
     for (int k = 0; k < 4; ++k) {
-        int status = pass(w, &w->base, w->at->u, w->V_pred, true, sample[k] * w->h, &w->on);
+        int status = pass_time(w, &w->base, w->at->u, w->V_pred, true, sample[k] * w->h, &w->on);
         if (!status) status = find_truth(w, &w->on, &w->passing, &w->truth);
         if (!status && !w->own)
             status = mbsri_verifier_velocity(w, &w->passing, w->at->u, w->V_pred, w->V);
@@ -228,7 +230,7 @@ static int verify_motion(mbsri_verifier *w)
     mbsr_joint_errors *errors = w->errors;
     const mbsr_joint_table *table = w->joint->table;
     const size_t d = (size_t)w->d;
-    int status = table->rates || !w->own ? find_rates(w) : MBSR_OK;
+    int status = table->rates || !w->own ? find_joint_rates(w) : MBSR_OK;
     if (!status)
         status = w->own ? slopes(w, &w->base, w->at->u, w->V_pred, true, w->h, w->V, w->A)
                         : mbsri_verifier_velocity(w, &w->given, w->at->u, w->V_pred, w->V);
@@ -377,7 +379,7 @@ static int check_state(const mbsri_verifier *w)
     return MBSR_OK;
 }
 
-static int verify(mbsri_verifier *w)
+static int verify_joint(mbsri_verifier *w)
 {
     const mbsr_joint_test *at = w->at;
     w->base.t = at->t;
@@ -420,10 +422,10 @@ int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at, mbsr_j
     int status = check_joint(&w);
     if (!status) status = check_state(&w);
     if (status) return status;
-    double *memory = mbsri_allocate(&at->allocator, lay_out(&w, NULL) * sizeof *memory);
+    double *memory = mbsri_allocate(&at->allocator, lay_out_verifier(&w, NULL) * sizeof *memory);
     if (!memory) return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_joint_verify: no memory");
-    lay_out(&w, memory);
-    status = verify(&w);
+    lay_out_verifier(&w, memory);
+    status = verify_joint(&w);
     mbsri_release(&at->allocator, memory);
     if (!status && !finite_errors(errors)) {
         return REFUSE(MBSR_NOT_FINITE, "mbsr_joint_verify: numbers overflow at this state");

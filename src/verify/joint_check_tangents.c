@@ -66,7 +66,7 @@ static size_t rates_size(const mbsri_verifier *w)
 /* ---- what the functions write beside the state ---- */
 
 /* p, V and all that is written, at q, u, p_pred, V_pred of w->moving. */
-static int evaluate(mbsri_verifier *w)
+static int evaluate_moving(mbsri_verifier *w)
 {
     const mbsr_joint_table *table = w->joint->table;
     mbsri_moving *x = &w->moving;
@@ -106,7 +106,7 @@ static int directions(const mbsri_verifier *w, int part)
 }
 
 /* w->moving goes by s along direction k of the part; rates by s times the largest rate. */
-static void displace(mbsri_verifier *w, int part, int k, double s)
+static void displace_moving(mbsri_verifier *w, int part, int k, double s)
 {
     mbsri_moving *x = &w->moving;
     if (part == Q) {
@@ -135,18 +135,18 @@ static void place_beside(mbsri_verifier *w, int part, int k, double s)
     mbsri_copy((size_t)w->n, w->at->u, x->u);
     mbsri_copy((size_t)w->d_pred, w->V_pred, x->V_pred);
     if (part < PARTS) {
-        displace(w, part, k, s);
+        displace_moving(w, part, k, s);
         return;
     }
     int count = 0;
     for (int l = 0; l < PARTS; ++l) count += directions(w, l);
     for (int l = 0; l < PARTS; ++l) {
-        for (int c = 0; c < directions(w, l); ++c) displace(w, l, c, s / count);
+        for (int c = 0; c < directions(w, l); ++c) displace_moving(w, l, c, s / count);
     }
 }
 
 /* The change of what is read, and the slopes of what is written. */
-static int find_slopes(mbsri_verifier *w, int part, int k)
+static int find_written_slopes(mbsri_verifier *w, int part, int k)
 {
     const size_t read = moving_size(w), written = (size_t)w->np + jacobians_size(w) + rates_size(w);
     const double h = w->at->step;
@@ -154,7 +154,7 @@ static int find_slopes(mbsri_verifier *w, int part, int k)
     mbsri_zero(written, w->expected.p);
     for (int l = 0; l < 4; ++l) {
         place_beside(w, part, k, mbsri_difference_place(l) * h);
-        const int status = evaluate(w);
+        const int status = evaluate_moving(w);
         if (status) return status;
         const double weight = mbsri_difference_weight(l) / (12.0 * h);
         for (size_t c = 0; c < read; ++c) w->change.at.q[c] += weight * w->moving.at.q[c];
@@ -166,7 +166,7 @@ static int find_slopes(mbsri_verifier *w, int part, int k)
 /* A number of q moves as far in a direction of its own as it does with a unit of u, so that the
  * length of a quaternion does not count; those that do not move, as far as the one that moves
  * least. */
-static int find_scales(mbsri_verifier *w)
+static int find_direction_scales(mbsri_verifier *w)
 {
     double least = INFINITY;
     mbsri_zero((size_t)w->nq, w->scale);
@@ -214,7 +214,7 @@ static void find_rows(mbsri_verifier *w)
 }
 
 /* The unit of number k of the pose, or else of q'. */
-static double unit_of(const mbsri_verifier *w, bool pose, int k)
+static double unit_of_number(const mbsri_verifier *w, bool pose, int k)
 {
     if (!pose) return w->speed * w->scale[k];
     if (mbsri_turns(w->joint->space))
@@ -230,9 +230,10 @@ static void compare_numbers(mbsri_verifier *w, double *field, const char *name, 
     const int count = pose ? w->np : w->nq;
     double size = 1.0;
     for (int k = 0; k < count; ++k)
-        size = fmax(size, fmax(fabs(given[k]), fabs(expected[k])) / unit_of(w, pose, k));
+        size = fmax(size, fmax(fabs(given[k]), fabs(expected[k])) / unit_of_number(w, pose, k));
     for (int k = 0; k < count; ++k) {
-        mbsri_verifier_note(w, field, fabs(given[k] - expected[k]) / (unit_of(w, pose, k) * size),
+        mbsri_verifier_note(w, field,
+                            fabs(given[k] - expected[k]) / (unit_of_number(w, pose, k) * size),
                             "%s(%d) is %.9g, by differences %.9g", name, k, given[k], expected[k]);
     }
 }
@@ -297,7 +298,7 @@ static int verify_direction(mbsri_verifier *w, int part, int k)
     const mbsr_joint_table *table = w->joint->table;
     const bool moves_velocities = part == U || part == V_PRED;
     if (moves_velocities && !table->rate_tangent) return MBSR_OK;
-    int status = find_slopes(w, part, k);
+    int status = find_written_slopes(w, part, k);
     if (!status && table->tangent && !moves_velocities) status = verify_tangent(w, part, k);
     if (!status && table->rate_tangent) status = verify_rate_tangent(w, part, k);
     return status;
@@ -308,7 +309,7 @@ int mbsri_verify_tangents(mbsri_verifier *w)
     const mbsr_joint_table *table = w->joint->table;
     if (!table->tangent && !table->rate_tangent) return MBSR_OK;
     int count = 0;
-    int status = find_scales(w);
+    int status = find_direction_scales(w);
     if (!status) status = mbsri_verifier_velocity(w, &w->given, w->at->u, w->V_pred, w->V);
     if (!status) find_rows(w);
     for (int part = 0; part < PARTS; ++part) {

@@ -9,6 +9,8 @@
 #include "base/error.h"
 #include "recursion/pose.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 
 double *mbsri_verifier_take(double *memory, size_t *used, int rows, int columns)
@@ -116,7 +118,7 @@ void mbsri_verifier_move(const mbsri_verifier *w, const double *V, double s, dou
         for (int k = 3; k < w->d_pred; ++k) p[MBSR_POSE_X + k - 3] += s * V[k];
         if (!(rate > 0.0)) return;
         double R[9];
-        const mbsr_frame turn = mbsr_frame_turned(NULL, V, rate * s);
+        const mbsr_frame turn = mbsr_frame_rotated(NULL, V, rate * s);
         mbsri_multiply3(turn.R, p + MBSR_POSE_R, R);
         mbsri_copy(9, R, p + MBSR_POSE_R);
     } else if (w->pred) {
@@ -148,7 +150,7 @@ int mbsri_verifier_velocity(mbsri_verifier *w, const mbsri_jacobians *x, const d
 /* ---- the verdicts ---- */
 
 /* Largest number of rows x columns, each divided by the size of its row. */
-static double size_of(const mbsri_verifier *w, int columns, const double *x)
+static double largest_of_rows(const mbsri_verifier *w, int columns, const double *x)
 {
     double size = 0.0;
     for (int k = 0; k < columns * w->d; ++k) size = fmax(size, fabs(x[k]) / w->row[k % w->d]);
@@ -170,7 +172,8 @@ void mbsri_verifier_compare(mbsri_verifier *w, double *field, const char *name, 
                             const double *given, const double *expected, double rate)
 {
     if (columns > 0 && *field < 0.0) *field = 0.0;
-    const double size = fmax(rate, fmax(size_of(w, columns, given), size_of(w, columns, expected)));
+    const double size =
+        fmax(rate, fmax(largest_of_rows(w, columns, given), largest_of_rows(w, columns, expected)));
     for (int k = 0; k < columns * w->d && size > 0.0; ++k) {
         mbsri_verifier_note(w, field, fabs(given[k] - expected[k]) / (w->row[k % w->d] * size),
                             "%s(%d,%d) is %.9g, by differences %.9g", name, k % w->d, k / w->d,

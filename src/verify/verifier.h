@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 
-#include <mbsrank/joint_check.h>
+#include <mbsrank/verify.h>
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -21,7 +21,8 @@ static inline const char *test_sid_block(const char *text, const char *name)
     return found + strlen(line);
 }
 
-/* The value of an entry of a block, such as ("Cr", "m1(%4d,%4d,%4d)", 1, 2, 3); 0 if it is not there. */
+/* The value of an entry of a block, such as ("Cr", "m1(%4d,%4d,%4d)", 1, 2, 3); 0 if it is not
+ * there. */
 static inline double test_sid_entry(const char *text, const char *block, const char *format, int i,
                                     int j, int k)
 {
@@ -43,7 +44,8 @@ static inline double test_sid_entry(const char *text, const char *block, const c
     return strtod(number, NULL);
 }
 
-/* A copy of the text in which the entries of a block that begin with `order` ("m0", "m1") are multiplied. */
+/* A copy of the text in which the entries of a block that begin with `order` ("m0", "m1") are
+ * multiplied. */
 static inline char *test_sid_scaled(const char *text, const char *block, const char *order,
                                     double factor)
 {

@@ -1,6 +1,5 @@
-/* A bar of solid elements with the averages of both ends as markers, and dense linear algebra for it that shares nothing
- * with the library.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* A bar of solid elements with the averages of both ends as markers, and dense linear algebra for
+ * it that shares nothing with the library. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_SOLID_H
 #define TEST_SOLID_H
 
@@ -152,7 +151,8 @@ static inline void test_turn(int n, const double *C, const double *tau, double *
     free(work);
 }
 
-/* All frequencies, rad/s, of the body free, without the rigid motions, or with the mean of its root held; how many. */
+/* All frequencies, rad/s, of the body free, without the rigid motions, or with the mean of its root
+ * held; how many. */
 static inline int test_solid_frequencies(const test_solid *s, int free_body, double *omega)
 {
     const int n = s->mesh.dofs, six = 6, one = 1, rows = free_body ? n : n - 6, lwork = 64 * n;

@@ -1,5 +1,5 @@
-/* Nothing of the component returns MBSR_OK with a number that is not finite: numbers of a model one by one.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Nothing of the component returns MBSR_OK with a number that is not finite: numbers of a model one
+ * by one. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "sid_text.h"
 #include "solid.h"
@@ -28,7 +28,7 @@ static void run(const mbsr_fe_def *def)
         assert_true(error.text[0] != '\0');
         return;
     }
-    assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
     const int n = data.modes;
     assert_finite(n * n, data.K);
     assert_finite(n * n, data.D);
@@ -101,7 +101,7 @@ static void sid_files(void **state)
         opt.change = (mbsr_sid_change)(trial / 96);
         if (mbsr_sid_read(other, strlen(other), NULL, &opt, &flex, &report, &error) == MBSR_OK) {
             mbsr_flex_def data;
-            assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+            assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
             assert_finite(81, data.P);
             assert_finite(27, data.P0);
             assert_finite(9, data.Ct0);

@@ -1,5 +1,5 @@
-/* Nodes with rotations: a beam of elements with twelve dofs, against the built-in beam; mass lumped at the nodes.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Nodes with rotations: a beam of elements with twelve dofs, against the built-in beam; mass lumped
+ * at the nodes. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/fe.h>
@@ -19,7 +19,8 @@ typedef struct frame {
 
 static const double length = 2.0, density = 3.0, EA = 5e4, EI_y = 40.0, EI_z = 70.0, GJ = 20.0;
 
-/* Cubic bending in a plane: deflections at dofs 0 and 2, slopes at 1 and 3, of an element of length h. */
+/* Cubic bending in a plane: deflections at dofs 0 and 2, slopes at 1 and 3, of an element of length
+ * h. */
 static void bending(double h, double K[4][4], double M[4][4])
 {
     const double k[4][4] = {{12, 6, -12, 6}, {6, 4, -6, 2}, {-12, -6, 12, -6}, {6, 2, -6, 4}},
@@ -108,7 +109,7 @@ static mbsr_flex *built_in(int elements, mbsr_flex_def *data)
     def.EA = EA, def.EI_y = EI_y, def.EI_z = EI_z, def.GJ = GJ;
     def.modes = 6, def.loaded = 1, def.node = &elements;
     assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, data), MBSR_OK);
     return flex;
 }
 
@@ -122,7 +123,7 @@ static double same_as_built_in(int elements)
     mbsr_flex_def data, expected;
     double F[36], exact[36];
     assert_ok(mbsr_fe_reduce(&f->def, &flex, &report, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
     beam = built_in(elements, &expected);
     assert_int_equal(data.modes, expected.modes);
     assert_int_equal(report->normal, 6);

@@ -65,7 +65,8 @@ static void stiffness(void **state)
     test_solid_destroy(s);
 }
 
-/* A particle that nothing holds; two bars that nothing joins. Large enough for CHOLMOD's supernodes, and too small. */
+/* A particle that nothing holds; two bars that nothing joins. Large enough for CHOLMOD's
+ * supernodes, and too small. */
 static void mechanisms_of(int nx, int ny, int nz)
 {
     test_solid *s = test_bar(nx, ny, nz);
@@ -130,7 +131,7 @@ static void mass(void **state)
     mbsr_error error;
     mbsr_flex_def data;
     assert_ok(mbsr_fe_reduce(&s->def, &flex, NULL, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
     assert_int_equal(data.modes, 6);
     mbsr_flex_destroy(flex);
     s->def.free = 1;

@@ -1,6 +1,5 @@
-/* SID files: written and read again; what is written against differences of M(s); data of no body, refused or changed as
- * little as the caller allows.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* SID files: written and read again; what is written against differences of M(s); data of no body,
+ * refused or changed as little as the caller allows. SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "locale_comma.h"
 #include "small_sid.h"
@@ -31,8 +30,8 @@ static void assert_same(int n, const double *x, const double *y, double toleranc
 static void assert_same_data(const mbsr_flex *one, const mbsr_flex *two, double tolerance)
 {
     mbsr_flex_def a, b;
-    assert_int_equal(mbsr_flex_data(one, &a), MBSR_OK);
-    assert_int_equal(mbsr_flex_data(two, &b), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(one, &a), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(two, &b), MBSR_OK);
     const int n = a.modes;
     assert_int_equal(n, b.modes);
     assert_int_equal(a.markers, b.markers);
@@ -96,7 +95,8 @@ static void round_trip(void **state)
     mbsr_flex_destroy(flex);
 }
 
-/* d/ds_b and d^2/ds_a ds_b of an entry of M(s), which is of second degree: differences are exact. */
+/* d/ds_b and d^2/ds_a ds_b of an entry of M(s), which is of second degree: differences are exact.
+ */
 static double slope(const mbsr_flex *flex, int n, int i, int j, int a, int b)
 {
     double s[16] = {0.0}, M[4][22 * 22];
@@ -178,7 +178,7 @@ static void files_of_others(void **state)
     assert_ok(mbsr_sid_read(test_small_sid, sizeof test_small_sid - 1, "small", NULL, &flex,
                             &report, &error),
               &error);
-    assert_int_equal(mbsr_flex_data(flex, &d), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &d), MBSR_OK);
     assert_close(d.mass, 2.0, 0.0);
     assert_close(d.N0[0], 1.0, 1e-15); /* a rod: J = diag(0, 1, 1) */
     assert_close(d.N0[4], 0.0, 1e-15);
@@ -211,8 +211,8 @@ static void refuse_text(const char *text, const mbsr_sid_opt *opt, int status, c
     assert_null(report);
 }
 
-/* M(s) of data that were changed has no direction of negative mass: tried by its Cholesky factor with a little on the
- * diagonal. */
+/* M(s) of data that were changed has no direction of negative mass: tried by its Cholesky factor
+ * with a little on the diagonal. */
 static void assert_positive(const mbsr_flex *flex, int n)
 {
     test_rng rng = test_seed(5);
@@ -260,8 +260,8 @@ static void data_of_no_body(void **state)
     assert_contains(report->text, "INDEFINITE|CHANGED");
     assert_positive(changed, 10);
     mbsr_flex_def a, b;
-    assert_int_equal(mbsr_flex_data(flex, &a), MBSR_OK);
-    assert_int_equal(mbsr_flex_data(changed, &b), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &a), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(changed, &b), MBSR_OK);
     assert_same(9, a.N0, b.N0, 1e-14);
     assert_same(100, a.Mf, b.Mf, 1e-15);
     written = write(changed); /* what has been changed is not changed again */

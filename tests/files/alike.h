@@ -38,7 +38,7 @@ static inline void assert_alike(mbsr_file *a, mbsr_file *b)
         for (int l = 0; l < file[k]->actuators; ++l) file[k]->control[l] = 0.7 - 0.2 * l;
         assert_ok(mbsr_model_finish(file[k]->model), mbsr_model_error(file[k]->model));
         assert_ok(mbsr_data_create(file[k]->model, &d, NULL), NULL);
-        assert_ok(mbsr_inverse_dynamics(file[k]->model, d, 0.0, q, u, udot, tau[k]),
+        assert_ok(mbsr_inverse_dynamics(file[k]->model, d, 0.0, q, u, udot, NULL, tau[k]),
                   mbsr_data_error(d));
         mbsr_data_destroy(d);
     }

@@ -1,8 +1,9 @@
-/* Actuators of MJCF: ratios of damping, ranges, sites; weight that is carried; and all of it written and read again. Numbers
- * are those of MuJoCo 3.14. SPDX-License-Identifier: BSD-3-Clause */
+/* Actuators of MJCF: ratios of damping, ranges, sites; weight that is carried; and all of it
+ * written and read again. Numbers are those of MuJoCo 3.14. SPDX-License-Identifier: BSD-3-Clause
+ */
 #include "small.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 
 #include <math.h>
 
@@ -52,8 +53,8 @@ static void assert_moves_alike(mbsr_file *file)
     double still[10], rates[9]; /* accelerations turn as velocities do */
     assert_ok(mbsr_file_mujoco_state(file, 1, q, udot, still, rates), NULL);
     for (int k = 0; k < 9; ++k) assert_close(rates[k], acceleration[k], 1e-12);
-    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(file->model, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(file->model, d, u), mbsr_data_error(d));
     for (int k = 0; k < mbsr_model_forces(file->model); ++k) {
         mbsr_force_errors errors;
         if (mbsr_force_verify(file->model, d, k, &errors) == MBSR_ERR_VALUE)

@@ -160,7 +160,7 @@ static void a_cable(void **state)
     assert_int_equal(file->joints, 3);
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
     assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
     /* the points of the sine, and its end */
     for (int k = 0; k < 4; ++k) {
         assert_ok(mbsr_body_pose(file->model, d, k, pose), mbsr_data_error(d));

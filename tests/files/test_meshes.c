@@ -1,5 +1,6 @@
-/* Meshes of MJCF: what they weigh by each rule, shapes that are fitted to them, where they are drawn. Numbers that are
- * not by formula are those of MuJoCo 3.14. SPDX-License-Identifier: BSD-3-Clause */
+/* Meshes of MJCF: what they weigh by each rule, shapes that are fitted to them, where they are
+ * drawn. Numbers that are not by formula are those of MuJoCo 3.14. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "small.h"
 
 #include <math.h>
@@ -34,7 +35,7 @@ static void weigh(const char *mesh, double weight[4])
     assert_int_equal(file->findings, 0);
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
     assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
     assert_ok(mbsr_mass_matrix(file->model, d, M), mbsr_data_error(d));
     weight[0] = M[35];
     for (int k = 0; k < 3; ++k) weight[1 + k] = M[7 * k];

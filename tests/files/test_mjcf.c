@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 
 #include <errno.h>
 #include <math.h>
@@ -39,7 +39,7 @@ static void pose_of(const scene *s, const char *name, const double *q, double po
 {
     const int id = mbsr_model_find_body(s->model, name);
     assert_true(id >= 0);
-    assert_ok(mbsr_positions(s->model, s->data, 0.0, q ? q : s->file->q0),
+    assert_ok(mbsr_stage_positions(s->model, s->data, 0.0, q ? q : s->file->q0),
               mbsr_data_error(s->data));
     assert_ok(mbsr_body_pose(s->model, s->data, id, pose), mbsr_data_error(s->data));
 }
@@ -136,7 +136,7 @@ static void classes_and_frames(void **state)
     assert_close(pose[1], 1.0, 1e-15);
     assert_int_equal(mbsr_model_find_body(s.model, "p"), 1); /* behind a body between its anchors */
     assert_true(mbsr_body_armature(s.model, 0)[0] == 2.0);
-    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau),
               mbsr_data_error(s.data));
     assert_close(tau[0], 1.0, 1e-15);
     assert_close(tau[1], 3.0, 1e-15);
@@ -147,8 +147,8 @@ static double mass_of(const char *text, double centre[3])
 {
     scene s = open_text(text, NULL);
     double mass, u[6] = {0.0};
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.file->q0), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.file->q0), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data));
     assert_ok(mbsr_tree_momentum(s.model, s.data, NULL, &mass, centre, NULL),
               mbsr_data_error(s.data));
     close_scene(&s);
@@ -203,7 +203,7 @@ static void actuators_and_tendons(void **state)
     assert_int_equal(mbsr_file_find_actuator(s.file, "m"), 0);
     assert_int_equal(mbsr_file_find_key(s.file, "k"), 0);
     for (int k = 0; k < 4; ++k) s.file->control[k] = s.file->key[0].control[k];
-    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau),
               mbsr_data_error(s.data));
     const double l = 2.0 * q[0] - q[1], rate = 2.0 * u[0] - u[1],
                  spring = -10.0 * (l - 2.0) - 2.0 * rate, drive = 7.0 * 3.0 - 7.0 * rate,
@@ -211,8 +211,8 @@ static void actuators_and_tendons(void **state)
     assert_close(-tau[0], 3.0 * 1.0 + 2.0 * (spring + drive) - general, 1e-13);
     assert_close(-tau[1], 5.0 * (2.0 - q[1]) - (spring + drive), 1e-13);
     /* slopes against differences */
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data));
     for (int force = 0; force < mbsr_model_forces(s.model); ++force) {
         mbsr_force_errors errors;
         assert_ok(mbsr_force_verify(s.model, s.data, force, &errors), mbsr_data_error(s.data));
@@ -246,8 +246,8 @@ static void paths(void **state)
     const double stretch[] = {0.0, 0.3, 0.8, -0.9}, more[] = {0.0, 0.0, 0.3, -0.4};
     for (int k = 0; k < 4; ++k) { /* lengths are 1 + 4 + q */
         q[1] = stretch[k];
-        assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
-        assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+        assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+        assert_ok(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data));
         assert_ok(mbsr_force_power(s.model, s.data, 1, &energy, NULL), mbsr_data_error(s.data));
         assert_close(energy, 5.0 * stretch[k] * stretch[k], 1e-14);
         assert_ok(mbsr_force_power(s.model, s.data, 2, &energy, NULL), mbsr_data_error(s.data));
@@ -257,8 +257,8 @@ static void paths(void **state)
     const double h = 1e-6, before[2] = {q[0] - h * u[0], q[1] - h * u[1]},
                  behind[2] = {q[0] + h * u[0], q[1] + h * u[1]};
     const double rate = (path_length(behind) - path_length(before)) / (2.0 * h);
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data));
     assert_ok(mbsr_force_power(s.model, s.data, 1, &energy, &power), mbsr_data_error(s.data));
     assert_close(energy, 5.0 * (path_length(q) - 5.0) * (path_length(q) - 5.0), 1e-13);
     assert_close(power, 2.0 * rate * rate, 1e-9);
@@ -281,12 +281,12 @@ static void equalities(void **state)
     assert_int_equal(mbsr_model_closures(s.model), 4);
     assert_int_equal(mbsr_model_rows(s.model), 3 + 6 + 1 + 1);
     assert_found(s.file, "connect", "not active");
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
     assert_ok(mbsr_closures_gap(s.model, s.data, g), mbsr_data_error(s.data));
     for (int k = 0; k < 11; ++k) assert_close(g[k], 0.0, 1e-15);
     q[0] = 0.3, q[2] = 0.5;
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data));
     assert_ok(mbsr_closures_gap(s.model, s.data, g), mbsr_data_error(s.data));
     assert_close(g[9], 0.3 - 3.0 * 0.25, 1e-15);
     for (int k = 0; k < 4; ++k) {
@@ -297,8 +297,8 @@ static void equalities(void **state)
     close_scene(&s);
 }
 
-/* Derivatives of forces and rates of a polynomial between joints, against differences of its rows: on two bodies, and
- * on one. */
+/* Derivatives of forces and rates of a polynomial between joints, against differences of its rows:
+ * on two bodies, and on one. */
 static void slopes_of_polynomials(void **state)
 {
     static const char *const texts[] = {
@@ -416,8 +416,8 @@ static void inertias_of_meshes(void **state)
         assert_string_equal(file->shape[0].mesh, "m/box.stl");
         assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
         assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-        assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(file->model, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(file->model, d, u), mbsr_data_error(d));
         assert_ok(mbsr_tree_momentum(file->model, d, NULL, &m, centre, NULL), mbsr_data_error(d));
         assert_close(m, mass, 1e-13 * mass);
         assert_close(centre[1], k ? -2.0 : 1.0, 1e-14);
@@ -520,7 +520,8 @@ static void actuators_of_locked_joints_hold(void **state)
         assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
         assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
         assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, locked ? left_q : q,
-                                        locked ? left_u : u, locked ? left_x : x, tau[locked]),
+                                        locked ? left_u : u, locked ? left_x : x, NULL,
+                                        tau[locked]),
                   mbsr_data_error(d));
         for (int k = 0; locked && k < mbsr_model_forces(file->model); ++k) {
             mbsr_force_errors errors;

@@ -1,5 +1,6 @@
-/* Files that MuJoCo reads and that need care: joints that repeat each other, equalities of what does not move, laws of
- * several numbers, keys; and what nobody follows. SPDX-License-Identifier: BSD-3-Clause */
+/* Files that MuJoCo reads and that need care: joints that repeat each other, equalities of what
+ * does not move, laws of several numbers, keys; and what nobody follows. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "small.h"
 
 #include <math.h>
@@ -50,7 +51,7 @@ static void joints_that_repeat_each_other(void **state)
         assert_int_equal(file->bodies, cases[k].bodies);
         assert_ok(mbsr_forward_dynamics(file->model, d, 0.0, file->q0, u, NULL, udot),
                   mbsr_data_error(d));
-        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, file->q0, u, udot, tau),
+        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, file->q0, u, udot, NULL, tau),
                   mbsr_data_error(d));
         for (int l = 0; l < cases[k].joints; ++l) assert_close(tau[l], 0.0, 1e-12 * 42.0);
         if (k == 0) assert_close(udot[0], udot[1], 1e-14);
@@ -91,7 +92,8 @@ static void springs_of_several_numbers(void **state)
     double tau[2];
     assert_found(file, "joint 'c'", "of its stiffness the first");
     assert_int_equal(file->findings, 2);
-    assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, q, u, udot, tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, q, u, udot, NULL, tau),
+              mbsr_data_error(d));
     assert_close(tau[0], 2.0 * 0.5 + 5.0 * 0.125, 1e-14);
     mbsr_data_destroy(d);
     mbsr_file_destroy(file);
@@ -135,7 +137,8 @@ static void masses_are_scaled_to_their_total(void **state)
                         "no mass that settotalmass");
 }
 
-/* Free bodies whose frames are put along their principal axes: positions as drawn and sites as MuJoCo 3.14 has them. */
+/* Free bodies whose frames are put along their principal axes: positions as drawn and sites as
+ * MuJoCo 3.14 has them. */
 static void free_bodies_are_aligned(void **state)
 {
     static const double drawn[5][7] = {

@@ -45,7 +45,7 @@ static void replicas_in_replicas(void **state)
     double pose[MBSR_POSE_SIZE];
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
     assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
     assert_ok(mbsr_body_pose(file->model, d, 7, pose), mbsr_data_error(d));
     assert_close(pose[MBSR_POSE_X], 0.0, 1e-14);
     assert_close(pose[MBSR_POSE_X + 1], 1.0, 1e-14);
@@ -100,8 +100,8 @@ static void equalities_of_sites_and_tendons(void **state)
         assert_int_equal(file[k]->findings, 0);
         assert_ok(mbsr_model_finish(file[k]->model), mbsr_model_error(file[k]->model));
         assert_ok(mbsr_data_create(file[k]->model, &d, NULL), NULL);
-        assert_ok(mbsr_positions(file[k]->model, d, 0.0, q), mbsr_data_error(d));
-        assert_int_equal(mbsr_model_held(file[k]->model), 11);
+        assert_ok(mbsr_stage_positions(file[k]->model, d, 0.0, q), mbsr_data_error(d));
+        assert_int_equal(mbsr_model_position_rows(file[k]->model), 11);
         assert_ok(mbsr_closures_gap(file[k]->model, d, gap), mbsr_data_error(d));
         const double *sums = gap + 9;
         assert_close(fabs(sums[0]), 0.5, 1e-14);

@@ -1,11 +1,11 @@
 /* Robots from files against references that were computed without this library. The data are other
- * people's and stay out of the project: the variable MBSR_ROBOTS of the environment tells their folder, with
- * urdf/, mjcf/ and ref/; skipped without.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * people's and stay out of the project: the variable MBSR_ROBOTS of the environment tells their
+ * folder, with urdf/, mjcf/ and ref/; skipped without. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "json.h"
 
 #include <mbsrank/files.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -102,7 +102,8 @@ static double *numbers(const json *of, const char *key, double *to)
     return list && json_numbers(list, MOST, to) == list->count ? to : NULL;
 }
 
-/* What stands in the coordinates of MuJoCo in those of the model: rates, accelerations and forces alike. */
+/* What stands in the coordinates of MuJoCo in those of the model: rates, accelerations and forces
+ * alike. */
 static void convert(const robot *r, const double *qpos, const double *x, double *q, double *y)
 {
     assert_int_equal(mbsr_file_mujoco_state(r->file, 0, qpos, x, q, y), MBSR_OK);
@@ -160,7 +161,7 @@ static double check_state(robot *r, const json *state, int passive, const char *
     assert_non_null(numbers(state, "qacc_in", x));
     convert(r, qpos, x, q, y);
     if (!added || !singular) {
-        assert_ok(mbsr_inverse_dynamics(r->model, r->data, 0.0, q, u, y, out),
+        assert_ok(mbsr_inverse_dynamics(r->model, r->data, 0.0, q, u, y, NULL, out),
                   mbsr_data_error(r->data));
         assert_non_null(numbers(numpy, passive ? "qfrc_inverse" : "qfrc_inverse_nopassive", x));
         convert(r, qpos, x, q, expected);
@@ -220,16 +221,17 @@ static void check_singular(const json *ref, const char *model)
     convert(&r, qpos, x, q, u);
     numbers(state, "qacc_in", x);
     convert(&r, qpos, x, q, y);
-    assert_ok(mbsr_inverse_dynamics(r.model, r.data, 0.0, q, u, y, out), mbsr_data_error(r.data));
+    assert_ok(mbsr_inverse_dynamics(r.model, r.data, 0.0, q, u, y, NULL, out),
+              mbsr_data_error(r.data));
     numbers(json_get(state, "numpy"), "qfrc_inverse", x);
     convert(&r, qpos, x, q, expected);
     compare(model, "qfrc_inverse", r.nu, out, expected, 1e-11);
     assert_int_equal(mbsr_forward_dynamics(r.model, r.data, 0.0, q, u, NULL, out),
                      MBSR_UNDETERMINED);
-    assert_ok(mbsr_positions(r.model, r.data, 0.0, q), mbsr_data_error(r.data));
-    assert_ok(mbsr_velocities(r.model, r.data, u), mbsr_data_error(r.data));
-    assert_ok(mbsr_forces(r.model, r.data, NULL), mbsr_data_error(r.data));
-    assert_ok(mbsr_backward(r.model, r.data), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_positions(r.model, r.data, 0.0, q), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_velocities(r.model, r.data, u), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_forces(r.model, r.data, NULL), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_backward(r.model, r.data), mbsr_data_error(r.data));
     assert_int_equal(mbsr_total_rank(r.model, r.data), (int)json_get(state, "rank_M")->number);
     close_robot(&r);
 }

@@ -1,5 +1,5 @@
-/* SDF beside the same models in MJCF: poses in all their ways, joints, loops, included and nested models.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* SDF beside the same models in MJCF: poses in all their ways, joints, loops, included and nested
+ * models. SPDX-License-Identifier: BSD-3-Clause */
 #include "alike.h"
 
 #include <stdio.h>
@@ -127,7 +127,7 @@ static void a_screw(void **state)
         mbsr_file *file = read_clean(text, NULL);
         assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
         assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, &zero, &one, &one, &tau),
+        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, &zero, &one, &one, NULL, &tau),
                   mbsr_data_error(d));
         assert_close(tau, 2.0 + 3.0 * 0.01 + 0.1 * 3.0 * 9.81, 1e-13);
         mbsr_data_destroy(d);
@@ -196,12 +196,12 @@ static void worlds_of_models(void **state)
         assert_alike(file, other);
         /* the grip of the left arm is where the pose says: T T_grip^-1 of the model */
         const mbsr_frame placed =
-            mbsr_frame_turned((double[3]){1.0, 0.0, 0.0}, (double[3]){0.0, 0.0, 1.0}, 0.5);
+            mbsr_frame_rotated((double[3]){1.0, 0.0, 0.0}, (double[3]){0.0, 0.0, 1.0}, 0.5);
         mbsr_frame grip = mbsr_frame_at(0.1, 0.0, 0.5);
         for (int axis = 2; axis >= 0; --axis) {
             double along[3] = {0.0};
             along[axis] = 1.0;
-            const mbsr_frame turn = mbsr_frame_turned(NULL, along, 0.1 * (axis + 1));
+            const mbsr_frame turn = mbsr_frame_rotated(NULL, along, 0.1 * (axis + 1));
             grip = mbsr_frame_product(&grip, &turn);
         }
         const mbsr_frame link = mbsr_frame_at(0.1, 0.0, 0.0), back = mbsr_frame_inverse(&grip);
@@ -223,9 +223,9 @@ static void assert_closed(const char *text, int bodies, int rows, const double *
     double gap[12], udot[8], u[8] = {0.0};
     assert_int_equal(file->bodies, bodies);
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
-    assert_int_equal(mbsr_model_held(file->model), rows);
+    assert_int_equal(mbsr_model_position_rows(file->model), rows);
     assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
     assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
     for (int k = 0; k < rows; ++k) assert_close(gap[k], 0.0, 1e-15);
     assert_ok(mbsr_forward_dynamics(file->model, d, 0.0, file->q0, u, NULL, udot),
@@ -326,12 +326,12 @@ static void joints_that_follow_others(void **state)
         NULL);
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
     assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-    assert_ok(mbsr_positions(file->model, d, 0.0, drawn), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, drawn), mbsr_data_error(d));
     assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
     assert_close(fabs(gap[0]), 0.5, 1e-15); /* q_j = -2 (q_i - .1) + .3 */
     assert_close(gap[1], 0.0, 1e-15);
     const double q[2] = {0.2, 0.6}; /* about -y: -.6 = -3 * .2 */
-    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, q), mbsr_data_error(d));
     assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
     assert_close(gap[1], 0.0, 1e-15);
     mbsr_data_destroy(d);

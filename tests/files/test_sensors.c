@@ -46,7 +46,8 @@ static const char sensed[] =
     "body='b'/><e_kinetic name='s30'/><clock name='s31'/></sensor>"
     "</mujoco>";
 
-/* By mj_forward at q = sin(1 + 3 k) / 2, quaternions of length 1, u = 0.5 - 0.1 k, controls 0.7 - 0.2 k, t = 1.5. */
+/* By mj_forward at q = sin(1 + 3 k) / 2, quaternions of length 1, u = 0.5 - 0.1 k, controls 0.7 -
+ * 0.2 k, t = 1.5. */
 static const double expected[][4] = {
     {-0.00442565464520194},
     {-0.500000000000000},
@@ -103,8 +104,8 @@ static void numbers_of_sensors(void **state)
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
     assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
     assert_ok(mbsr_forward_dynamics(file->model, d, 1.5, q, u, NULL, udot), mbsr_data_error(d));
-    assert_ok(mbsr_forces(file->model, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_accelerations(file->model, d, udot), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(file->model, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_accelerations(file->model, d, udot), mbsr_data_error(d));
     for (int k = 0; k < file->sensors; ++k) {
         double value[4], size = 1.0;
         char name[16];

@@ -39,13 +39,13 @@ static void joints_of_every_type(void **state)
     mbsr_data *data = finish(file);
     double pose[MBSR_POSE_SIZE], u[15] = {0.0};
     assert_int_equal(mbsr_model_nu(file->model), file->nu);
-    assert_ok(mbsr_positions(file->model, data, 0.0, file->q0), mbsr_data_error(data));
+    assert_ok(mbsr_stage_positions(file->model, data, 0.0, file->q0), mbsr_data_error(data));
     assert_ok(mbsr_body_pose(file->model, data, mbsr_model_find_body(file->model, "d"), pose),
               mbsr_data_error(data));
     for (int k = 0; k < 3; ++k) assert_close(pose[MBSR_POSE_X + k], 1.0 + k, 1e-15);
     /* the third coordinate of the planar joint turns about its axis */
     u[8] = 1.0;
-    assert_ok(mbsr_velocities(file->model, data, u), mbsr_data_error(data));
+    assert_ok(mbsr_stage_velocities(file->model, data, u), mbsr_data_error(data));
     double twist[6];
     assert_ok(mbsr_body_twist(file->model, data, mbsr_model_find_body(file->model, "b"), twist),
               mbsr_data_error(data));
@@ -129,7 +129,7 @@ static void forces_of_joints(void **state)
         if (with) opt.stop_stiffness = 100.0, opt.slip = 1e-6;
         mbsr_file *file = read_small(text, &opt);
         mbsr_data *data = finish(file);
-        assert_ok(mbsr_inverse_dynamics(file->model, data, 0.0, &q, &u, &udot, &tau),
+        assert_ok(mbsr_inverse_dynamics(file->model, data, 0.0, &q, &u, &udot, NULL, &tau),
                   mbsr_data_error(data));
         assert_close(tau, with ? 1.0 + 50.0 + 4.0 : 1.0, 1e-9);
         mbsr_data_destroy(data);
@@ -151,8 +151,8 @@ static void moments_that_no_body_has(void **state)
     double M;
     const double q = 0.3, u = 0.0;
     assert_found(file, "link 'b'", "negative");
-    assert_ok(mbsr_positions(file->model, data, 0.0, &q), mbsr_data_error(data));
-    assert_ok(mbsr_velocities(file->model, data, &u), mbsr_data_error(data));
+    assert_ok(mbsr_stage_positions(file->model, data, 0.0, &q), mbsr_data_error(data));
+    assert_ok(mbsr_stage_velocities(file->model, data, &u), mbsr_data_error(data));
     assert_ok(mbsr_mass_matrix(file->model, data, &M), mbsr_data_error(data));
     assert_close(M, -1.0 + 3.0 * 4.0, 1e-12);
     mbsr_data_destroy(data);
@@ -239,8 +239,8 @@ static void states_of_floating_links(void **state)
     double q[7], u[6], back[7], rates[6], pose[MBSR_POSE_SIZE], twist[6], R[9];
     const int b = mbsr_model_find_body(file->model, "b");
     assert_ok(mbsr_file_mujoco_state(file, 0, p, v, q, u), NULL);
-    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(file->model, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(file->model, d, u), mbsr_data_error(d));
     assert_ok(mbsr_body_pose(file->model, d, b, pose), mbsr_data_error(d));
     assert_ok(mbsr_body_twist(file->model, d, b, twist), mbsr_data_error(d));
     mbsr_quaternion_rotation(p + 3, R);
@@ -254,7 +254,7 @@ static void states_of_floating_links(void **state)
     assert_ok(mbsr_file_mujoco_state(file, 1, q, u, back, rates), NULL);
     for (int k = 0; k < 3; ++k) assert_close(back[k], p[k], 1e-14);
     for (int k = 0; k < 6; ++k) assert_close(rates[k], v[k], 1e-14);
-    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
     assert_ok(mbsr_file_mujoco_state(file, 1, file->q0, NULL, back, NULL), NULL);
     assert_ok(mbsr_body_pose(file->model, d, b, pose), mbsr_data_error(d));
     for (int k = 0; k < 3; ++k) assert_close(back[k], pose[MBSR_POSE_X + k], 1e-14);
@@ -319,14 +319,14 @@ static void loops_and_couplings(void **state)
     assert_int_equal(file->findings, 2);
     assert_found(file, "loop_joint 'weld'", "type 'fixed'");
     assert_found(file, "coupling 'none'", "not 1 to");
-    assert_int_equal(mbsr_model_held(file->model), 4);
-    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_int_equal(mbsr_model_position_rows(file->model), 4);
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
     assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
     const int belt = mbsr_model_find_closure(file->model, "belt") == 0 ? 0 : 3,
               pin = belt == 0 ? 1 : 0;
     assert_close(fabs(gap[pin]), 0.1, 1e-15);
     assert_close(gap[pin + 1], 0.0, 1e-15);
-    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, q), mbsr_data_error(d));
     assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
     assert_close(fabs(gap[belt]), 3.0 * 0.2 - 0.1, 1e-15);
     mbsr_data_destroy(d);

@@ -1,5 +1,5 @@
-/* Models written as MJCF and read again have the same accelerations; what MJCF cannot say is listed.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Models written as MJCF and read again have the same accelerations; what MJCF cannot say is
+ * listed. SPDX-License-Identifier: BSD-3-Clause */
 #include "locale_comma.h"
 #include "small.h"
 
@@ -169,8 +169,9 @@ static double compare(const trip *t, double tolerance)
         int status[2];
         random_state(t, &rng, q, u, udot);
         for (int k = 0; k < 2; ++k)
-            assert_ok(mbsr_inverse_dynamics(t->file[k]->model, t->data[k], 0.0, q, u, udot, x[k]),
-                      mbsr_data_error(t->data[k]));
+            assert_ok(
+                mbsr_inverse_dynamics(t->file[k]->model, t->data[k], 0.0, q, u, udot, NULL, x[k]),
+                mbsr_data_error(t->data[k]));
         assert_near("inverse dynamics", f->nu, x[0], x[1], 1e-12);
         for (int b = 0; b < f->bodies; ++b) {
             for (int k = 0; k < 2; ++k) mbsr_body_pose(t->file[k]->model, t->data[k], b, pose[k]);
@@ -241,8 +242,9 @@ static void loops_come_back(void **unused)
     end_trip(&t);
 }
 
-/* What is written of: a link `world` without mass with a floating child and others, shapes without size or mesh, names
- * that are there twice, controls of actuators that are left out, tendons along several sites. */
+/* What is written of: a link `world` without mass with a floating child and others, shapes without
+ * size or mesh, names that are there twice, controls of actuators that are left out, tendons along
+ * several sites. */
 static void what_mujoco_would_refuse_is_not_written(void **unused)
 {
     static const char urdf[] = "<robot name='r'><link name='world'/><link name='b'><inertial><mass "
@@ -274,7 +276,7 @@ static void what_mujoco_would_refuse_is_not_written(void **unused)
     double q[7], u[6], pose[2][MBSR_POSE_SIZE];
     for (int k = 0; k < 2; ++k) {
         assert_ok(mbsr_file_mujoco_state(t.file[k], 0, p, v, q, u), NULL);
-        assert_ok(mbsr_positions(t.file[k]->model, t.data[k], 0.0, q), NULL);
+        assert_ok(mbsr_stage_positions(t.file[k]->model, t.data[k], 0.0, q), NULL);
         assert_ok(mbsr_body_pose(t.file[k]->model, t.data[k], 1, pose[k]), NULL);
     }
     assert_near("pose", MBSR_POSE_SIZE, pose[0], pose[1], 1e-14);
@@ -418,8 +420,8 @@ static void models_of_c_are_written(void **unused)
 {
     (void)unused;
     const double axis[3] = {0.3, -0.5, 0.8}, other[3] = {1.0, 0.0, 0.2};
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){0.1, 0.2, 0.3}, axis, 0.7),
-                     B = mbsr_frame_turned((const double[3]){-0.3, 0.1, 0.2}, other, -0.4);
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){0.1, 0.2, 0.3}, axis, 0.7),
+                     B = mbsr_frame_rotated((const double[3]){-0.3, 0.1, 0.2}, other, -0.4);
     const mbsr_joint joints[] = {mbsr_joint_universal(&A, &B, axis, other),
                                  mbsr_joint_cylindrical(&B, &A, other), mbsr_joint_in_plane(&A, &B),
                                  mbsr_joint_weld(&B, &A), mbsr_joint_revolute(&B, NULL, axis)};

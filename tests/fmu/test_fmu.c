@@ -1,5 +1,5 @@
-/* FMUs in an importer in C: against the same run in process, in several threads, on damaged resources.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* FMUs in an importer in C: against the same run in process, in several threads, on damaged
+ * resources. SPDX-License-Identifier: BSD-3-Clause */
 #define _XOPEN_SOURCE 700
 #include "expect.h"
 #include "fmu/fmi2_functions.h"
@@ -363,7 +363,8 @@ static fmi3Instance try_bytes(const loaded *l, const unsigned char *data, size_t
                                                     false, NULL, 0, NULL, note, NULL);
 }
 
-/* Each byte changed, the checksum right: refused with a message, or a model that runs or says why it does not. */
+/* Each byte changed, the checksum right: refused with a message, or a model that runs or says why
+ * it does not. */
 static void damaged_resources_are_refused(void **state)
 {
     loaded l;

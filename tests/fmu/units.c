@@ -56,7 +56,7 @@ void make_linkage(unit_model *m)
     mbsr_table *table = mbsr_simulation_add_table(&m->s, MBSR_TABLE_SPLINE, 4, t, angle);
     const mbsr_frame right = mbsr_frame_at(1.0, 0.0, 0.0);
     const mbsr_axis turn = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 1.0, 0.0}, .driven = 1};
-    const mbsr_frame up = mbsr_frame_turned((double[3]){0.0}, y_axis, -1.5707963267948966);
+    const mbsr_frame up = mbsr_frame_rotated((double[3]){0.0}, y_axis, -1.5707963267948966);
     const int crank = mbsr_simulation_add_body(
                   &m->s, "crank", MBSR_GROUND,
                   mbsr_joint_compound(&up, NULL, 1, &turn, mbsr_table_motion, table),

@@ -14,8 +14,8 @@ typedef struct unit_model {
     mbsr_fmu_motion motion;
 } unit_model;
 
-/* An arm of two links under gravity: a spring and a stop at the first hinge, a damper at the second and a motor there whose torque is
- * an input; a massless link with a damper at its end. */
+/* An arm of two links under gravity: a spring and a stop at the first hinge, a damper at the second
+ * and a motor there whose torque is an input; a massless link with a damper at its end. */
 void make_arm(unit_model *m);
 
 /* A four-bar, closed by a ball with a stiff row, one rod of which is driven by a table. */
@@ -24,12 +24,12 @@ void make_linkage(unit_model *m);
 /* A beam with massless modes on a hinge, a force at its tip that is an input. */
 void make_beam(unit_model *m);
 
-/* Two pendulums on a bead without mass, side by side until a torque from a table parts them at 0.5 s: the bead has one massless
- * direction, then none. */
+/* Two pendulums on a bead without mass, side by side until a torque from a table parts them at 0.5
+ * s: the bead has one massless direction, then none. */
 void make_twins(unit_model *m);
 
-/* A quarter of a vehicle: body and wheel with spring, damper and tyre; and its halves: the body under a force that is
- * an input, the wheel below a carrier whose motion is one. */
+/* A quarter of a vehicle: body and wheel with spring, damper and tyre; and its halves: the body
+ * under a force that is an input, the wheel below a carrier whose motion is one. */
 void make_vehicle(unit_model *m);
 void make_body(unit_model *m);
 void make_wheel(unit_model *m);

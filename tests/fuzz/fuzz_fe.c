@@ -1,6 +1,6 @@
-/* Whatever bytes the readers of the component fe get, they read or refuse them, and what is read can be reduced or is
- * refused. For libFuzzer (option MBSR_FUZZ); tests/fe/test_damaged_models.c calls it, too. The first byte says as which of
- * the files the others are taken.
+/* Whatever bytes the readers of the component fe get, they read or refuse them, and what is read
+ * can be reduced or is refused. For libFuzzer (option MBSR_FUZZ); tests/fe/test_damaged_models.c
+ * calls it, too. The first byte says as which of the files the others are taken.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_fe.h"
 
@@ -42,7 +42,7 @@ static void reduce(mbsr_fe_input *input)
         if (flex || report || error.status != status || !error.text[0]) abort();
         return;
     }
-    if (mbsr_flex_data(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
+    if (mbsr_flex_definition(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
     for (int k = 0; k < data.modes * data.modes; ++k) {
         if (!isfinite(data.K[k]) || !isfinite(data.Mf[k])) abort();
     }
@@ -65,7 +65,7 @@ static void read_sid(const char *text, size_t size)
         if (flex || report || error.status != status || !error.text[0]) abort();
         return;
     }
-    if (mbsr_flex_data(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
+    if (mbsr_flex_definition(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
     for (int k = 0; k < 9 * data.modes * data.modes; ++k) {
         if (!isfinite(data.P[k])) abort();
     }

@@ -1,6 +1,6 @@
-/* Whatever bytes the reader of files gets, it reads or refuses them, and what it reads can be finished or
- * is refused. For libFuzzer (option MBSR_FUZZ); tests/files/test_damaged.c calls it, too.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Whatever bytes the reader of files gets, it reads or refuses them, and what it reads can be
+ * finished or is refused. For libFuzzer (option MBSR_FUZZ); tests/files/test_damaged.c calls it,
+ * too. SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_files.h"
 
 #include <mbsrank/files.h>
@@ -35,7 +35,7 @@ static int ends_well(const mbsr_file *file)
     if (mbsr_model_nq(file->model) != file->nq || mbsr_model_nu(file->model) != file->nu) abort();
     if (mbsr_model_bodies(file->model) > 200) return 0;
     if (mbsr_data_create(file->model, &data, NULL)) return 0;
-    if (!mbsr_positions(file->model, data, 0.0, file->q0) && file->bodies > 0) {
+    if (!mbsr_stage_positions(file->model, data, 0.0, file->q0) && file->bodies > 0) {
         double pose[MBSR_POSE_SIZE];
         (void)mbsr_body_pose(file->model, data, 0, pose);
     }

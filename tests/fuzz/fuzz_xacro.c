@@ -1,5 +1,5 @@
-/* Whatever bytes the expansion of xacro gets, it expands or refuses them, and what it expands has no xacro left. For
- * libFuzzer (option MBSR_FUZZ); tests/files/test_damaged_xacro.c calls it, too.
+/* Whatever bytes the expansion of xacro gets, it expands or refuses them, and what it expands has
+ * no xacro left. For libFuzzer (option MBSR_FUZZ); tests/files/test_damaged_xacro.c calls it, too.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_files.h"
 

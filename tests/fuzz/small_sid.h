@@ -3,7 +3,8 @@
 #ifndef TEST_SMALL_SID_H
 #define TEST_SMALL_SID_H
 
-/* As other programs write it: exponents of Fortran, unit and diagonal matrices, blanks in between. */
+/* As other programs write it: exponents of Fortran, unit and diagonal matrices, blanks in between.
+ */
 static const char test_small_sid[] =
     "    2   1    :No. nodes, No. modes: by hand\r\n part\r\n"
     "      new modal                                 =\r\n           refmod\r\n"

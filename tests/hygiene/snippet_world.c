@@ -1,10 +1,9 @@
-/* Runs one piece of code of a document: `code` is that piece. Fails where a call in it left an error.
- * SPDX-License-Identifier: BSD-3-Clause
- * Usage: program [unfinished] [planar] [xacro] [taken]
+/* Runs one piece of code of a document: `code` is that piece. Fails where a call in it left an
+ * error. SPDX-License-Identifier: BSD-3-Clause Usage: program [unfinished] [planar] [xacro] [taken]
  *
- * The world is two arms of two links each, on springs and dampers, the last link a light one. unfinished: the model
- * can still be added to. planar: it lies in the plane. xacro: the text has xacro in it. taken: the code gives the
- * model away. */
+ * The world is two arms of two links each, on springs and dampers, the last link a light one.
+ * unfinished: the model can still be added to. planar: it lies in the plane. xacro: the text has
+ * xacro in it. taken: the code gives the model away. */
 #include "snippet_world.h"
 
 #include <string.h>

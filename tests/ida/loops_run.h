@@ -15,8 +15,8 @@ typedef struct loops_result {
     int status;
 } loops_result;
 
-/* Integrates from the guess q, u of s to t_end; q, u and lambda of s are then the last. The driver's error
- * is written to *last. */
+/* Integrates from the guess q, u of s to t_end; q, u and lambda of s are then the last. The
+ * driver's error is written to *last. */
 static inline loops_result loops_try(loops *s, double tolerance, double t_end, mbsr_error *last)
 {
     static double y[8 * LOOPS_MOST], yp[8 * LOOPS_MOST], F[8 * LOOPS_MOST];
@@ -43,8 +43,8 @@ static inline loops_result loops_try(loops *s, double tolerance, double t_end, m
     if (r.status) return r;
     assert_ok(mbsr_dae_unpack(s->m, s->d, MBSR_DAE_MOMENTUM, t, y, s->q, s->u), NULL);
     assert_ok(mbsr_dae_residual(s->m, s->d, MBSR_DAE_MOMENTUM, t, y, yp, F), of_data);
-    assert_ok(mbsr_closures_force(s->m, s->d, s->lambda), of_data);
-    assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
+    assert_ok(mbsr_closures_lambda(s->m, s->d, s->lambda), of_data);
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
     r.gap = test_largest(s->held, g);
     assert_close(r.gap, drift.gap, 1e-15);

@@ -134,9 +134,9 @@ static inline void run_integrate(run *r, run_state *state)
 
 /* ---- the tree solver against a dense matrix ---- */
 
-/* Steps and iterations of runs with a dense matrix, with the tree solver whose matrices live as long, and with one
- * that renews them, added up: rounding decides between steps, so that those of one run scatter, mostly by 1 to
- * 3 %, at times by 20 %. */
+/* Steps and iterations of runs with a dense matrix, with the tree solver whose matrices live as
+ * long, and with one that renews them, added up: rounding decides between steps, so that those of
+ * one run scatter, mostly by 1 to 3 %, at times by 20 %. */
 enum { RUN_DENSE, RUN_TREE, RUN_RENEWED, RUN_KINDS };
 typedef struct run_counts {
     long steps[RUN_KINDS], iterations[RUN_KINDS], factorisations[RUN_KINDS];
@@ -162,9 +162,9 @@ static inline void run_count(run_counts *counts, int kind, const mbsr_ida_stats 
     counts->factorisations[kind] += stats->factorisations;
 }
 
-/* Fails unless the first two agree within 5 %, or by as much more as the mean of fewer repetitions scatters, and
- * renewed matrices take no more than a fifth more: errors that are not hidden in what an old matrix leaves are
- * tested as larger ones, and results are more accurate. */
+/* Fails unless the first two agree within 5 %, or by as much more as the mean of fewer repetitions
+ * scatters, and renewed matrices take no more than a fifth more: errors that are not hidden in what
+ * an old matrix leaves are tested as larger ones, and results are more accurate. */
 static inline void run_assert_like_dense(const char *name, const run_counts *counts)
 {
     const double steps = (double)counts->steps[1] / (double)counts->steps[0],

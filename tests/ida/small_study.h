@@ -100,8 +100,8 @@ typedef struct study_pair {
     study_path full, reduced;
 } study_pair;
 
-/* What of the difference of two runs is their own error: by how much it differs from that of a pair that is
- * coarser. Errors that both runs of a pair have alike do not count. */
+/* What of the difference of two runs is their own error: by how much it differs from that of a pair
+ * that is coarser. Errors that both runs of a pair have alike do not count. */
 static inline double study_own(const study *s, const study_pair *a, const study_pair *b)
 {
     double most = 0.0;
@@ -130,7 +130,7 @@ static inline mbsr_small_masses_report study_follow(const study *s, mbsr_small_m
     mbsr_ida_stats stats;
     mbsr_error error = {0};
     assert_ok(mbsr_small_masses_run(small, &s->ida, s->opt.duration, &stats, &error), &error);
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     assert_true(report.factorisations <= 5);
     if (steps) *steps = stats.steps;
     return report;
@@ -167,8 +167,8 @@ static inline void study_both(const study *s, const mbsr_small_masses *small, co
               NULL);
 }
 
-/* The error of a zero by two runs, and what of it is their own: tolerances that are 100 times as tight
- * until that is below `enough`, or s->least is reached. */
+/* The error of a zero by two runs, and what of it is their own: tolerances that are 100 times as
+ * tight until that is below `enough`, or s->least is reached. */
 static inline double study_measure(study *s, const mbsr_small_masses *small, const double *q,
                                    const double *u, double enough)
 {

@@ -128,7 +128,8 @@ static void the_index1_form_reaches_the_reference_in_few_steps(void **state)
     reaches_the_reference(MBSR_DAE_INDEX1, (const int[4]){450, 850, 1600, 3300});
 }
 
-/* Where ranks are deficient the recursive form is left to IDA, which tests velocities without mass. */
+/* Where ranks are deficient the recursive form is left to IDA, which tests velocities without mass.
+ */
 static void the_recursive_form_takes_many_more(void **state)
 {
     (void)state;
@@ -200,8 +201,8 @@ static double energy(const bead *s, double t, const double *y)
 {
     double kinetic = NAN, potential = NAN, q[3], u[3];
     assert_ok(mbsr_dae_unpack(s->model, s->data, s->form, t, y, q, u), mbsr_data_error(s->data));
-    assert_ok(mbsr_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
     assert_ok(mbsr_energy(s->model, s->data, &kinetic, &potential), mbsr_data_error(s->data));
     return kinetic + potential;
 }
@@ -243,8 +244,8 @@ static void without_dampers_the_energy_stays(void **state)
     }
 }
 
-/* At sharp tolerances steps become so short where the rod is slack that rounding of q is one of velocities that
- * Newton's method can not halve: it is done then. */
+/* At sharp tolerances steps become so short where the rod is slack that rounding of q is one of
+ * velocities that Newton's method can not halve: it is done then. */
 static void without_dampers_sharp_tolerances_are_no_end(void **state)
 {
     (void)state;

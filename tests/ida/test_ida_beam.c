@@ -4,6 +4,8 @@
 
 #include "recursion/data.h"
 
+#include <mbsrank/driver.h>
+
 /* The fastest oscillation has about 6400 rad/s and no damping. BDF of order 5 is not stable for it
  * at steps much above 5e-5 s: the tolerance then bounds the oscillation, but not its rates well. So
  * the step is limited. */
@@ -28,10 +30,10 @@ static void every_body_of_the_beam_is_deficient_and_every_joint_regular(void **u
     test_rng rng = test_seed(7);
     test_fill(&rng, BEAM_RODS, q);
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
     for (int i = 1; i <= BEAM_RODS; ++i) {
         const mbsri_body *b = m->body + i;
         const double *M = d->M + b->dd,

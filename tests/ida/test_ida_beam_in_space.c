@@ -19,7 +19,7 @@ static void joint_forces(int space, double *tau)
     double t, q[BEAM_RODS], u[BEAM_RODS], udot[BEAM_RODS];
     random_state(&t, q, u, udot);
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
-    assert_ok(mbsr_inverse_dynamics(m, d, t, q, u, udot, tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, t, q, u, udot, NULL, tau), mbsr_data_error(d));
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }

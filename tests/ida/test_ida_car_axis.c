@@ -1,7 +1,8 @@
 /* The car axis of the Test Set for IVP Solvers, with small masses and with none.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The reference values are those of the test set at t = 3 for eps = 0.01. Without mass, s = L0 and phi = psi(t). */
+ * The reference values are those of the test set at t = 3 for eps = 0.01. Without mass, s = L0 and
+ * phi = psi(t). */
 #include "car_axis.h"
 
 static const double T = 3.0;

@@ -5,9 +5,9 @@
 #include <stdbool.h>
 #include <string.h>
 
-/* A ring of links, all along the axes of the root and with their origins at `at` while q = 0; link 0 is
- * the ground. Joint k stands at `at[k]`, between link k - 1 and link k (the last, behind the last link,
- * leads to the ground): revolute about `axis`, or spherical where that is zero. */
+/* A ring of links, all along the axes of the root and with their origins at `at` while q = 0; link
+ * 0 is the ground. Joint k stands at `at[k]`, between link k - 1 and link k (the last, behind the
+ * last link, leads to the ground): revolute about `axis`, or spherical where that is zero. */
 typedef struct ring {
     int links;
     double at[7][3], axis[7][3], mass, thickness;
@@ -147,8 +147,9 @@ static void bennett(void **state)
     compare(&w, 2, 1.5, 1e3, 1.2);
 }
 
-/* Crank and rocker on skew axes, between them a rod with a ball joint at each end, which spins about
- * itself as nothing holds it: an old Newton matrix is wrong there first (src/ida/renewal.c). */
+/* Crank and rocker on skew axes, between them a rod with a ball joint at each end, which spins
+ * about itself as nothing holds it: an old Newton matrix is wrong there first (src/ida/renewal.c).
+ */
 static void rssr(void **state)
 {
     (void)state;
@@ -164,9 +165,9 @@ static void rssr(void **state)
 
 enum { WEB_LINKS = 7, WEB_JOINTS = 8, WEB_CUTS = 4 };
 
-/* Links along the axes of the root while q = 0, each a rod between two points; link 0 is the ground. Joints stand
- * between two of them: revolute about `axis`, spherical where that is zero. `cut`: joints, so that the others
- * make a tree. */
+/* Links along the axes of the root while q = 0, each a rod between two points; link 0 is the
+ * ground. Joints stand between two of them: revolute about `axis`, spherical where that is zero.
+ * `cut`: joints, so that the others make a tree. */
 typedef struct web {
     int links, joints, cuts, loops;
     double from[WEB_LINKS][3], to[WEB_LINKS][3], mass[WEB_LINKS];
@@ -345,8 +346,8 @@ static void six_bar(void **state)
     compare_webs(&w, 4, 1.0, 1e2, 1.3);
 }
 
-/* A double wishbone: two arms on the car, between them the knuckle on ball joints, a massless rod to the rack, a
- * spring on the lower arm. */
+/* A double wishbone: two arms on the car, between them the knuckle on ball joints, a massless rod
+ * to the rack, a spring on the lower arm. */
 static void double_wishbone(void **state)
 {
     (void)state;

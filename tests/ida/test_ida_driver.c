@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "problems.h"
 
+#include <mbsrank/driver.h>
+
 #include <ida/ida.h>
 #include <ida/ida_ls.h>
 
@@ -133,8 +135,8 @@ static void the_pendulum_keeps_its_energy(void **state)
     for (int k = 1; k <= 20; ++k) {
         double t = NAN, y[2], kinetic = NAN, potential = NAN;
         assert_ok(mbsr_ida_advance(ida, 0.1 * k, &t, y, NULL), mbsr_ida_error(ida));
-        assert_ok(mbsr_positions(p.model, p.data, t, y), mbsr_data_error(p.data));
-        assert_ok(mbsr_velocities(p.model, p.data, y + 1), mbsr_data_error(p.data));
+        assert_ok(mbsr_stage_positions(p.model, p.data, t, y), mbsr_data_error(p.data));
+        assert_ok(mbsr_stage_velocities(p.model, p.data, y + 1), mbsr_data_error(p.data));
         assert_ok(mbsr_energy(p.model, p.data, &kinetic, &potential), mbsr_data_error(p.data));
         assert_close(kinetic, 0.5 * y[1] * y[1], 1e-12);
         assert_close(kinetic + potential, 0.0, 1e-6);
@@ -336,8 +338,8 @@ static void options_reach_ida(void **state)
 }
 
 /* An error of half the tolerance, h^2 y''/2 of the differential entries that have a y'', at most
- * 1e-3 of the least tolerance of q over the largest of u. Of the oscillator q'' = (-4 q_x, -9 q_y), and of p = 2 u it is p'' = (-8 u_x, -18
- * u_y). */
+ * 1e-3 of the least tolerance of q over the largest of u. Of the oscillator q'' = (-4 q_x, -9 q_y),
+ * and of p = 2 u it is p'' = (-8 u_x, -18 u_y). */
 static void the_first_step_follows_from_the_start(void **state)
 {
     (void)state;
@@ -432,7 +434,8 @@ static void statistics_agree_with_ida_and_with_the_model(void **state)
         assert_int_equal(IDAGetCurrentTime(memory, &present), IDA_SUCCESS);
         assert_int_equal(stats.residuals, observer.calls);
         assert_int_equal(stats.residuals, newton + stats.jacobian_residuals);
-        /* IDA's own quotients, 4 for a matrix, and those of careful steps: 6, and 2 for a filtered error */
+        /* IDA's own quotients, 4 for a matrix, and those of careful steps: 6, and 2 for a filtered
+         * error */
         assert_in_range(stats.jacobian_residuals, quotients, stats.residuals);
         assert_in_range(stats.jacobian_residuals, 4 * stats.jacobians,
                         6 * stats.jacobians + 2 * stats.filter_solves);

@@ -182,7 +182,7 @@ static const finite_row rows[] = {
     {"mbsr_simulation_accelerations", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_reactions", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_check", NULL, NULL, 0, 0, 0, NULL},
-    {"mbsr_simulation_stats", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_simulation_get_stats", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_set_position", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_set_rate", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_set_none", NULL, NULL, 0, 0, 0, NULL},

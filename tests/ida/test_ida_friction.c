@@ -1,6 +1,5 @@
-/* Runs with friction under a load, with tyres and with bearings, against solutions found by hand or by
- * equations written out here.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Runs with friction under a load, with tyres and with bearings, against solutions found by hand or
+ * by equations written out here. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/simulation.h>
@@ -108,7 +107,8 @@ static void step(const car *c, double h, double z[6])
     for (int l = 0; l < 6; ++l) z[l] += h / 6.0 * sum[l];
 }
 
-/* Loads and stiffnesses in proportion: neutral steering, whose yaw rate is v steer / L at any speed. */
+/* Loads and stiffnesses in proportion: neutral steering, whose yaw rate is v steer / L at any
+ * speed. */
 static void a_car_turns_as_it_is_steered(void **state)
 {
     (void)state;

@@ -1,7 +1,6 @@
-/* Dummy bodies: joints of one axis in a row, of which all but the last move no mass of their own, beside
- * one joint with the freedoms of all of them. As the tree moves, the direction without mass passes
- * from one of them to the next.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Dummy bodies: joints of one axis in a row, of which all but the last move no mass of their own,
+ * beside one joint with the freedoms of all of them. As the tree moves, the direction without mass
+ * passes from one of them to the next. SPDX-License-Identifier: BSD-3-Clause */
 #include "reference_runs.h"
 
 #include <math.h>
@@ -18,9 +17,9 @@ static const mbsr_axis chain[GIMBAL] = {
     {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}},
     {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 1.0, 0.0}}};
 
-/* A rod without mass, with a point mass at its end, turns about x on the first `count` axes, a body each
- * or, with `merged`, all in one joint; springs and dampers hold them. `rotor`: the last of these bodies
- * has a moment of inertia and no mass, which the slides do not move. */
+/* A rod without mass, with a point mass at its end, turns about x on the first `count` axes, a body
+ * each or, with `merged`, all in one joint; springs and dampers hold them. `rotor`: the last of
+ * these bodies has a moment of inertia and no mass, which the slides do not move. */
 static mbsr_model *bead(int count, int merged, double rotor)
 {
     mbsr_model *m = run_model();
@@ -84,8 +83,8 @@ static double distance(int count, const run_state *a, const run_state *b)
     return off;
 }
 
-/* Dummy bodies are as good as one joint, in the mean of three tolerances side by side; `exact`: the way at a sharp tolerance, `all`: sums of steps and
- * iterations. */
+/* Dummy bodies are as good as one joint, in the mean of three tolerances side by side; `exact`: the
+ * way at a sharp tolerance, `all`: sums of steps and iterations. */
 static void compare(int count, mbsr_dae_form form, double rotor, double tolerance,
                     const run_state *exact, mbsr_ida_stats all[2])
 {

@@ -7,11 +7,13 @@ enum { SIZE = 6 };
 
 static const double weight = 9.81;
 
-/* The run of a model of two coordinates that starts at rest; max |q - reference| in tolerances. */
-static double loss_of(const mbsr_model *m, const double q[2], double t_end, double tolerance,
-                      const double reference[2], long *steps)
+static const double at_rest[2] = {0.0};
+
+/* The run of a model of one or two coordinates; max |q - reference| in tolerances. */
+static double loss_of(const mbsr_model *m, const double *q, const double *u, double t_end,
+                      double tolerance, const double *reference, long *steps)
 {
-    double y[SIZE], yp[SIZE], u[2] = {0.0};
+    double y[SIZE], yp[SIZE], loss = 0.0;
     mbsr_data *d = NULL;
     mbsr_ida *ida = NULL;
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
@@ -26,22 +28,24 @@ static double loss_of(const mbsr_model *m, const double q[2], double t_end, doub
     *steps += problem_stats(ida).steps;
     mbsr_ida_destroy(ida);
     mbsr_data_destroy(d);
-    return fmax(fabs(y[0] - reference[0]), fabs(y[1] - reference[1])) / tolerance;
+    for (int k = 0; k < mbsr_model_nq(m); ++k) loss = fmax(loss, fabs(y[k] - reference[k]));
+    return loss / tolerance;
 }
 
-/* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms, and their steps. */
+/* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms,
+ * and their steps. */
 typedef struct losses {
     double most, mean;
     long steps;
 } losses;
 
-static losses losses_of(const mbsr_model *m, const double q[2], double t_end,
-                        const double reference[2])
+static losses losses_of(const mbsr_model *m, const double *q, const double *u, double t_end,
+                        const double *reference)
 {
     enum { RUNS = 21 };
     losses l = {0.0, 0.0, 0};
     for (int k = 0; k < RUNS; ++k) {
-        const double loss = loss_of(m, q, t_end, pow(10.0, -3.0 - 0.2 * k), reference, &l.steps);
+        const double loss = loss_of(m, q, u, t_end, pow(10.0, -3.0 - 0.2 * k), reference, &l.steps);
         l.most = fmax(l.most, loss);
         l.mean += log10(loss) / RUNS;
     }
@@ -79,7 +83,8 @@ static void advance(const cart *c, double sign, double h, double s[4])
         s[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
 }
 
-/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 - x - time x'. */
+/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 -
+ * x - time x'. */
 static void switched(const cart *c, double time, double end[2])
 {
     double s[4] = {0.0, 0.4, 0.0, 0.0}, sign = 1.0, left = time;
@@ -104,8 +109,8 @@ static void switched(const cart *c, double time, double end[2])
     end[0] = s[0], end[1] = s[1];
 }
 
-/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed IDA's test with errors
- * of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
+/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed
+ * IDA's test with errors of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
 static void a_servo_turns_round_between_steps(void **state)
 {
     (void)state;
@@ -122,8 +127,8 @@ static void a_servo_turns_round_between_steps(void **state)
     run_force(m, mbsr_force_joint_spring(pole, 0, 0.0, 0.02, 0.0));
     run_force(m, mbsr_force_gravity(0.0, 0.0, -weight));
     switched(&c, 2.0, reference);
-    const losses l = losses_of(run_finish(m), q, 2.0, reference);
-    assert_true(l.most < 1500.0 && l.mean < 2.4);
+    const losses l = losses_of(run_finish(m), q, at_rest, 2.0, reference);
+    assert_true(l.most < 1500.0 && l.mean < 2.3);
     assert_in_range(l.steps, 4000, 9000);
     mbsr_model_destroy(m);
 }
@@ -134,7 +139,9 @@ typedef struct stops {
     double stiffness, ratio, end[2]; /* the last by IDA alone at 1e-11 */
 } stops;
 
-/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances lost. */
+/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances
+ * lost. One run in 600 still lost 1000 to 2600, by each compiler another: where the arm moved
+ * freely along an error the stop counted as one that had acted before. */
 static void a_stop_that_is_hit_takes_the_impact(void **state)
 {
     (void)state;
@@ -154,10 +161,33 @@ static void a_stop_that_is_hit_takes_the_impact(void **state)
         const double damping = 2.0 * s->ratio * sqrt(0.1 * s->stiffness);
         run_force(m, mbsr_force_joint_stop(lower, 0, -0.5, 0.7, s->stiffness, damping));
         run_force(m, mbsr_force_gravity(0.0, 0.0, -weight));
-        const losses l = losses_of(run_finish(m), q, 3.0, s->end);
-        /* impacts magnify rounding: 76 by one compiler, 770 by another */
-        assert_true(l.most < 1000.0 && l.mean < 1.8);
+        const losses l = losses_of(run_finish(m), q, at_rest, 3.0, s->end);
+        assert_true(l.most < 300.0 && l.mean < 1.5);
         assert_in_range(l.steps, 5000, 25000);
+        mbsr_model_destroy(m);
+    }
+}
+
+/* ---- a body that bounces ---- */
+
+/* At 1 m/s off a spring, without loss: the longer the steps before, the smaller IDA's constant of
+ * the one that meets the spring. 20 times that let it end anywhere in it: up to 110 000 tolerances
+ * lost with 1e14 N/m, 10^3.0 in the mean. */
+static void a_bounce_is_as_good_at_any_stiffness(void **state)
+{
+    (void)state;
+    static const double q[1] = {0.0}, u[1] = {1.0}, X[3] = {1.0, 0.0, 0.0}, limit = 0.7,
+                        t_end = 2.0;
+    for (int k = 6; k <= 14; k += 2) {
+        const double stiffness = pow(10.0, k);
+        const double end = limit - (t_end - limit - acos(-1.0) / sqrt(stiffness));
+        mbsr_model *m = run_model();
+        const int body = run_body(m, "body", MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, X),
+                                  mbsr_inertia_particle(1.0));
+        run_force(m, mbsr_force_joint_stop(body, 0, -1e3, limit, stiffness, 0.0));
+        const losses l = losses_of(run_finish(m), q, u, t_end, &end);
+        assert_true(l.most < 300.0 && l.mean < 1.6);
+        assert_in_range(l.steps, 1000, 4000);
         mbsr_model_destroy(m);
     }
 }
@@ -165,6 +195,7 @@ static void a_stop_that_is_hit_takes_the_impact(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_servo_turns_round_between_steps),
-                                       cmocka_unit_test(a_stop_that_is_hit_takes_the_impact)};
+                                       cmocka_unit_test(a_stop_that_is_hit_takes_the_impact),
+                                       cmocka_unit_test(a_bounce_is_as_good_at_any_stiffness)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

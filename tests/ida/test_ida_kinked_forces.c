@@ -1,8 +1,9 @@
-/* A load of 5 kg on a cable of 2 m, one-sided and overdamped: Newton's method where the force has kinks.
- * SPDX-License-Identifier: BSD-3-Clause
+/* A load of 5 kg on a cable of 2 m, one-sided and overdamped: Newton's method where the force has
+ * kinks. SPDX-License-Identifier: BSD-3-Clause
  *
- * Loaded by some 50 N the cable is strained by 5e-9 to 5e-13 m, and predicted positions miss that by far, slack or strained.
- * The reference is the pendulum, by a Runge-Kutta method; a cable that gets taut takes what velocity there is along it. */
+ * Loaded by some 50 N the cable is strained by 5e-9 to 5e-13 m, and predicted positions miss that
+ * by far, slack or strained. The reference is the pendulum, by a Runge-Kutta method; a cable that
+ * gets taut takes what velocity there is along it. */
 #include "problems.h"
 #include "reference_runs.h"
 
@@ -97,8 +98,8 @@ static void check(double x, double z, double angle)
     }
 }
 
-/* At each length of the step Newton's method went to and fro between slack and strained: 800 to 20 000 steps, in which
- * it failed every third time, and runs that stood still. */
+/* At each length of the step Newton's method went to and fro between slack and strained: 800 to 20
+ * 000 steps, in which it failed every third time, and runs that stood still. */
 static void a_load_swings_on_a_stiff_cable(void **state)
 {
     (void)state;

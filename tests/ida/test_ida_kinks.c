@@ -205,8 +205,8 @@ static int to_and_fro(void *user, double t, double *s, double *sdot, double *sdd
 }
 
 /* A point mass on a rod of 0.5 m, hung from the pivot, which feels a blow where the pivot turns: u
- * jumps by -(cos q) (jump of the pivot's velocity) / l. Between the blows it is a pendulum, of which
- * the energy as seen from the pivot is conserved. */
+ * jumps by -(cos q) (jump of the pivot's velocity) / l. Between the blows it is a pendulum, of
+ * which the energy as seen from the pivot is conserved. */
 static void pivots_that_turn_strike(void **state)
 {
     (void)state;

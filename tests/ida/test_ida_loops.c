@@ -1,10 +1,10 @@
-/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations agree
- * on.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations
+ * agree on. SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "loops.h"
 
 #include <mbsrank/ida.h>
+#include <mbsrank/driver.h>
 
 /* Integrates the state of s to t_end; returns the number of steps. */
 static long run(loops *s, double tolerance, double t_end, double *gap)
@@ -21,7 +21,7 @@ static long run(loops *s, double tolerance, double t_end, double *gap)
     assert_ok(mbsr_ida_advance(ida, t_end, &t, y, yp), mbsr_ida_error(ida));
     assert_ok(mbsr_ida_get_stats(ida, &stats), NULL);
     assert_ok(mbsr_dae_unpack(s->m, s->d, MBSR_DAE_MOMENTUM, t, y, s->q, s->u), NULL);
-    assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
     for (int k = 0; k < s->rows; ++k) s->lambda[k] = yp[s->nq + 2 * s->nu + k];
     if (gap) *gap = test_largest(s->held, g);
@@ -77,7 +77,8 @@ static void a_four_bar(void **state)
     }
 }
 
-/* Tolerances of momenta in closed models take memory: a start without it is refused, and the next one runs. */
+/* Tolerances of momenta in closed models take memory: a start without it is refused, and the next
+ * one runs. */
 static void a_start_without_memory_is_refused(void **state)
 {
     (void)state;
@@ -105,7 +106,7 @@ static void a_start_without_memory_is_refused(void **state)
     } while (counting.failed);
     assert_true(refused >= 1);
     counting.fail_at = counting.calls + 1;
-    assert_ok(mbsr_backward(s.m, s.d), mbsr_data_error(s.d));
+    assert_ok(mbsr_stage_backward(s.m, s.d), mbsr_data_error(s.d));
     assert_int_equal(mbsr_momentum_scales(s.m, s.d, mass), MBSR_ERR_NO_MEMORY);
     assert_ok(mbsr_ida_advance(ida, 0.1, &t, y, yp), mbsr_ida_error(ida));
     mbsr_ida_destroy(ida);

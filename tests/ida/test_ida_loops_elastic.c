@@ -67,7 +67,8 @@ static void positions(void **state)
     loops_free(&s);
 }
 
-/* Away from rest: rates of the rods against starts from where crank and rocker come from and go to. */
+/* Away from rest: rates of the rods against starts from where crank and rocker come from and go to.
+ */
 static void rates(void **state)
 {
     (void)state;

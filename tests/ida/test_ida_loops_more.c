@@ -1,5 +1,5 @@
-/* More mechanisms with the driver: other cuts of one loop, rolling, loops in space with rows that are
- * redundant in every position, massless directions that no loop holds, drift.
+/* More mechanisms with the driver: other cuts of one loop, rolling, loops in space with rows that
+ * are redundant in every position, massless directions that no loop holds, drift.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
 
@@ -33,7 +33,8 @@ static void four_bar(loops *s, int cut)
         assert_ok(mbsr_model_add_body(s->m, &body, &c), NULL);
         if (cut == 2) {
             loops_pin(s, "pin", c, 0.0, 0.0, MBSR_GROUND, 2.0, 0.0);
-        } else { /* a massless rod: the distance from the rocker's foot, which must be where it is */
+        } else { /* a massless rod: the distance from the rocker's foot, which must be where it is
+                  */
             const double x[6] = {1.0, 0.0, 0.0, 1.0, 1.0, 0.0}, foot[3] = {2.0, 0.0, 0.0};
             const mbsr_closure_def rows = mbsr_closure_rows(c, NULL, MBSR_GROUND, foot, 2, x);
             assert_ok(mbsr_model_add_closure(s->m, &rows, NULL), NULL);
@@ -83,8 +84,9 @@ static void other_cuts(void **state)
 
 /* ---- other cuts of a slider-crank mechanism ---- */
 
-/* Crank 0.5 m, rod 1.5 m, slider of 1 kg on a line through the crank's hinge; cut at the rod's end, or at
- * the slider's guide: by a prismatic joint, or by a row for its place and one for its turn. */
+/* Crank 0.5 m, rod 1.5 m, slider of 1 kg on a line through the crank's hinge; cut at the rod's end,
+ * or at the slider's guide: by a prismatic joint, or by a row for its place and one for its turn.
+ */
 static void slider_crank(loops *s, int cut)
 {
     const mbsr_planar_frame own = {0.0, 0.0, 0.0}, end = {1.5, 0.0, 0.0};
@@ -133,8 +135,8 @@ static void other_cuts_of_a_slider_crank(void **state)
 
 /* ---- a pin in a slot of a body that turns ---- */
 
-/* Crank with a pin in the slot of a rocker: by a row fixed in the rocker, and by a joint with two freedoms
- * (turning on a prismatic joint) as a loop joint. */
+/* Crank with a pin in the slot of a rocker: by a row fixed in the rocker, and by a joint with two
+ * freedoms (turning on a prismatic joint) as a loop joint. */
 static void a_slotted_link(void **state)
 {
     (void)state;
@@ -177,8 +179,9 @@ static void a_slotted_link(void **state)
 
 /* ---- rolling ---- */
 
-/* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its axis, I
- * along it and J across. With the velocity R (w sin a - s) of the centre, the moment about the centre is
+/* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its
+ * axis, I along it and J across. With the velocity R (w sin a - s) of the centre, the moment about
+ * the centre is
  *
  *   w cos(a) (I s - (I - J) w sin a) = m R^2 w cos(a) (w sin a - s) + m g R sin a */
 static void a_steady_disc(void **state)
@@ -202,7 +205,7 @@ static void a_steady_disc(void **state)
     assert_ok(mbsr_model_add_closure(s.m, &roll, NULL), mbsr_model_error(s.m));
     loops_finish(&s);
     /* y up; the axis z turned about x by the lean, so that it points down by sin(lean) */
-    const mbsr_frame at = mbsr_frame_turned(NULL, x, lean);
+    const mbsr_frame at = mbsr_frame_rotated(NULL, x, lean);
     mbsr_rotation_quaternion(at.R, s.q);
     const double *axis = at.R + 6;
     s.q[5] = R * cos(lean);
@@ -291,8 +294,9 @@ static void a_long_run(void **state)
 
 /* ---- Bricard's linkage: six revolute joints, mobile against the count of rows ---- */
 
-/* Rods of 1 m and 1 kg, section 0.1 m square, gravity along -y, from rest; the sixth side is the ground.
- * The sixth joint is a cut body and a weld: six rows, five of them independent in every position. */
+/* Rods of 1 m and 1 kg, section 0.1 m square, gravity along -y, from rest; the sixth side is the
+ * ground. The sixth joint is a cut body and a weld: six rows, five of them independent in every
+ * position. */
 static void bricard(void **state)
 {
     (void)state;
@@ -334,8 +338,8 @@ static void bricard(void **state)
         assert_int_equal(report.independent, 5);
         assert_int_equal(report.nearby, 5);
         assert_int_equal(report.mobility, 1);
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
-        assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
         assert_ok(mbsr_energy(s.m, s.d, energy + 2 * end, energy + 2 * end + 1), NULL);
         if (end == 1) continue;
         const loops_result r = loops_run(&s, 1e-8, 2.0);
@@ -346,7 +350,7 @@ static void bricard(void **state)
     assert_int_equal(sum, 1);
     assert_close(energy[0] + energy[1], energy[2] + energy[3], 1e-3);
     assert_close(change, energy[2] + energy[3] - energy[0] - energy[1], 1e-9);
-    assert_ok(mbsr_positions(s.m, s.d, 2.0, s.q), NULL);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 2.0, s.q), NULL);
     assert_ok(mbsr_body_pose(s.m, s.d, 2, pose), NULL);
     assert_close(pose[9], -0.77814, 1e-4);
     assert_close(pose[10], -0.98035, 1e-4);
@@ -367,14 +371,14 @@ static int turn(void *user, double t, double *phi, double *rate, double *acceler
 
 static const double bend = 0.5; /* between the shafts, rad */
 
-/* Two shafts with a universal joint, the first one driven; the second ends in a ball bearing, whose row
- * along the shaft is redundant. Rigid where stiffness is 0. */
+/* Two shafts with a universal joint, the first one driven; the second ends in a ball bearing, whose
+ * row along the shaft is redundant. Rigid where stiffness is 0. */
 static void shafts(loops *s, double stiffness, double damping)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, tensor[6] = {0.03, 0.03, 0.05};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0, 0, 1}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
-                     tilted = mbsr_frame_turned(NULL, x, bend),
+                     tilted = mbsr_frame_rotated(NULL, x, bend),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     mbsr_body_def body = mbsr_default_body_def();
     int shaft;
@@ -401,7 +405,7 @@ static void shafts(loops *s, double stiffness, double damping)
 static double off_the_law(loops *s, double t)
 {
     double p[MBSR_POSE_SIZE];
-    assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_body_pose(s->m, s->d, 1, p), NULL);
     const double *x = p + MBSR_POSE_R, along = x[1] * cos(bend) + x[2] * sin(bend),
                  angle = atan2(along, x[0]), law = atan2(sin(10.0 * t) * cos(bend), cos(10.0 * t));
@@ -446,8 +450,8 @@ static int humped_gap(const mbsr_closure_args *args, double *g)
     return 0;
 }
 
-/* Two wheels on one shaft are held together twice; the second time so that it is redundant at the start
- * and at the end, and not in between. */
+/* Two wheels on one shaft are held together twice; the second time so that it is redundant at the
+ * start and at the end, and not in between. */
 static void opens_and_closes_between(void **state)
 {
     (void)state;
@@ -473,7 +477,8 @@ static void opens_and_closes_between(void **state)
     loops_free(&s);
 }
 
-/* Cranks in a row in one line, from where every loop may branch: run with all loops closed, or refused for that. */
+/* Cranks in a row in one line, from where every loop may branch: run with all loops closed, or
+ * refused for that. */
 static void cranks_in_one_line(void **state)
 {
     (void)state;
@@ -492,7 +497,7 @@ static void cranks_in_one_line(void **state)
         loops_finish(&s);
         const loops_result r = loops_run(&s, 1e-6, 0.5);
         if (r.status == MBSR_OK) {
-            assert_ok(mbsr_positions(s.m, s.d, 0.5, s.q), NULL);
+            assert_ok(mbsr_stage_positions(s.m, s.d, 0.5, s.q), NULL);
             assert_ok(mbsr_closures_gap(s.m, s.d, gap), NULL);
             for (int k = 0; k < 2 * count; ++k) assert_close(gap[k], 0.0, 1e-5);
         } else {

@@ -1,7 +1,8 @@
-/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations agree
- * on.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations
+ * agree on. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdio.h>
 
@@ -228,7 +229,7 @@ static void ladders(void **state)
             const loops_result r = loops_run(&s, tolerance[k], 5.0);
             assert_int_equal(r.status, MBSR_OK);
             assert_close(s.q[0], theta, 5e3 * tolerance[k]);
-            assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
+            assert_ok(mbsr_closures_redundant(s.m, s.d, dropped), NULL);
             assert_memory_equal(dropped, redundant, (size_t)s.rows * sizeof *dropped);
             loops_free(&s);
         }
@@ -287,12 +288,12 @@ static void soft_pins(void **state)
             double before[2], after[2];
             loops s;
             pinned(&s, stiffness[i]);
-            assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
-            assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+            assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
+            assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
             assert_ok(mbsr_energy(s.m, s.d, before, before + 1), mbsr_data_error(s.d));
             const loops_result r = loops_run(&s, tolerance[k], 1.0);
             assert_int_equal(r.status, MBSR_OK);
-            assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+            assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
             assert_ok(mbsr_energy(s.m, s.d, after, after + 1), mbsr_data_error(s.d));
             assert_less(after[0] + after[1], before[0] + before[1] + 1e-2);
             if (k == 2) truth = s.q[0];

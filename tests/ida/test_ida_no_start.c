@@ -3,6 +3,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "reference_runs.h"
 
+#include <mbsrank/driver.h>
+
 enum { SIZE_MOST = 16 };
 
 /* Refused with this status, body and words, y and yp unchanged, in every form. */
@@ -142,7 +144,8 @@ static void force_beyond_what_the_spring_can_balance(void **unused)
 
 /* ---- starts that are handed to the driver as they are ---- */
 
-/* The state q, u of two carts, packed in a form, is refused by the driver and names the first cart. */
+/* The state q, u of two carts, packed in a form, is refused by the driver and names the first cart.
+ */
 static void check_driver(const mbsr_model *m, const double *q, const double *u, bool refused)
 {
     mbsr_data *d = NULL;

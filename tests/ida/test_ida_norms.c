@@ -1,6 +1,6 @@
-/* What src/ida/error_test.c and jumps.c count on and SUNDIALS does not promise: which masked norms IDA asks for in an error test, in
- * which order, and what it makes of them. Where this fails a release of SUNDIALS has changed that.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* What src/ida/error_test.c and jumps.c count on and SUNDIALS does not promise: which masked norms
+ * IDA asks for in an error test, in which order, and what it makes of them. Where this fails a
+ * release of SUNDIALS has changed that. SPDX-License-Identifier: BSD-3-Clause */
 #include "problems.h"
 
 #include "ida/compat.h"
@@ -15,7 +15,8 @@ typedef struct point {
     double t, y[SIZE];
 } point;
 
-/* Norms to be handed out in the place of those of order k, k - 1, k - 2 and k + 1; NaN: the true one. */
+/* Norms to be handed out in the place of those of order k, k - 1, k - 2 and k + 1; NaN: the true
+ * one. */
 typedef struct script {
     double of_order, below, two_below, above;
 } script;
@@ -211,7 +212,8 @@ static void end(void)
     SUNContext_Free(&run.context);
 }
 
-/* Of an error test of order k: k, k - 1, k - 2 and, if it is passed and the order may rise, k + 1. */
+/* Of an error test of order k: k, k - 1, k - 2 and, if it is passed and the order may rise, k + 1.
+ */
 static void norms_are_asked_for_from_the_order_down_then_above(void **state)
 {
     (void)state;

@@ -3,6 +3,7 @@
 #include "twins.h"
 
 #include <mbsrank/ida.h>
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 

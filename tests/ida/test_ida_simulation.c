@@ -3,6 +3,7 @@
 #include "expect.h"
 
 #include <mbsrank/simulation.h>
+#include <mbsrank/driver.h>
 
 static const double AXIS[3] = {0.0, 1.0, 0.0}, TIP[3] = {0.0, 0.0, -1.0};
 
@@ -92,13 +93,14 @@ static void the_first_failure_stays(void **state)
     assert_int_equal(mbsr_simulation_to(NULL, 0.0), MBSR_ERR_NULL);
 }
 
-/* A crank of 0.3 m whose rod, without mass, moves a slider: its rate and position are given, the rest follows. */
+/* A crank of 0.3 m whose rod, without mass, moves a slider: its rate and position are given, the
+ * rest follows. */
 static void a_crank_turns_as_told(void **state)
 {
     (void)state;
     static const double y_axis[3] = {0, 1, 0}, x_axis[3] = {1, 0, 0}, o[3] = {0, 0, 0},
                         end[3] = {1.0, 0.0, 0.0};
-    const mbsr_frame tip = mbsr_frame_turned((double[3]){0.3, 0, 0}, y_axis, 0.0);
+    const mbsr_frame tip = mbsr_frame_rotated((double[3]){0.3, 0, 0}, y_axis, 0.0);
     mbsr_simulation s = mbsr_simulation_begin(NULL);
     const int crank = mbsr_simulation_add_body(
                   &s, "crank", MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, y_axis),
@@ -206,8 +208,8 @@ static int kinks(void *user, double t, int direction, mbsr_kink *next)
     return 0;
 }
 
-/* In all forms, in the middle of steps or where one has ended at a kink: the last good state is there
- * with its statistics, fits the solution, and a new start goes on from it. */
+/* In all forms, in the middle of steps or where one has ended at a kink: the last good state is
+ * there with its statistics, fits the solution, and a new start goes on from it. */
 static void runs_go_on_from_the_last_good_state(void **state)
 {
     (void)state;
@@ -271,8 +273,8 @@ static void momenta_have_the_masses_of_their_joints(void **state)
     assert_ok(s.status, &s.error);
     double scale[9];
     assert_int_equal(mbsr_momentum_scales(s.model, s.data, NULL), MBSR_ERR_NULL);
-    assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
-    assert_ok(mbsr_backward(s.model, s.data), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_backward(s.model, s.data), mbsr_data_error(s.data));
     assert_ok(mbsr_momentum_scales(s.model, s.data, scale), mbsr_data_error(s.data));
     for (int k = 0; k < 3; ++k) {
         mbsr_rank_info info;
@@ -325,12 +327,15 @@ static void tables_belong_to_the_simulation(void **state)
     mbsr_simulation_add_body(&s, NULL, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, AXIS),
                              mbsr_inertia_particle(2.0));
     mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, mbsr_table_force, push));
-    assert_true(mbsr_simulation_stats(&s).steps == 0);
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    assert_true(stats.steps == 0);
     mbsr_simulation_start(&s, &opt, 0.0, NULL, NULL);
     mbsr_simulation_to(&s, 2.0);
     assert_ok(s.status, &s.error);
     assert_close(s.u[0], 1.5 * (0.5 + 1.0), 1e-6);
-    assert_true(mbsr_simulation_stats(&s).steps > 0);
+    mbsr_simulation_get_stats(&s, &stats);
+    assert_true(stats.steps > 0);
     assert_null(mbsr_simulation_add_table(&s, MBSR_TABLE_LINEAR, 3, bad, f));
     assert_int_equal(s.status, MBSR_ERR_VALUE);
     assert_contains(s.error.text, "x[2] is 1, not above x[1], which is 1");
@@ -338,7 +343,8 @@ static void tables_belong_to_the_simulation(void **state)
     mbsr_simulation_end(&s);
     assert_null(s.parts);
     assert_null(mbsr_simulation_add_table(NULL, MBSR_TABLE_LINEAR, 3, t, f));
-    assert_true(mbsr_simulation_stats(NULL).steps == 0);
+    mbsr_simulation_get_stats(NULL, &stats);
+    assert_true(stats.steps == 0);
 }
 
 /* With a force switched off in them inverse dynamics is that of the model without it. */
@@ -356,11 +362,11 @@ static void data_belong_to_the_simulation(void **state)
     assert_ok(mbsr_force_switch(s.model, bare, spring, 0), mbsr_data_error(bare));
     mbsr_simulation_start(&s, NULL, 0.0, &q, NULL);
     assert_true(s.data != bare && s.data != other);
-    assert_ok(mbsr_inverse_dynamics(s.model, bare, 0.0, &q, &zero, &zero, &tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, bare, 0.0, &q, &zero, &zero, NULL, &tau),
               mbsr_data_error(bare));
     assert_close(fabs(tau), 9.81 * sin(0.4), 1e-12);
     const double weight = tau;
-    assert_ok(mbsr_inverse_dynamics(s.model, other, 0.0, &q, &zero, &zero, &tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, other, 0.0, &q, &zero, &zero, NULL, &tau),
               mbsr_data_error(other));
     assert_close(tau - weight, 50.0 * 0.4, 1e-12);
     mbsr_simulation_end(&s);

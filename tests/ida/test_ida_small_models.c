@@ -1,6 +1,5 @@
-/* Small masses: starts on the smooth motion, and reports on a pendulum on a bead, a quarter of a car
- * and the car axis.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Small masses: starts on the smooth motion, and reports on a pendulum on a bead, a quarter of a
+ * car and the car axis. SPDX-License-Identifier: BSD-3-Clause */
 #include "paper.h"
 #include "small_study.h"
 
@@ -14,8 +13,8 @@ void dgeev_(const char *left, const char *right, const int *n, double *A, const 
 
 /* ---- smooth start ---- */
 
-/* The part of x = (p1 - 1, p2 - 1, v1, v2) in the fastest eigenspace of the oscillators, by left and
- * right eigenvectors; c1 = c2 = F = m2 = 1. */
+/* The part of x = (p1 - 1, p2 - 1, v1, v2) in the fastest eigenspace of the oscillators, by left
+ * and right eigenvectors; c1 = c2 = F = m2 = 1. */
 static void fast_part(const oscillator_parameters *p, const double x[4], double fast[4])
 {
     const int n = 4, work_size = 64;
@@ -65,8 +64,9 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Steps at tolerances about 1e-6 in all; undamped, the median from starts that are moved by 1e-9: there BDF
- * excites the fast motion by itself, and two starts as close as that may differ by a factor 2. */
+/* Steps at tolerances about 1e-6 in all; undamped, the median from starts that are moved by 1e-9:
+ * there BDF excites the fast motion by itself, and two starts as close as that may differ by a
+ * factor 2. */
 static long steps_from(const study *like, const smooth_start *s, int damped)
 {
     enum { RUNS = 21 };
@@ -259,7 +259,7 @@ static void a_simulation_says_what_its_zeros_have_done(void **unused)
     like.opt.parts = 0;
     assert_ok(mbsr_simulation_watch_masses(&s, &like.opt), &s.error);
     for (int k = 1; k <= 2000; ++k) mbsr_simulation_to(&s, 10.0 * pow(k / 2000.0, 3.0));
-    assert_ok(mbsr_simulation_masses(&s, &report), &s.error);
+    assert_ok(mbsr_simulation_get_masses(&s, &report), &s.error);
     print_message("error %.3e at t = %g, by each step %.3e at t = %g\n", report.error, report.time,
                   expected.error, expected.time);
     assert_int_equal(report.body, 0);
@@ -270,15 +270,15 @@ static void a_simulation_says_what_its_zeros_have_done(void **unused)
     mbsr_model_destroy(m);
 
     s = mbsr_simulation_begin(NULL);
-    assert_int_equal(mbsr_simulation_masses(&s, &report), MBSR_ERR_SEQUENCE);
+    assert_int_equal(mbsr_simulation_get_masses(&s, &report), MBSR_ERR_SEQUENCE);
     mbsr_simulation_forgive(&s);
     assert_int_equal(mbsr_simulation_watch_masses(&s, &like.opt), MBSR_ERR_SEQUENCE);
     assert_contains(s.error.text, "mbsr_simulation_start first");
     mbsr_simulation_end(&s);
 }
 
-/* A bead snaps through between two wells while a cart pulls it: without its mass it stands still where the wells end,
- * and jumps. */
+/* A bead snaps through between two wells while a cart pulls it: without its mass it stands still
+ * where the wells end, and jumps. */
 static void a_bead_that_snaps_through(void **unused)
 {
     (void)unused;
@@ -308,8 +308,8 @@ static void a_bead_that_snaps_through(void **unused)
     mbsr_model_destroy(m);
 }
 
-/* Behind the coupler of a four-bar linkage a light wheel turns freely: it keeps its mass, and a light rod on springs is
- * looked at without. */
+/* Behind the coupler of a four-bar linkage a light wheel turns freely: it keeps its mass, and a
+ * light rod on springs is looked at without. */
 static void a_light_wheel_on_a_linkage(void **unused)
 {
     (void)unused;
@@ -339,7 +339,7 @@ static void a_light_wheel_on_a_linkage(void **unused)
     opt.duration = 1.0;
     assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
     assert_ok(mbsr_small_masses_start(small, 0.0, q, u), mbsr_small_masses_error(small));
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     assert_int_equal(report.masses, 2);
     assert_close(report.amplitude, report.mass[0].amplitude + report.mass[1].amplitude, 1e-15);
     assert_contains(report.text, "all zeros together|swings that are lost");

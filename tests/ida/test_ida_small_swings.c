@@ -1,8 +1,8 @@
 /* Small masses: what excites the fast motion along a run, by closed forms.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A block of 1 kg is pushed along a slide by a force that begins within the run. A flag of little mass
- * m stands on it on a spring k and a damper d: without mass it stays where it is, and with it
+ * A block of 1 kg is pushed along a slide by a force that begins within the run. A flag of little
+ * mass m stands on it on a spring k and a damper d: without mass it stays where it is, and with it
  *
  *   m x'' + d x' + k x = -m a(t),    a the acceleration of the block, but for O(m). */
 #include "small_study.h"
@@ -82,11 +82,11 @@ static double follow(study *s, long *predicted, long *measured)
     static study_path path;
     mbsr_small_masses_report report;
     mbsr_small_masses *small = study_begin(s, rest, rest);
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     assert_true(report.mass[0].amplitude == 0.0 && report.steps == 0.0);
     mbsr_small_masses_destroy(small);
     small = study_predict(s);
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     const double amplitude = report.direction[report.mass[0].direction].amplitude;
     *predicted = s->steps + (long)report.steps;
     mbsr_small_masses_destroy(small);
@@ -139,8 +139,8 @@ static double left_by(const push *force, double w)
     return force->most * force->time / (3.0 * PIECES) * cabs(sum) / w;
 }
 
-/* For a time T, 5 to 40 times 1 / w: the swing that the push leaves, which ends as next to nothing. Of long
- * pushes the report shows what of the displacement m a / k follows with a lag. */
+/* For a time T, 5 to 40 times 1 / w: the swing that the push leaves, which ends as next to nothing.
+ * Of long pushes the report shows what of the displacement m a / k follows with a lag. */
 static void a_short_push_excites(void **unused)
 {
     (void)unused;

@@ -1,9 +1,9 @@
 /* Reports on small masses of random trees: what may be zero, and what may not.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Planar trees of hinges and slides with springs, many with dampers, under gravity; bodies of 1e-7 to
- * 0.1 of the others. All whose verdict is "may be zero" are set to zero together, and in a run of
- * its own one that may not be zero; the positions are compared with those of the model given. */
+ * Planar trees of hinges and slides with springs, many with dampers, under gravity; bodies of 1e-7
+ * to 0.1 of the others. All whose verdict is "may be zero" are set to zero together, and in a run
+ * of its own one that may not be zero; the positions are compared with those of the model given. */
 #include "small_study.h"
 
 enum { BODIES = 7 };
@@ -99,8 +99,9 @@ typedef struct tally {
     double worst;
 } tally;
 
-/* The named masses are zero: measured error against the prediction, by runs that are tight enough to tell.
- * Where a mass that stays swings without damping that may be 1e-12: at 1e-8 such runs lose tolerances. */
+/* The named masses are zero: measured error against the prediction, by runs that are tight enough
+ * to tell. Where a mass that stays swings without damping that may be 1e-12: at 1e-8 such runs lose
+ * tolerances. */
 static void check_zeros(const scene *s, const study *like, const mbsr_small_part *part, int parts,
                         uint64_t seed, tally *sum)
 {
@@ -177,14 +178,15 @@ static void zeros_are_as_good_as_predicted(void **unused)
     assert_true(10 * sum.not_small <= sum.not_zero);
 }
 
-/* Masses of one tree in a system: verdicts along a run, and shares of what is allowed at the start. */
+/* Masses of one tree in a system: verdicts along a run, and shares of what is allowed at the start.
+ */
 static int judge_in(const units *in, uint64_t seed, mbsr_small_verdict *verdict, double *share)
 {
     scene s = make(seed, in);
     study x = study_in(&s, in);
     mbsr_small_masses *small = study_begin(&x, s.q, s.u);
     mbsr_small_masses_report report;
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     for (int k = 0; k < report.masses; ++k)
         share[k] = report.mass[k].share + report.mass[k].amplitude;
     report = study_follow(&x, small, NULL);

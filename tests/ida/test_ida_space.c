@@ -30,8 +30,8 @@ static observed observe(const mbsr_model *m, mbsr_data *d, const run_state *s)
 {
     observed o;
     double kinetic, potential;
-    assert_ok(mbsr_positions(m, d, s->t, s->q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, s->u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, s->t, s->q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, s->u), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, &potential), mbsr_data_error(d));
     o.energy = kinetic + potential;
     assert_ok(mbsr_tree_momentum(m, d, NULL, NULL, NULL, o.momentum), mbsr_data_error(d));
@@ -268,7 +268,7 @@ static void check_free_body(const trial *is)
     const double tensor[6] = {principal[0], principal[1], principal[2], 0.0, 0.0, 0.0};
     memset(com, 0, sizeof com);
     run_body(m, "body", MBSR_GROUND, mbsr_joint_free(NULL, NULL),
-             mbsr_inertia_moved(&at, mbsr_inertia_rigid(3.0, com, tensor)));
+             mbsr_inertia_in_frame(&at, mbsr_inertia_rigid(3.0, com, tensor)));
     run_finish(m);
     mbsr_rotation_quaternion(start.R, q);
     memcpy(q + 4, start.x, sizeof start.x);
@@ -351,7 +351,7 @@ static mbsr_model *floating_tree(int light, double *q, double *u)
         const mbsr_frame at = test_frame(&rng, 0.3);
         const double edges[3] = {0.4, 0.5, 0.3};
         const mbsr_joint joint = test_joint_in_space(&rng, part[k].kind, 1.0);
-        const mbsr_inertia inertia[] = {mbsr_inertia_moved(&at, mbsr_inertia_box(20.0, edges)),
+        const mbsr_inertia inertia[] = {mbsr_inertia_in_frame(&at, mbsr_inertia_box(20.0, edges)),
                                         mbsr_inertia_point_mass(1.2, at.x), mbsr_inertia_zero()};
         run_body(m, NULL, part[k].parent, joint, inertia[light ? part[k].light : BOX]);
         if (k > 0) run_force(m, test_joint_law(k, 3.0, light ? 2.0 : 0.0));
@@ -363,8 +363,8 @@ static mbsr_model *floating_tree(int light, double *q, double *u)
 }
 
 /* Linear and angular momentum stay, and without damping the energy, which damping lowers. The last
- * coordinates are compared with `known` ones (NULL: with none) and written to q_last. Returns by how
- * much what stays has drifted. */
+ * coordinates are compared with `known` ones (NULL: with none) and written to q_last. Returns by
+ * how much what stays has drifted. */
 static double run_floating_tree(int light, const trial *is, const double *known, double *q_last)
 {
     double q[RUN_MOST], u[RUN_MOST], off[RUN_MOST] = {0.0};
@@ -422,8 +422,8 @@ static void a_floating_tree_keeps_its_momentum(void **unused)
     for (int light = 0; light < 2; ++light) {
         double known[RUN_MOST], q[RUN_MOST];
         for (int k = 0; k < 7; ++k) {
-            /* the drift of one run at the smallest tolerance scatters by ten and more, with rounding:
-             * the mean of many counts, as far as the limit is near */
+            /* the drift of one run at the smallest tolerance scatters by ten and more, with
+             * rounding: the mean of many counts, as far as the limit is near */
             const int turns = k ? 1 : light ? 21 : 3;
             trial is = trials[light][k];
             double drift = run_floating_tree(light, &is, k ? known : NULL, k ? q : known);
@@ -460,7 +460,7 @@ static mbsr_model *make_governor(const governor *g, int crosses, mbsr_joint shaf
     for (int k = 0; k < 2; ++k) {
         /* turned by half a turn, so that opening is positive for both */
         const double place[3] = {k ? -g->offset : g->offset, 0.0, 0.0};
-        const mbsr_frame hinge = mbsr_frame_turned(place, e_z, k ? acos(-1.0) : 0.0);
+        const mbsr_frame hinge = mbsr_frame_rotated(place, e_z, k ? acos(-1.0) : 0.0);
         const mbsr_inertia inertia = mbsr_inertia_point_mass(g->ball, end);
         const double opening[3] = {0.0, -1.0, 0.0};
         if (crosses) {

@@ -1,6 +1,5 @@
-/* Stock springs as closures with the driver: the motion of the force element, at the price of the rigid
- * joint, however stiff it is.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Stock springs as closures with the driver: the motion of the force element, at the price of the
+ * rigid joint, however stiff it is. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
 
 #include <stdbool.h>
@@ -17,8 +16,8 @@ static void add(loops *s, mbsr_force_def def, int as_closure)
     assert_ok(mbsr_model_add_force(s->m, &def, NULL), mbsr_model_error(s->m));
 }
 
-/* Slider-crank of tests/ida/test_ida_stiff.c: crank 0.2 m and 2 kg, rod 0.6 m and 1 kg, slider 1.5 kg. It
- * falls from phi = 1 at rest, with phi = -1.590430257 after 3 s where the pin is rigid. */
+/* Slider-crank of tests/ida/test_ida_stiff.c: crank 0.2 m and 2 kg, rod 0.6 m and 1 kg, slider 1.5
+ * kg. It falls from phi = 1 at rest, with phi = -1.590430257 after 3 s where the pin is rigid. */
 static void crank(loops *s, pin kind, double k, double d, int as_closure)
 {
     const double a = 0.2, l = 0.6, b = asin(a * sin(1.0) / l);
@@ -58,8 +57,8 @@ static void crank(loops *s, pin kind, double k, double d, int as_closure)
     s->q[2] = a * cos(1.0) + l * cos(b);
 }
 
-/* A pendulum in space on a universal joint whose lower rod hangs on a bushing: k in all directions, of
- * the turns one is soft. */
+/* A pendulum in space on a universal joint whose lower rod hangs on a bushing: k in all directions,
+ * of the turns one is soft. */
 static void pendulum(loops *s, double k, double d, int as_closure)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0};
@@ -87,7 +86,7 @@ static void pendulum(loops *s, double k, double d, int as_closure)
     }
     loops_finish(s);
     s->q[0] = 0.7;
-    const mbsr_frame turned = mbsr_frame_turned(NULL, z, 0.7);
+    const mbsr_frame turned = mbsr_frame_rotated(NULL, z, 0.7);
     mbsr_rotation_quaternion(turned.R, s->q + 2);
     s->q[6] = 0.8 * sin(0.7);
     s->q[7] = -0.8 * cos(0.7);
@@ -174,8 +173,9 @@ static int turn(void *user, double t, double *s, double *rate, double *accelerat
     return MBSR_OK;
 }
 
-/* Two shafts at an angle of 0.5 rad; the bearing of the second, without mass, is held by a bushing that is soft
- * against turning. With the second shaft's centre of mass at the joint there are no forces at the start. */
+/* Two shafts at an angle of 0.5 rad; the bearing of the second, without mass, is held by a bushing
+ * that is soft against turning. With the second shaft's centre of mass at the joint there are no
+ * forces at the start. */
 static void shafts(loops *s, double k, double d, const double com[3], int as_closure)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, tilt = 0.5,
@@ -183,7 +183,7 @@ static void shafts(loops *s, double k, double d, const double com[3], int as_clo
                  D[6] = {0.1, 0.1, 0.1, d, d, d};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
-                     tilted = mbsr_frame_turned(NULL, x, tilt),
+                     tilted = mbsr_frame_rotated(NULL, x, tilt),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     int id = MBSR_GROUND;
     loops_begin(s, NULL);
@@ -206,8 +206,9 @@ static void shafts(loops *s, double k, double d, const double com[3], int as_clo
     s->u[2] = -10.0 * cos(tilt);
 }
 
-/* Crank 0.2 m about z, rod 0.6 m, slider along x at z = 0.1 m; rod and slider held by a bushing that is soft against
- * turning. Where the crank stands across the slide, all its rows together lose rank. */
+/* Crank 0.2 m about z, rod 0.6 m, slider along x at z = 0.1 m; rod and slider held by a bushing
+ * that is soft against turning. Where the crank stands across the slide, all its rows together lose
+ * rank. */
 static void crank_in_space(loops *s, double k, double d, double loss, int as_closure)
 {
     const double z[3] = {0.0, 0.0, 1.0}, x[3] = {1.0, 0.0, 0.0}, phi = 1.0, beside = 0.1, rod = 0.6,
@@ -313,7 +314,8 @@ static void settle(loops *s, double most)
     }
 }
 
-/* Six rows settled where there are fewer freedoms, by loads that move all of them: as by a force from there. */
+/* Six rows settled where there are fewer freedoms, by loads that move all of them: as by a force
+ * from there. */
 static void settled(void **state)
 {
     (void)state;
@@ -344,7 +346,8 @@ static void settled(void **state)
     }
 }
 
-/* Two springs hold one slider, one three times as stiff: they bear its weight by their stiffness. */
+/* Two springs hold one slider, one three times as stiff: they bear its weight by their stiffness.
+ */
 static void shared_weight(void **state)
 {
     (void)state;

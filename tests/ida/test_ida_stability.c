@@ -3,8 +3,9 @@
 #include "problems.h"
 #include "reference_runs.h"
 
-/* A slider of 1 kg that rolls on, with a mass of 1 kg on a spring of 1e10 N/m beside it that vibrates at first: at 1e5 rad/s, for 0.3 s
- * by its damper until its momentum is within the tolerance. Orders 3 to 5 follow it to the end, in 200 712 steps. */
+/* A slider of 1 kg that rolls on, with a mass of 1 kg on a spring of 1e10 N/m beside it that
+ * vibrates at first: at 1e5 rad/s, for 0.3 s by its damper until its momentum is within the
+ * tolerance. Orders 3 to 5 follow it to the end, in 200 712 steps. */
 static void a_vibration_that_nobody_sees_is_let_go(void **state)
 {
     (void)state;

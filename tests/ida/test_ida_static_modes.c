@@ -1,6 +1,6 @@
-/* What static modes cost and bring, with mass and without: steps of the driver and errors of the tip of a
- * cantilever under a smooth load, against many normal modes.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* What static modes cost and bring, with mass and without: steps of the driver and errors of the
+ * tip of a cantilever under a smooth load, against many normal modes. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/ida.h>
@@ -36,7 +36,7 @@ static mbsr_flex *beam(int modes, treatment how)
     mbsr_flex_def data;
     mbsr_flex *elastic;
     double D[MOST * MOST] = {0.0};
-    assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
     for (int k = 0; k < modes; ++k) D[k * (data.modes + 1)] = data.D[k * (data.modes + 1)];
     data.D = D;
     assert_ok(mbsr_flex_create(&data, &elastic, &error), &error);
@@ -76,7 +76,7 @@ static long run(int modes, treatment how, double tolerance, double deflection[OU
     assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
     for (int k = 0; k < OUTPUTS; ++k) {
         assert_ok(mbsr_ida_advance(ida, 0.2 * (k + 1), &t, y, yp), mbsr_ida_error(ida));
-        assert_ok(mbsr_positions(m, d, t, y), e);
+        assert_ok(mbsr_stage_positions(m, d, t, y), e);
         assert_ok(mbsr_body_pose(m, d, tip, pose), e);
         deflection[k] = pose[MBSR_POSE_X + 1];
     }

@@ -1,8 +1,9 @@
-/* The mechanisms of bench_driver, closed by stiff springs as force elements: some cells of its table.
- * SPDX-License-Identifier: BSD-3-Clause
+/* The mechanisms of bench_driver, closed by stiff springs as force elements: some cells of its
+ * table. SPDX-License-Identifier: BSD-3-Clause
  *
- * The reference is another formulation, the same springs as stiff closures. How far a run may be off
- * is measured by what these lose themselves at the same tolerance. bench_driver has all cells. */
+ * The reference is another formulation, the same springs as stiff closures. How far a run may be
+ * off is measured by what these lose themselves at the same tolerance. bench_driver has all cells.
+ */
 #include "bench.h"
 #include "duration.h"
 #include "mechanisms.h"
@@ -62,8 +63,8 @@ static double energy(const mbsr_model *m, mbsr_data *d, double t, const double *
 {
     double q[2 * MECHANISM_MOST], u[2 * MECHANISM_MOST], kinetic, potential;
     assert_ok(mbsr_dae_unpack(m, d, MBSR_DAE_MOMENTUM, t, y, q, u), mbsr_data_error(d));
-    assert_ok(mbsr_positions(m, d, t, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, t, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, &potential), mbsr_data_error(d));
     return kinetic + potential;
 }
@@ -217,9 +218,10 @@ static void check_dense(const seen *s)
     assert_less(distance(&o, &reference), s->error);
 }
 
-/* One-sided quotients of a stiff element make a matrix that is far too stiff across it: whole runs of 20
- * steps passed for converged, at the start. Where velocities are zero, they made one of rounding errors.
- * In the last run steps of order 1 and 2 failed and were doubled again for ever, 30 000 of them. */
+/* One-sided quotients of a stiff element make a matrix that is far too stiff across it: whole runs
+ * of 20 steps passed for converged, at the start. Where velocities are zero, they made one of
+ * rounding errors. In the last run steps of order 1 and 2 failed and were doubled again for ever,
+ * 30 000 of them. */
 static void dense_matrices_let_no_run_stand_still(void **state)
 {
     (void)state;
@@ -234,9 +236,9 @@ static void dense_matrices_let_no_run_stand_still(void **state)
     for (size_t k = 0; k < sizeof cells / sizeof cells[0]; ++k) check_dense(cells + k);
 }
 
-/* With k = 1e6 N/m Newton's method converged by matrices whose stiff direction had turned since, or nearly
- * so, and had new ones when it did not: errors of 0.06 and 6e-5; in the last two up to 3e-4 and 3e-3, and a sixth and
- * a half more steps. */
+/* With k = 1e6 N/m Newton's method converged by matrices whose stiff direction had turned since, or
+ * nearly so, and had new ones when it did not: errors of 0.06 and 6e-5; in the last two up to 3e-4
+ * and 3e-3, and a sixth and a half more steps. */
 static void matrices_that_have_turned_mislead_no_run(void **state)
 {
     (void)state;
@@ -271,8 +273,8 @@ static void other_forms_are_not_stuck(void **state)
     }
 }
 
-/* The most that a mechanism with rigid pins loses at a tolerance: of coordinates, and of energy either way, with
- * matrices as IDA keeps them; where they are renewed rigid pins lose less. */
+/* The most that a mechanism with rigid pins loses at a tolerance: of coordinates, and of energy
+ * either way, with matrices as IDA keeps them; where they are renewed rigid pins lose less. */
 typedef struct losses {
     double error, energy;
 } losses;
@@ -292,8 +294,8 @@ static losses rigid_losses(const cell *c, double tolerance)
     return most;
 }
 
-/* At a damping ratio of 30 strain carries energy; at 1e6 N/m Newton's method has to see it. Runs that gained
- * up to 47 times what rigid pins gain were off by 96 times what these lose. */
+/* At a damping ratio of 30 strain carries energy; at 1e6 N/m Newton's method has to see it. Runs
+ * that gained up to 47 times what rigid pins gain were off by 96 times what these lose. */
 static void stiff_pins_gain_no_more_than_rigid_ones(void **state)
 {
     (void)state;
@@ -331,7 +333,8 @@ static double mean_steps(const cell *c, double tolerance)
     return sum / RUNS;
 }
 
-/* Two shafts and a bushing, as in example 13; a half more steps for half a digit is more than the order's. */
+/* Two shafts and a bushing, as in example 13; a half more steps for half a digit is more than the
+ * order's. */
 static void steps_are_smooth_in_the_tolerance(void **state)
 {
     (void)state;
@@ -347,8 +350,9 @@ static void steps_are_smooth_in_the_tolerance(void **state)
     }
 }
 
-/* A knee that leaves its stop: IDA's Newton's method, with the matrix of the stop, finds no correction worth
- * while, and the knee stays; at 1e-7 and 1e-8 it ends 0.8 rad off. The reference is IDA alone at 1e-10. */
+/* A knee that leaves its stop: IDA's Newton's method, with the matrix of the stop, finds no
+ * correction worth while, and the knee stays; at 1e-7 and 1e-8 it ends 0.8 rad off. The reference
+ * is IDA alone at 1e-10. */
 static void a_stop_that_is_left_holds_nothing(void **state)
 {
     (void)state;
@@ -362,8 +366,8 @@ static void a_stop_that_is_left_holds_nothing(void **state)
     }
 }
 
-/* On its stop the force of this knee has a kink at the strain that bears it: Newton's method went to and fro
- * between its sides at every length of the step. */
+/* On its stop the force of this knee has a kink at the strain that bears it: Newton's method went
+ * to and fro between its sides at every length of the step. */
 static void newton_settles_on_the_kink_of_a_stop(void **state)
 {
     (void)state;
@@ -376,8 +380,9 @@ static void newton_settles_on_the_kink_of_a_stop(void **state)
     }
 }
 
-/* On this stop the knee strains it by less than difference quotients of q step: their slopes were a mean of those
- * on both sides of the kink, and dense runs ended 5000 to 40 000 tolerances off without a word. */
+/* On this stop the knee strains it by less than difference quotients of q step: their slopes were a
+ * mean of those on both sides of the kink, and dense runs ended 5000 to 40 000 tolerances off
+ * without a word. */
 static void dense_matrices_know_the_side_of_a_stop(void **state)
 {
     (void)state;
@@ -401,7 +406,8 @@ static int next_output(void *user, double t, int direction, mbsr_kink *next)
     return MBSR_OK;
 }
 
-/* The most energy beyond that of the start, at 60 times at which steps end, or between them; completed or raw. */
+/* The most energy beyond that of the start, at 60 times at which steps end, or between them;
+ * completed or raw. */
 static double gain_at_outputs(bool ends, bool raw)
 {
     cell c = find_cell("slider_crank", 1e12, 1.0);
@@ -429,7 +435,8 @@ static double gain_at_outputs(bool ends, bool raw)
     return most;
 }
 
-/* Interpolated states strain stiff springs; where steps end nothing does, nor where states are completed. */
+/* Interpolated states strain stiff springs; where steps end nothing does, nor where states are
+ * completed. */
 static void outputs_strain_nothing(void **state)
 {
     (void)state;

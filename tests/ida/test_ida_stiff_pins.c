@@ -1,12 +1,13 @@
-/* Linkages in a plane, made of bodies in space whose axes lie anywhere, with pins that are stiff balls: of each the
- * row across the plane is redundant, and rounding of its gap is a force.
+/* Linkages in a plane, made of bodies in space whose axes lie anywhere, with pins that are stiff
+ * balls: of each the row across the plane is redundant, and rounding of its gap is a force.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
 
-/* A rod from a to b along the root's axes at the start, with its own axes turned: its frame in the root. */
+/* A rod from a to b along the root's axes at the start, with its own axes turned: its frame in the
+ * root. */
 static mbsr_frame turned(const double *a, double angle)
 {
-    return mbsr_frame_turned(a, (double[3]){0.3, -0.8, 0.5}, angle);
+    return mbsr_frame_rotated(a, (double[3]){0.3, -0.8, 0.5}, angle);
 }
 
 /* What of the root is x, seen from the frame. */

@@ -1,7 +1,6 @@
-/* Runs of beams with geometric stiffening: a spin-up and a falling pendulum against the elastica (its
- * tangent angle as a series, independent of any floating frame), the same modes in another program, and
- * chains of rigid links.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Runs of beams with geometric stiffening: a spin-up and a falling pendulum against the elastica
+ * (its tangent angle as a series, independent of any floating frame), the same modes in another
+ * program, and chains of rigid links. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "flexible.h"
@@ -82,7 +81,9 @@ static spin spin_up(const mbsr_flex *flex, int tip, double tolerance)
         if (next < TIMES && t == times[next]) result.at[next++] = v;
     }
     assert_int_equal(next, TIMES);
-    result.steps = mbsr_simulation_stats(&s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    result.steps = stats.steps;
     mbsr_simulation_end(&s);
     return result;
 }
@@ -117,8 +118,8 @@ static void a_beam_is_spun_up(void **state)
     }
 }
 
-/* Normal modes of finite elements. The elastica's tip is 0.5737437 back at most; the rest is what the field of
- * second order leaves out. */
+/* Normal modes of finite elements. The elastica's tip is 0.5737437 back at most; the rest is what
+ * the field of second order leaves out. */
 static void a_built_in_beam_is_spun_up(void **state)
 {
     (void)state;
@@ -130,7 +131,7 @@ static void a_built_in_beam_is_spun_up(void **state)
         def.modes = n, def.stiffening = 1;
         assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
         mbsr_flex_def data;
-        mbsr_flex_data(flex, &data);
+        mbsr_flex_definition(flex, &data);
         const spin s = spin_up(flex, def.elements, 1e-6);
         print_message("%d normal modes, %d dependent shapes: lowest %.5f, off by %.4f, %ld steps\n",
                       n, data.dependent, s.lowest, distance(&s), s.steps);
@@ -195,7 +196,9 @@ static void fall_in_links(int links, double tolerance, double tip[3][2])
         tip[k][0] = p[0] + length * cos(p[2]);
         tip[k][1] = p[1] + length * sin(p[2]);
     }
-    print_message("%d links: %ld steps\n", links, mbsr_simulation_stats(&s).steps);
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    print_message("%d links: %ld steps\n", links, stats.steps);
     mbsr_simulation_end(&s);
 }
 

@@ -65,12 +65,12 @@ static void consistent(const mbsr_model *m, mbsr_data *d, double *y, double *yp)
               mbsr_data_error(d));
 }
 
-/* The solver alone, or with its matrices renewed in time; GMRES with it, and differences of F or products with the
- * matrix. */
+/* The solver alone, or with its matrices renewed in time; GMRES with it, and differences of F or
+ * products with the matrix. */
 typedef enum method { DIRECT, RENEWED, KRYLOV, PRODUCTS } method;
 
-/* To t = 2 with IDA set up by hand; like the driver, but for tolerances of one size. newton: what is left of
- * Newton's method, in tolerances. */
+/* To t = 2 with IDA set up by hand; like the driver, but for tolerances of one size. newton: what
+ * is left of Newton's method, in tolerances. */
 static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double tolerance,
                       double newton, method by)
 {
@@ -205,8 +205,8 @@ static void ida_by_hand_does_what_the_driver_does(void **state)
     mbsr_model_destroy(m);
 }
 
-/* Exact products in the place of differences: no more steps, and no residual for a product. Rounding moves
- * the steps of one run by a tenth, so that several are compared. */
+/* Exact products in the place of differences: no more steps, and no residual for a product.
+ * Rounding moves the steps of one run by a tenth, so that several are compared. */
 static void products_replace_differences(void **state)
 {
     (void)state;

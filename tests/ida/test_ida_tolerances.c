@@ -6,6 +6,8 @@
 
 #include "ida/compat.h"
 
+#include <mbsrank/driver.h>
+
 #include <ida/ida.h>
 #include <nvector/nvector_serial.h>
 #include <stdbool.h>
@@ -54,10 +56,10 @@ static void masses(const mbsr_model *m, mbsr_data *d, const double *q, const dou
                    double mass[BODIES])
 {
     double largest = 0.0;
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
     for (int i = 0; i < BODIES; ++i) {
         mbsr_rank_info info;
         assert_ok(mbsr_body_rank(m, d, i, &info), mbsr_data_error(d));

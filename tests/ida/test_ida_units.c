@@ -13,7 +13,8 @@ enum { RODS = 4, SIZE = 3 * RODS };
 
 enum { SYSTEMS = sizeof systems / sizeof systems[0] };
 
-/* A sledge that carries rods on springs, the second without mass; or nothing but a pendulum that hangs at rest. */
+/* A sledge that carries rods on springs, the second without mass; or nothing but a pendulum that
+ * hangs at rest. */
 static mbsr_model *make(const units *in, int hangs)
 {
     const double L = in->length, M = in->mass, T = in->time, torque = M * L * L / (T * T);
@@ -136,8 +137,8 @@ static int add(mbsr_model *m, mbsr_joint joint, mbsr_inertia inertia, int parent
     return id;
 }
 
-/* Two cranks, between them a rod on a ball joint and a cylindrical one, which is cut: its body has no mass, turns
- * and slides. */
+/* Two cranks, between them a rod on a ball joint and a cylindrical one, which is cut: its body has
+ * no mass, turns and slides. */
 static void add_spatial_loop(mbsr_model *m, const units *in)
 {
     const double B[3] = {0.3, 0.1, 0.05}, C[3] = {0.3, 0.5, 0.3}, D[3] = {1.2, -0.1, 0.2},
@@ -161,8 +162,8 @@ static void place_rod(int k, double a[3], double b[3])
     b[0] = 0.6 * cos(angle + 0.5), b[1] = 0.5 * sin(angle + 0.5), b[2] = 0.1 * k;
 }
 
-/* A free body on five rods: three without mass, with a universal joint and a ball joint each; two with next to no
- * moment of inertia, on ball joints, which spin about themselves. */
+/* A free body on five rods: three without mass, with a universal joint and a ball joint each; two
+ * with next to no moment of inertia, on ball joints, which spin about themselves. */
 static void add_carried(mbsr_model *m, const units *in)
 {
     const double none[3] = {0.0};
@@ -262,8 +263,8 @@ static void nor_do_those_of_loops(void **state)
     }
 }
 
-/* A four-bar linkage whose rows along z are redundant but for a hinge that is askew, towards the pin at the start:
- * what they open by is compared with tolerances in all units. */
+/* A four-bar linkage whose rows along z are redundant but for a hinge that is askew, towards the
+ * pin at the start: what they open by is compared with tolerances in all units. */
 static int run_askew(const units *in, double tolerance)
 {
     const double L = in->length, T = in->time, none[3] = {0.0}, far[3] = {1.0, 0.0, 0.0},

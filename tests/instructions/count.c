@@ -58,7 +58,7 @@ static int call(counted *c, int which)
     const bench_model *t = &c->tree;
     switch (which) {
     case 0: return mbsr_forward_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
-    case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
+    case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, NULL, c->out);
     case 2: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
     case 3: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
     case 4: return mbsr_newton_solve(c->newton, c->yp, c->F);
@@ -69,8 +69,8 @@ static int call(counted *c, int which)
         return mbsr_batch_inverse_dynamics(t->model, c->batch, 0.0, STATES, c->q, c->u, c->tau,
                                            c->many, NULL);
     default:
-        return mbsr_closures_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->motors,
-                                              c->motor, c->out, c->F);
+        return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau,
+                                     &(mbsr_motors){c->motors, c->motor}, c->out);
     }
 }
 

@@ -1,5 +1,5 @@
-/* Calls on an arm of 7 joints whose hand has 12 locked ones, with springs on them, and on the arm built without
- * these 12: dumps and standard output as of count.c, with one body each.
+/* Calls on an arm of 7 joints whose hand has 12 locked ones, with springs on them, and on the arm
+ * built without these 12: dumps and standard output as of count.c, with one body each.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   instructions_locks [unused] */
@@ -44,12 +44,12 @@ static mbsr_inertia add_hand(mbsr_model *m, int palm, mbsr_inertia own)
         for (int k = 0; k < LINKS; ++k) {
             const double axis[3] = {1.0, 0.1 * k, 0.0}, q = 0.3 + 0.1 * k + 0.05 * f;
             const mbsr_frame at = mbsr_frame_at(0.02 * f, 0.01, 0.04),
-                             turned = mbsr_frame_turned(NULL, axis, q);
+                             turned = mbsr_frame_rotated(NULL, axis, q);
             const mbsr_inertia link = mbsr_inertia_rigid(0.05, (const double[3]){0.0, 0.0, 0.02},
                                                          (const double[6]){1e-5, 2e-5, 2e-5});
             pose = mbsr_frame_product(&pose, &at);
             pose = mbsr_frame_product(&pose, &turned);
-            sum = mbsr_inertia_sum(sum, mbsr_inertia_moved(&pose, link));
+            sum = mbsr_inertia_sum(sum, mbsr_inertia_in_frame(&pose, link));
             if (palm < 0) continue;
             last = add(m, last, &at, axis, link);
             const mbsr_force_def spring = mbsr_force_joint_spring(last, 0, 5.0, 0.1, 0.2);
@@ -91,7 +91,7 @@ static int call(arm *a, int which)
 {
     switch (which) {
     case 0: return mbsr_forward_dynamics(a->model, a->data, 0.0, a->q, a->u, a->x, a->out);
-    case 1: return mbsr_inverse_dynamics(a->model, a->data, 0.0, a->q, a->u, a->x, a->out);
+    case 1: return mbsr_inverse_dynamics(a->model, a->data, 0.0, a->q, a->u, a->x, NULL, a->out);
     case 2: return mbsr_dae_residual(a->model, a->data, MBSR_DAE_MOMENTUM, 0.0, a->y, a->yp, a->F);
     case 3: return mbsr_newton_factor(a->newton, a->data, 0.0, a->y, a->yp, 100.0);
     default: return mbsr_newton_solve(a->newton, a->y, a->F);

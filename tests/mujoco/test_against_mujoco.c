@@ -92,7 +92,8 @@ static const char *const models[] = {
     "</body></worldbody></mujoco>",
 };
 
-/* Tendons along several sites, two of them on one body, and at rest as drawn: what MJCF is not written of. */
+/* Tendons along several sites, two of them on one body, and at rest as drawn: what MJCF is not
+ * written of. */
 static const char path_model[] =
     "<mujoco><worldbody><site name='w' pos='.1 .2 1.5'/><body name='a' pos='0 0 1'>"
     "<joint axis='0 1 0' springref='0'/><joint axis='1 0 0' pos='0 0 .1'/><geom size='.1' pos='.3 "
@@ -227,8 +228,8 @@ static void make_principal(const double T[9], int k, double R[9])
     }
 }
 
-/* MuJoCo 2.2.2 leaves principal axes as they are when they are off by less than 1.4e-6 (cosines of 1 - 1e-12),
- * which is checked, and gets those of the model here. */
+/* MuJoCo 2.2.2 leaves principal axes as they are when they are off by less than 1.4e-6 (cosines of
+ * 1 - 1e-12), which is checked, and gets those of the model here. */
 static void refine_axes(const mbsr_file *file, mjModel *m)
 {
     static const int place[6] = {0, 4, 8, 3, 6, 7};

@@ -1,11 +1,13 @@
-/* Derivatives of inverse and forward dynamics of mechanisms of everything at once: against differences of what they are
- * derivatives of, and tangent against adjoint.
+/* Derivatives of inverse and forward dynamics of mechanisms of everything at once: against
+ * differences of what they are derivatives of, and tangent against adjoint.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "medley.h"
 
 #include "model/record.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 
@@ -76,13 +78,14 @@ static int evaluate(scene *z, double h, double *out)
     for (int k = 0; k < s->rows; ++k) out[s->nu + k] = 0.0;
     int status = mbsr_normalise(s->m, s->d, z->q);
     if (status) return status;
-    if (!z->forward) return mbsr_inverse_dynamics(s->m, s->d, s->t, z->q, z->u, z->at, out);
+    if (!z->forward) return mbsr_inverse_dynamics(s->m, s->d, s->t, z->q, z->u, z->at, NULL, out);
     status = mbsr_forward_dynamics(s->m, s->d, s->t, z->q, z->u, z->at, out);
     if (status || s->rows == 0) return status;
-    return mbsr_closures_force(s->m, s->d, out + s->nu);
+    return mbsr_closures_lambda(s->m, s->d, out + s->nu);
 }
 
-/* Richardson's differences into the last line of the table; how far its last two entries disagree. */
+/* Richardson's differences into the last line of the table; how far its last two entries disagree.
+ */
 static int differences(scene *z, double *doubt)
 {
     const int n = z->s.nu + z->s.rows;
@@ -145,22 +148,22 @@ static void choose_direction(scene *z)
     double *C = numbers(s->rows * s->nu), *rate = numbers(2 * s->rows), *other = rate + s->rows,
            *e = numbers(s->nu);
     const bool closed = z->forward && s->rows > 0;
-    assert_ok(mbsr_positions(s->m, s->d, s->t, s->q), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_positions(s->m, s->d, s->t, s->q), mbsr_data_error(s->d));
     for (int j = 0; j < s->nu && closed; ++j) {
         e[j] = 1.0;
         assert_ok(mbsr_closures_apply(s->m, s->d, e, C + j * s->rows), mbsr_data_error(s->d));
         e[j] = 0.0;
     }
     if (closed) project(z, C, rate, z->dq);
-    assert_ok(mbsr_velocities(s->m, s->d, z->dq), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_velocities(s->m, s->d, z->dq), mbsr_data_error(s->d));
     assert_ok(mbsr_coordinate_rates(s->m, s->d, z->qdot), mbsr_data_error(s->d));
     if (closed) {
         static const double h = 1e-4;
         for (int side = 0; side < 2; ++side) {
             for (int k = 0; k < s->nq; ++k) z->q[k] = s->q[k] + (side ? -h : h) * z->qdot[k];
             assert_ok(mbsr_normalise(s->m, s->d, z->q), mbsr_data_error(s->d));
-            assert_ok(mbsr_positions(s->m, s->d, s->t, z->q), mbsr_data_error(s->d));
-            assert_ok(mbsr_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
+            assert_ok(mbsr_stage_positions(s->m, s->d, s->t, z->q), mbsr_data_error(s->d));
+            assert_ok(mbsr_stage_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
             assert_ok(mbsr_closures_rate(s->m, s->d, side ? other : rate), mbsr_data_error(s->d));
         }
         for (int k = 0; k < s->rows; ++k) rate[k] = (other[k] - rate[k]) / (2.0 * h);
@@ -171,7 +174,8 @@ static void choose_direction(scene *z)
     free(e);
 }
 
-/* Springs of 1e10 cancel in differences, and closures that give nothing but gaps are differenced three times. */
+/* Springs of 1e10 cancel in differences, and closures that give nothing but gaps are differenced
+ * three times. */
 static double rough(const scene *z)
 {
     const mbsri_closure *c = z->s.m->closures.data;
@@ -262,7 +266,8 @@ static void check_adjoint(scene *z, bool lambda)
     if (lambda) left += product(s->rows, w_lambda, z->dlambda, &size);
     const double right = product(s->nu, by_q, z->dq, &size) + product(s->nu, by_u, z->du, &size) +
                          product(s->nu, by_load, z->dload, &size);
-    /* where rows depend on others, only along directions that all of them allow, which are found by differences */
+    /* where rows depend on others, only along directions that all of them allow, which are found by
+     * differences */
     const bool consistent = lambda || z->s.rows == 0 || !z->forward;
     expect_near(z, "adjoint", fabs(left - right), (consistent ? 1e-12 : 1e-8) * size);
     free(w);
@@ -299,7 +304,7 @@ static void check(uint64_t seed, bool forward, tally *all)
     } else {
         const int expected =
             forward ? mbsr_forward_dynamics(s->m, s->d, s->t, s->q, s->u, z.load, z.out)
-                    : mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, z.load, z.out);
+                    : mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, z.load, NULL, z.out);
         assert_int_equal(status, expected);
         ++all->refused;
     }

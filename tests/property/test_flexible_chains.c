@@ -1,9 +1,10 @@
-/* Chains of beams with massless modes in each, some of them beams without any mass: the recursion against
- * dense matrices made of body Jacobians and of inverse dynamics, and Newton systems against differences.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Chains of beams with massless modes in each, some of them beams without any mass: the recursion
+ * against dense matrices made of body Jacobians and of inverse dynamics, and Newton systems against
+ * differences. SPDX-License-Identifier: BSD-3-Clause
  *
- * A hinge passes some of what the next link weighs on to the massless modes of the one before, and leaves
- * others; so deficient bodies are adjacent, and every block of a mount has a rank of its own. */
+ * A hinge passes some of what the next link weighs on to the massless modes of the one before, and
+ * leaves others; so deficient bodies are adjacent, and every block of a mount has a rank of its
+ * own. */
 #include "duration.h"
 #include "expect.h"
 #include "flexible.h"
@@ -43,7 +44,8 @@ static mbsr_flex *beam(double density, int modes, int stiffening)
     return flex;
 }
 
-/* A hinge, a link, a spring with damper from its middle to the ground; returns the marker at the end. */
+/* A hinge, a link, a spring with damper from its middle to the ground; returns the marker at the
+ * end. */
 static int add_link(chain *c, int parent, int k, int light)
 {
     static const double axes[2][3] = {{0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}};
@@ -182,8 +184,8 @@ static int nullity_by_blocks(const chain *c)
     return sum;
 }
 
-/* At a consistent start the forces along the directions without mass balance, and accelerations fulfil all
- * equations. */
+/* At a consistent start the forces along the directions without mass balance, and accelerations
+ * fulfil all equations. */
 static void start_balances(const chain *c, int zeros, const double *mass, const double *X,
                            const double *scale)
 {
@@ -191,13 +193,14 @@ static void start_balances(const chain *c, int zeros, const double *mass, const 
     const double none[MOST_NU] = {0.0};
     double y[3 * MOST_NU], yp[3 * MOST_NU] = {0.0}, before[MOST_NU], after[MOST_NU];
     mbsr_consistent_info info;
-    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, c->u, none, before), error_of(c));
+    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, c->u, none, NULL, before),
+              error_of(c));
     assert_ok(mbsr_dae_pack(c->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->q, c->u, y), error_of(c));
     assert_ok(mbsr_dae_consistent(c->model, c->data, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &info),
               error_of(c));
     assert_int_equal(info.null_directions, zeros);
     for (int k = 0; k < n; ++k) assert_true(y[k] == c->q[k]);
-    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, none, after),
+    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, none, NULL, after),
               error_of(c));
     assert_true(component(n, X, scale, 0, zeros, before, before) > 1e-6);
     assert_less(component(n, X, scale, 0, zeros, after, before), 1e-11);
@@ -205,7 +208,7 @@ static void start_balances(const chain *c, int zeros, const double *mass, const 
     assert_int_equal(mbsr_forward_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, NULL, udot),
                      MBSR_UNDETERMINED);
     assert_int_equal(nullity_by_blocks(c), zeros);
-    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, udot, rest),
+    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, udot, NULL, rest),
               error_of(c));
     for (int k = 0; k < n; ++k) { /* what is added up in each equation */
         before[k] = fabs(after[k]);
@@ -222,8 +225,8 @@ static void compare(int links, int modes, int every, int stiffening, uint64_t se
     const size_t size = (size_t)n * (size_t)n;
     double *mass = calloc(size, sizeof *mass), *found = malloc(size * sizeof *found),
            *X = malloc(size * sizeof *X), scale[MOST_NU];
-    assert_ok(mbsr_positions(c.model, c.data, 0.0, c.q), error_of(&c));
-    assert_ok(mbsr_velocities(c.model, c.data, c.u), error_of(&c));
+    assert_ok(mbsr_stage_positions(c.model, c.data, 0.0, c.q), error_of(&c));
+    assert_ok(mbsr_stage_velocities(c.model, c.data, c.u), error_of(&c));
     for (int k = 0; k < links; ++k) add_mass(&c, k, mass);
     assert_ok(mbsr_mass_matrix(c.model, c.data, found), error_of(&c));
     const int zeros = decompose(&c, mass, scale, X);

@@ -1,6 +1,6 @@
-/* Joint blocks of flexible bodies in factors (Woodbury's formula) against the same blocks in one piece, against the mass
- * matrix that body Jacobians make, and against inverse dynamics: bodies of random particles and shapes, some massless,
- * with light and heavy loads on none to three markers.
+/* Joint blocks of flexible bodies in factors (Woodbury's formula) against the same blocks in one
+ * piece, against the mass matrix that body Jacobians make, and against inverse dynamics: bodies of
+ * random particles and shapes, some massless, with light and heavy loads on none to three markers.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
@@ -36,7 +36,8 @@ typedef struct tree {
 
 /* ---- a body ---- */
 
-/* Displacements of a particle by all modes (3 x n); those of equal masses are orthonormal where `diagonal`. */
+/* Displacements of a particle by all modes (3 x n); those of equal masses are orthonormal where
+ * `diagonal`. */
 static void fill_shapes(const tree_kind *k, test_rng *rng, double *Phi)
 {
     const int n = k->modes, rows = 3 * PARTICLES;
@@ -195,7 +196,8 @@ static void take_factors_away(tree *w)
     for (int i = 1; i <= w->model->bodies; ++i) w->model->body[i].factored = false;
 }
 
-/* Bodies that had their blocks in factors in the last evaluation, where the sweeps served it to its end. */
+/* Bodies that had their blocks in factors in the last evaluation, where the sweeps served it to its
+ * end. */
 static int in_factors(const tree *w)
 {
     int count = 0;
@@ -214,7 +216,8 @@ static double largest(int n, const double *x)
     return most;
 }
 
-/* sqrt(dx^T M dx / x^T M x) of accelerations: the mass matrix (nu x nu) counts each as what it moves. */
+/* sqrt(dx^T M dx / x^T M x) of accelerations: the mass matrix (nu x nu) counts each as what it
+ * moves. */
 static double distance(const tree *w, const double *mass, const double *x, const double *y)
 {
     double off = 0.0, size = 0.0;
@@ -233,8 +236,10 @@ static double imbalance(const tree *w, const double *mass, const double *udot)
 {
     const double none[MOST_NU] = {0.0};
     double rest[MOST_NU], bias[MOST_NU], worst = 0.0;
-    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, udot, rest), error_of(w));
-    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, none, bias), error_of(w));
+    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, udot, NULL, rest),
+              error_of(w));
+    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, none, NULL, bias),
+              error_of(w));
     for (int j = 0; j < w->nu; ++j) {
         double sum = fabs(bias[j]);
         for (int k = 0; k < w->nu; ++k) sum += fabs(mass[k * w->nu + j] * udot[k]);
@@ -255,7 +260,8 @@ static int ranks(const tree *w, int *rank)
     return lacking;
 }
 
-/* The number of bodies in factors. Accelerations, ranks and residuals are the same with and without. */
+/* The number of bodies in factors. Accelerations, ranks and residuals are the same with and
+ * without. */
 static int compare(const tree_kind *kind, uint64_t seed)
 {
     tree w;
@@ -280,7 +286,7 @@ static int compare(const tree_kind *kind, uint64_t seed)
     assert_memory_equal(rank, rank_whole, (size_t)bodies * sizeof *rank);
     assert_ok(mbsr_dae_residual(w.model, w.data, MBSR_DAE_MOMENTUM, 0.7, y, yp, F_whole),
               error_of(&w));
-    assert_ok(mbsr_positions(w.model, w.data, 0.7, w.q), error_of(&w));
+    assert_ok(mbsr_stage_positions(w.model, w.data, 0.7, w.q), error_of(&w));
     assert_ok(mbsr_mass_matrix(w.model, w.data, mass), error_of(&w));
     /* a block in one piece has fewer digits itself where loads are heavy */
     if (lacking == 0 && count > 0)
@@ -322,7 +328,8 @@ static void factors_and_blocks_agree(void **state)
     assert_true(2 * count > bodies);
 }
 
-/* Heavy loads: what Woodbury's formula loses when it subtracts from Mf^-1, and D by having both in one sum. */
+/* Heavy loads: what Woodbury's formula loses when it subtracts from Mf^-1, and D by having both in
+ * one sum. */
 static void heavy_loads_lose_no_digits(void **state)
 {
     (void)state;
@@ -341,7 +348,7 @@ static void heavy_loads_lose_no_digits(void **state)
                                                 &error),
                   error_of(&w));
         assert_true(w.nu <= 64);
-        assert_ok(mbsr_positions(w.model, w.data, 0.7, w.q), error_of(&w));
+        assert_ok(mbsr_stage_positions(w.model, w.data, 0.7, w.q), error_of(&w));
         assert_ok(mbsr_mass_matrix(w.model, w.data, mass), error_of(&w));
         const double off = distance(&w, mass, exact, udot);
         print_message("load %g: %.1e\n", kind.load, off);

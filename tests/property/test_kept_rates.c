@@ -1,5 +1,5 @@
-/* Starts that keep some joint rates, of random trees and loops in the plane whose bodies without mass are damped,
- * against dense constrained least squares:
+/* Starts that keep some joint rates, of random trees and loops in the plane whose bodies without
+ * mass are damped, against dense constrained least squares:
  *
  *   (u - u_0)^T M (u - u_0) = min,    C u = 0,    Z^T h(u) = 0,    E u = e
  *
@@ -12,6 +12,7 @@
 #include "algebra/lapack.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -123,7 +124,7 @@ static void make(scene *s, uint64_t seed)
     if (pins == 0) return;
     assert_ok(mbsr_model_create(NULL, &closed, NULL), NULL);
     add_tree(closed, &again);
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, s->q), NULL);
     add_pins(s, closed, &rng, pins);
     end(s);
     s->m = closed;
@@ -145,7 +146,8 @@ typedef struct oracle {
 static void balance(const scene *s, const oracle *o, const double *u, double *r)
 {
     double h[BODIES], still[BODIES] = {0.0};
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, u, still, h), mbsr_data_error(s->d));
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, u, still, NULL, h),
+              mbsr_data_error(s->d));
     for (int l = 0; l < o->k; ++l) {
         r[l] = 0.0;
         for (int j = 0; j < s->n; ++j) r[l] += o->Z[l * s->n + j] * h[j];
@@ -175,8 +177,8 @@ static void find_kernel(const scene *s, oracle *o)
 static void look(const scene *s, oracle *o)
 {
     double unit[BODIES] = {0.0}, r[BODIES];
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), NULL);
-    assert_ok(mbsr_velocities(s->m, s->d, unit), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, s->q), NULL);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, unit), NULL);
     assert_ok(mbsr_mass_matrix(s->m, s->d, o->M), NULL);
     for (int j = 0; j < s->n && s->rows > 0; ++j) {
         unit[j] = 1.0;
@@ -289,7 +291,8 @@ static void as_least_squares(void **state)
 
 /* ---- mechanisms of everything ---- */
 
-/* Velocities of a start at positions q (nq) of the mechanism, from random ones beside u (nu); into `to`. */
+/* Velocities of a start at positions q (nq) of the mechanism, from random ones beside u (nu); into
+ * `to`. */
 static int velocities(const medley *s, test_rng *rng, const double *q, const double *u, double *y,
                       double *yp, double *to)
 {
@@ -311,8 +314,8 @@ static double residual(const medley *s, const double *y, const double *yp)
     return left;
 }
 
-/* A third of the rates keep values that another start has found: 1 if they did, 0 if that was refused, -1 where
- * there is no such start. */
+/* A third of the rates keep values that another start has found: 1 if they did, 0 if that was
+ * refused, -1 where there is no such start. */
 static int keep_some(const medley *s, test_rng *rng)
 {
     const size_t size = (size_t)s->size, nu = (size_t)s->nu;

@@ -1,9 +1,11 @@
-/* Forward dynamics of trees with loops, massless bodies, redundant and stiff rows against dense equations that are
- * solved by singular values; memory of both.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Forward dynamics of trees with loops, massless bodies, redundant and stiff rows against dense
+ * equations that are solved by singular values; memory of both. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "counting.h"
 #include "kernels.h"
 #include "loops_equations.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +28,7 @@ static void compare_forward(loops *s, const loops_equations *e, const double *ta
     } else if (e->clear && e->left < 1e-9 * size) {
         assert_ok(status, mbsr_data_error(s->d));
         for (int k = 0; k < s->nu; ++k) assert_close(udot[k], e->x[k], 1e-9 * size);
-        assert_ok(mbsr_closures_force(s->m, s->d, lambda), mbsr_data_error(s->d));
+        assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), mbsr_data_error(s->d));
         loops_compare_forces(s, e, lambda, 1.0, size);
         ++*compared;
     }
@@ -85,7 +87,8 @@ static void forward(void **state)
     assert_true(undetermined > SEEDS / 20 && open > SEEDS / 20);
 }
 
-/* In a long chain the equations of motion hold, with loops of which each hangs on the one before. */
+/* In a long chain the equations of motion hold, with loops of which each hangs on the one before.
+ */
 static void long_chain(void **state)
 {
     (void)state;
@@ -109,11 +112,11 @@ static void long_chain(void **state)
     }
     const mbsr_error *error = mbsr_data_error(s.d);
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, q, u, tau, udot), error);
-    assert_ok(mbsr_closures_force(s.m, s.d, lambda), error);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, lambda), error);
     assert_ok(mbsr_closures_transpose(s.m, s.d, lambda, both), error);
     assert_ok(mbsr_closures_bias(s.m, s.d, bias), error);
     assert_ok(mbsr_closures_apply(s.m, s.d, udot, rate), error);
-    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, need), error);
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, NULL, need), error);
     const double size = test_largest(NU, need) + test_largest(NU, both),
                  fast = 1.0 + test_largest(NU, udot);
     for (int k = 0; k < NU; ++k) assert_close(need[k], tau[k] + both[k], 1e-10 * size);
@@ -122,8 +125,8 @@ static void long_chain(void **state)
     free(q);
 }
 
-/* Residuals of random mechanisms by the sweeps are those of the stages, with bodies without inertia on joints of
- * several axes. */
+/* Residuals of random mechanisms by the sweeps are those of the stages, with bodies without inertia
+ * on joints of several axes. */
 static void residual(void **state)
 {
     (void)state;
@@ -165,7 +168,8 @@ static void residual(void **state)
     assert_true(empty > 10);
 }
 
-/* Residuals of models so large that the sweeps go through them in pieces are those of the stages. */
+/* Residuals of models so large that the sweeps go through them in pieces are those of the stages.
+ */
 static void large_residual(void **state)
 {
     (void)state;
@@ -195,8 +199,8 @@ static void large_residual(void **state)
     free(y);
 }
 
-/* Forward dynamics takes none. Where motors have no plan in the model, memory that runs out at any place is said, nothing
- * is lost, and the next call finds what it should. */
+/* Forward dynamics takes none. Where motors have no plan in the model, memory that runs out at any
+ * place is said, nothing is lost, and the next call finds what it should. */
 static void memory(void **state)
 {
     (void)state;
@@ -214,7 +218,7 @@ static void memory(void **state)
     u[1] = -1.0;
     const long calls = counting.calls;
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, q, u, NULL, udot), mbsr_data_error(s.d));
-    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2, motors, tau, lambda),
+    assert_ok(loops_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2, motors, tau, lambda),
               mbsr_data_error(s.d));
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-10);
     assert_int_equal(counting.calls, calls);
@@ -226,7 +230,7 @@ static void memory(void **state)
         counting.fail_at = counting.calls + at;
         counting.failed = 0;
         const int status =
-            mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2, motors, tau, lambda);
+            loops_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2, motors, tau, lambda);
         assert_int_equal(counting.live, live);
         if (!counting.failed) {
             assert_ok(status, mbsr_data_error(s.d));

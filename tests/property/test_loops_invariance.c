@@ -1,7 +1,9 @@
-/* Random trees with random loops in other units, with other numbers of the bodies, and turned as a whole:
- * ranks, accelerations, loop forces and starts are the same.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Random trees with random loops in other units, with other numbers of the bodies, and turned as a
+ * whole: ranks, accelerations, loop forces and starts are the same. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "loops.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdbool.h>
 #include <string.h>
@@ -25,7 +27,7 @@ static mbsr_frame place(const teller *w, test_rng *rng, bool on_ground)
     double x[3], p[3];
     test_fill(rng, 3, x);
     test_fill(rng, 3, p);
-    mbsr_frame frame = mbsr_frame_turned(p, x, 1.0);
+    mbsr_frame frame = mbsr_frame_rotated(p, x, 1.0);
     if (on_ground) frame = mbsr_frame_product(&w->turn, &frame);
     scaled(w, frame.x, frame.x);
     return frame;
@@ -58,8 +60,8 @@ static mbsr_joint joint(const teller *w, test_rng *rng, bool on_ground)
     }
 }
 
-/* Two branches of links, one of them without mass, and closures between and to the ground; `id` are the
- * bodies, branch after branch. */
+/* Two branches of links, one of them without mass, and closures between and to the ground; `id` are
+ * the bodies, branch after branch. */
 static void tell(loops *s, const teller *w, uint64_t seed, int *id)
 {
     test_rng rng = test_seed(seed);
@@ -165,7 +167,7 @@ static void hear_forward(loops *s, const teller *w, const int *id, story *found)
     found->forward = mbsr_forward_dynamics(s->m, s->d, 0.0, s->q, s->u, NULL, udot);
     if (found->forward) return;
     gather(s, w, id, udot, false, found->acceleration);
-    assert_ok(mbsr_closures_force(s->m, s->d, lambda), NULL);
+    assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), NULL);
     assert_ok(mbsr_closures_transpose(s->m, s->d, lambda, x), NULL);
     for (int k = 0; k < s->nu; ++k)
         found->power += x[k] * s->u[k] / (w->mass * w->length * w->length);
@@ -208,8 +210,8 @@ static void compare_rates(const double a[BODIES][6], const double b[BODIES][6], 
     }
 }
 
-/* Where a telling has other units of length the guess is closed on another way: lengths and angles are
- * added up to what is smallest. */
+/* Where a telling has other units of length the guess is closed on another way: lengths and angles
+ * are added up to what is smallest. */
 static void compare(const story *a, const story *b, bool starts)
 {
     assert_int_equal(a->forward, b->forward);
@@ -236,7 +238,7 @@ static void other_tellings(void **state)
                                 {1e3, 1e-3, false, as_it_is},
                                 {1e-2, 1e4, false, as_it_is},
                                 {1.0, 1.0, true, as_it_is},
-                                {1.0, 1.0, false, mbsr_frame_turned(NULL, axis, 0.8)}};
+                                {1.0, 1.0, false, mbsr_frame_rotated(NULL, axis, 0.8)}};
         const story first = hear(&plain, seed);
         for (int k = 0; k < 5; ++k) {
             const story next = hear(other + k, seed);

@@ -1,14 +1,16 @@
-/* Mechanisms of everything at once: vector code beside the ways that take any kind of body, and both beside dense
- * equations.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms of everything at once: vector code beside the ways that take any kind of body, and
+ * both beside dense equations. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "kernels.h"
+#include "loops.h"
 #include "medley_equations.h"
 #include "newton_system.h"
 
 #include "model/record.h"
 #include "sweeps/loops.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 #include <string.h>
@@ -114,7 +116,7 @@ static void compare_forward(const medley *s, const medley_equations *e, const do
             expect_status(s, "forward dynamics", status, MBSR_LOOP_OPEN);
         } else if (e->left < 1e-12 * size) {
             expect_status(s, "forward dynamics", status, MBSR_OK);
-            assert_ok(mbsr_closures_force(s->m, s->d, lambda), mbsr_data_error(s->d));
+            assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), mbsr_data_error(s->d));
             expect_below(s, "accelerations", distance(s->nu, udot, e->x), limit_of(e));
             expect_below(s, "loop forces", medley_forces_off(s, e, lambda, 1.0), limit_of(e));
             ++all->forward;
@@ -150,13 +152,13 @@ static void check_inverse(const medley *s, test_rng *rng, int some, tally *all)
         if (test_integer(rng, 0, 9) < some) actuated[count++] = k, P[k * (s->nu + 1)] = 1.0;
     }
     medley_find_equations(s, &e);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, need), NULL);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, NULL, need), NULL);
     medley_solve(&e, P, need, NULL);
     const double size = 1.0 + test_largest(s->nu, need);
     for (int way = 0; way < 2 && e.clear; ++way) {
         mbsri_sweep_loops *plan = way == 0 ? NULL : hide_plan(s);
-        const int status = mbsr_closures_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, count,
-                                                          actuated, tau, lambda);
+        const int status = loops_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, count,
+                                                  actuated, tau, lambda);
         show_plan(s, plan);
         if (e.left > 1e-4 * size) {
             expect_status(s, "inverse dynamics", status, MBSR_UNDETERMINED);
@@ -204,15 +206,15 @@ static void check_rows(const medley *s, test_rng *rng)
     const mbsr_error *error = mbsr_data_error(s->d);
     test_fill(rng, s->nu, x);
     test_fill(rng, s->rows, lambda);
-    assert_ok(mbsr_positions(s->m, s->d, s->t, s->q), error);
-    assert_ok(mbsr_velocities(s->m, s->d, s->u), error);
+    assert_ok(mbsr_stage_positions(s->m, s->d, s->t, s->q), error);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, s->u), error);
     assert_ok(mbsr_closures_apply(s->m, s->d, x, y), error);
     assert_ok(mbsr_closures_transpose(s->m, s->d, lambda, z), error);
     for (int k = 0; k < s->rows; ++k) one += y[k] * lambda[k];
     for (int k = 0; k < s->nu; ++k) two += x[k] * z[k];
     expect_below(s, "transposed rows", fabs(one - two), 1e-11 * (1.0 + test_largest(s->nu, z)));
-    assert_ok(mbsr_closures_load(s->m, s->d, lambda), error);
-    assert_ok(mbsr_forces(s->m, s->d, NULL), error);
+    assert_ok(mbsr_closures_set_lambda(s->m, s->d, lambda), error);
+    assert_ok(mbsr_stage_forces(s->m, s->d, NULL), error);
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) add_reactions(s, c, J, sum);
     expect_below(s, "reactions", distance(s->nu, sum, z), 1e-11 * (1.0 + test_largest(s->nu, z)));
     assert_ok(mbsr_closures_mobility(s->m, s->d, x), error);
@@ -369,8 +371,8 @@ static void small_mechanisms(void **state)
     assert_true(all.started > all.models / 2 && all.vector_code >= all.systems / 2);
 }
 
-/* Residual, factor and solution of a tree with short loops; whether its rows are independent, and it is not so long
- * a chain that no solution is known. */
+/* Residual, factor and solution of a tree with short loops; whether its rows are independent, and
+ * it is not so long a chain that no solution is known. */
 static bool check_large(uint64_t seed, tally *all)
 {
     medley s;

@@ -1,13 +1,16 @@
-/* Mobility of joint rates with loops closed, along the tree, against dense equations that are solved by singular values.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mobility of joint rates with loops closed, along the tree, against dense equations that are
+ * solved by singular values. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_equations.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { SEEDS = 400 };
 
-/* All rows but those that the data leaves out; stiff ones count as rigid where their closures are settled, as here. */
+/* All rows but those that the data leaves out; stiff ones count as rigid where their closures are
+ * settled, as here. */
 static void find(const loops *s, loops_equations *e)
 {
     loops copy = *s;
@@ -15,7 +18,7 @@ static void find(const loops *s, loops_equations *e)
     double C[LOOPS_MOST * LOOPS_MOST];
     loops_rows(&copy, 0.0, s->q, s->u, C, NULL, NULL, NULL);
     assert_ok(mbsr_mass_matrix(s->m, s->d, e->M), mbsr_data_error(s->d));
-    assert_ok(mbsr_closures_dropped(s->m, s->d, dropped), mbsr_data_error(s->d));
+    assert_ok(mbsr_closures_redundant(s->m, s->d, dropped), mbsr_data_error(s->d));
     e->n = s->nu;
     e->m = s->rows;
     e->N = e->n + e->m;
@@ -23,14 +26,14 @@ static void find(const loops *s, loops_equations *e)
         e->C[k] = dropped[k % e->m] || fabs(C[k]) <= 1e-14 ? 0.0 : C[k];
 }
 
-/* A unit impulse on rate k, by K^+; where it is not in the range of K, some motion that nothing determines has a part in
- * that rate. */
+/* A unit impulse on rate k, by K^+; where it is not in the range of K, some motion that nothing
+ * determines has a part in that rate. */
 static void compare(loops *s, int *compared, int *undetermined, int *held)
 {
     double mobility[LOOPS_MOST], size = 0.0, unit[LOOPS_MOST] = {0.0};
     loops_equations e;
     find(s, &e);
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, s->q), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_mobility(s->m, s->d, mobility), mbsr_data_error(s->d));
     for (int k = 0; k < s->nu; ++k) size = fmax(size, mobility[k]);
     for (int k = 0; k < s->nu; ++k) {
@@ -97,7 +100,7 @@ static size_t bytes_of(int count)
     loops_build(&s);
     double *q = calloc(2 * (size_t)s.nq, sizeof *q);
     for (int k = 0; k < s.nq; ++k) q[k] = 0.1 * sin(k);
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, q), mbsr_data_error(s.d));
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, q), mbsr_data_error(s.d));
     taken = 0;
     assert_ok(mbsr_closures_mobility(s.m, s.d, q + s.nq), mbsr_data_error(s.d));
     assert_true(test_largest(s.nu, q + s.nq) > 0.0);

@@ -1,6 +1,6 @@
-/* Inverse dynamics of trees with loops and motors on some joints, with massless bodies, redundant and stiff rows, too few
- * motors and motors to spare: against dense equations that are solved by singular values, and the way along the tree
- * for any kind of body against the one in vector code.
+/* Inverse dynamics of trees with loops and motors on some joints, with massless bodies, redundant
+ * and stiff rows, too few motors and motors to spare: against dense equations that are solved by
+ * singular values, and the way along the tree for any kind of body against the one in vector code.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "kernels.h"
@@ -34,8 +34,8 @@ static void choose(motors *a, const loops *s, test_rng *rng, int some)
 
 static void run(motors *a, loops *s)
 {
-    a->status = mbsr_closures_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, a->udot, a->count,
-                                               a->actuated, a->tau, a->lambda);
+    a->status = loops_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, a->udot, a->count, a->actuated,
+                                       a->tau, a->lambda);
     if (a->status) memcpy(a->text, mbsr_data_error(s->d)->text, sizeof a->text);
 }
 
@@ -45,7 +45,8 @@ static void assert_same(const motors *a, const motors *b, const loops *s, double
     for (int k = 0; k < s->rows; ++k) assert_close(a->lambda[k], b->lambda[k], 1e-10 * size);
 }
 
-/* By both ways: statuses, texts and numbers are the same; the sweeps by every kernel, where they serve. */
+/* By both ways: statuses, texts and numbers are the same; the sweeps by every kernel, where they
+ * serve. */
 static void compare_ways(const motors *given, loops *s, bool clear, int *served)
 {
     motors a = *given, b = *given;
@@ -82,7 +83,7 @@ static bool compare_dense(const motors *given, loops *s, int *compared, int *ref
     double need[LOOPS_MOST], P[LOOPS_MOST * LOOPS_MOST] = {0.0};
     for (int k = 0; k < s->nu; ++k) P[k * (s->nu + 1)] = a.mark[k];
     loops_find_equations(s, &e, NULL);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, a.udot, need), NULL);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, a.udot, NULL, need), NULL);
     loops_solve(&e, P, need, NULL);
     const double size = 1.0 + test_largest(e.N, e.x), all = 1.0 + test_largest(s->nu, need);
     run(&a, s);
@@ -125,8 +126,9 @@ static void random_mechanisms(void **state)
     assert_true(closed > SEEDS / 10);
 }
 
-/* A four-bar with a stiff pin that is loaded, and a rigid one: the spring is one of the forces that motors need not
- * exert, its lambda is its force, and the sum of motors and loop forces is that over rigid rows. */
+/* A four-bar with a stiff pin that is loaded, and a rigid one: the spring is one of the forces that
+ * motors need not exert, its lambda is its force, and the sum of motors and loop forces is that
+ * over rigid rows. */
 static void springs_count_once(void **state)
 {
     (void)state;
@@ -146,8 +148,8 @@ static void springs_count_once(void **state)
     loops_finish(&s);
     const double q[4] = {1.2, -0.9, 1.3, -0.7}, udot[4] = {0.7, -1.1, 0.4, 0.9};
     for (int k = 0; k < 4; ++k) s.u[k] = 0.3 * k - 0.4;
-    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, s.u, udot, need), mbsr_data_error(s.d));
-    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, s.u, udot, 4, all, tau, lambda),
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, s.u, udot, NULL, need), mbsr_data_error(s.d));
+    assert_ok(loops_inverse_dynamics(s.m, s.d, 0.0, q, s.u, udot, 4, all, tau, lambda),
               mbsr_data_error(s.d));
     loops_rows(&s, 0.0, q, s.u, C, gap, forces, NULL);
     for (int row = 0; row < 2; ++row)
@@ -161,7 +163,8 @@ static void springs_count_once(void **state)
     loops_free(&s);
 }
 
-/* Parallelograms on three legs, which have motors on one of them, on two and to spare, on some, nowhere. */
+/* Parallelograms on three legs, which have motors on one of them, on two and to spare, on some,
+ * nowhere. */
 static void chains(void **state)
 {
     (void)state;

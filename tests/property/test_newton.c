@@ -67,8 +67,8 @@ static void judge(const test_newton_state *s, double c, const double *r, const d
     assert_less(e.net_delta, 1e-6);
 }
 
-/* Products with the matrix against the dense matrix, for r, and against the systems that x solves, of
- * either version. */
+/* Products with the matrix against the dense matrix, for r, and against the systems that x solves,
+ * of either version. */
 static void judge_products(mbsr_newton *newton, const test_newton_state *s, double c,
                            const double *r, const double *const x[2], int number, tally *group)
 {
@@ -92,7 +92,8 @@ static void judge_products(mbsr_newton *newton, const test_newton_state *s, doub
     free(p);
 }
 
-/* Elements across eliminated with the tree instead, likewise, and against the corrected solution x. */
+/* Elements across eliminated with the tree instead, likewise, and against the corrected solution x.
+ */
 static void check_eliminated(test_newton_state *s, double c, const double *r, const double *x,
                              int number, tally *group)
 {
@@ -162,10 +163,11 @@ static void assert_same_equations(const test_newton_state *s, const mbsr_model *
 static double smallest_inertia(const test_newton_state *s)
 {
     double smallest = 1.0;
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->y + s->nq + s->nu), mbsr_data_error(s->data));
-    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
-    assert_ok(mbsr_backward(s->model, s->data), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->y + s->nq + s->nu),
+              mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_backward(s->model, s->data), mbsr_data_error(s->data));
     for (int body = 0; body < mbsr_model_bodies(s->model); ++body) {
         mbsr_rank_info rank;
         assert_ok(mbsr_body_rank(s->model, s->data, body, &rank), mbsr_data_error(s->data));
@@ -228,7 +230,8 @@ static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->left_out, 0, most_left_out);
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
-    /* over steps of 1e-3, rounding in these counts 1e6 times, and the two versions round otherwise */
+    /* over steps of 1e-3, rounding in these counts 1e6 times, and the two versions round otherwise
+     */
     assert_less(group->between, group->twice ? 1e-8 : 1e-9);
     assert_in_range(group->sharp_products, 0.01 * test_seeds(84, 90) * group->products,
                     group->products);
@@ -478,7 +481,7 @@ static mbsr_inertia inertia_of(char letter, test_rng *rng)
     const mbsr_frame frame = test_frame(rng, 0.4);
     if (letter == 'p') return mbsr_inertia_point_mass(1.2, a);
     if (letter == 'r') return mbsr_inertia_rod(1.2, a, b);
-    if (letter == 'b') return mbsr_inertia_moved(&frame, mbsr_inertia_box(9.0, edges));
+    if (letter == 'b') return mbsr_inertia_in_frame(&frame, mbsr_inertia_box(9.0, edges));
     return mbsr_inertia_zero();
 }
 
@@ -668,8 +671,8 @@ static const mbsr_force_table frozen_table = {
 static void freeze(const test_newton_state *s, frozen *z)
 {
     const double *q = s->y, *u = s->y + s->nq + s->nu;
-    assert_ok(mbsr_positions(s->model, s->data, s->t, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
     for (int l = 0; l < 3; ++l) {
         int at_q, at_u;
         assert_ok(mbsr_body_coordinates(s->model, 2 * l, &at_q, z->nq + l, &at_u, z->n + l), NULL);

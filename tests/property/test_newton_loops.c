@@ -37,7 +37,7 @@ static mbsr_joint random_joint(test_rng *rng, int plane)
     test_fill(rng, 3, x);
     test_fill(rng, 3, y);
     test_fill(rng, 3, p);
-    const mbsr_frame A = mbsr_frame_turned(p, y, 1.0);
+    const mbsr_frame A = mbsr_frame_rotated(p, y, 1.0);
     const mbsr_planar_frame flat = {p[0], p[1], y[0]}, none = {0.0, 0.0, 0.0};
     const int kind = test_integer(rng, 0, plane ? 3 : 6);
     if (plane) {
@@ -157,7 +157,7 @@ static mbsr_closure_def closure(const choice *c, const places *at, test_rng *rng
     case ROLLING_DISC: {
         /* the disc touches at its rim along x, on a plane that contains y and leans over */
         const mbsr_frame lean =
-            mbsr_frame_turned((double[3]){-0.4, 0.0, 0.0}, (double[3]){0.0, 1.0, 0.0}, 1.1);
+            mbsr_frame_rotated((double[3]){-0.4, 0.0, 0.0}, (double[3]){0.0, 1.0, 0.0}, 1.1);
         const mbsr_frame plane = mbsr_frame_product(&world, &lean);
         const mbsr_frame on_b = seen_from(at, b, &plane);
         return mbsr_closure_rolling_disc(a, &point, 0.4, b, &on_b);
@@ -184,15 +184,15 @@ static void find_places(const choice *c, places *at)
     test_fill(&other, s.nq, s.q);
     assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
     memcpy(at->q, y, (size_t)s.nq * sizeof *y); /* quaternions of length 1 */
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, at->q), mbsr_data_error(s.d));
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, at->q), mbsr_data_error(s.d));
     for (int k = 0; k < c->bodies; ++k) {
         int nq, n;
         assert_ok(mbsr_body_pose(s.m, s.d, k, pose), NULL);
         assert_ok(mbsr_body_coordinates(s.m, k, at->first + k, &nq, NULL, &n), NULL);
         at->n[k] = nq == n ? n : 0;
         if (c->plane) {
-            at->frame[k] = mbsr_frame_turned((double[3]){pose[0], pose[1], 0.0},
-                                             (double[3]){0.0, 0.0, 1.0}, pose[2]);
+            at->frame[k] = mbsr_frame_rotated((double[3]){pose[0], pose[1], 0.0},
+                                              (double[3]){0.0, 0.0, 1.0}, pose[2]);
             continue;
         }
         memcpy(at->frame[k].R, pose + MBSR_POSE_R, 9 * sizeof *pose);
@@ -380,8 +380,8 @@ static void several_loops(void **state)
 {
     (void)state;
     tally group = {0};
-    /* with a group of joints beside a loop, rows and masses of nothing but rounding, and stiff rows that
-     * are redundant */
+    /* with a group of joints beside a loop, rows and masses of nothing but rounding, and stiff rows
+     * that are redundant */
     static const uint64_t more[] = {168, 238, 439, 527, 695};
     const uint64_t models = test_long() ? 600 : (uint64_t)test_seeds(20, 40);
     for (uint64_t k = 1; k <= models + sizeof more / sizeof more[0]; ++k) {

@@ -1,6 +1,6 @@
-/* Newton systems of mechanisms of everything at once, in vector code where that serves, and by the front: A (A^-1 v) = v row by
- * row, with A from products, which eliminate nothing; the same of A^T; and refused where A is singular, nowhere else.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Newton systems of mechanisms of everything at once, in vector code where that serves, and by the
+ * front: A (A^-1 v) = v row by row, with A from products, which eliminate nothing; the same of A^T;
+ * and refused where A is singular, nowhere else. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "medley.h"
@@ -47,7 +47,8 @@ static void equilibrate(int n, double *A)
     }
 }
 
-/* The least singular value over the largest of A, whose rows and columns are scaled; A gets lost. */
+/* The least singular value over the largest of A, whose rows and columns are scaled; A gets lost.
+ */
 static double least_singular_value(int n, double *A)
 {
     const int work_size = 10 * n;
@@ -60,9 +61,10 @@ static double least_singular_value(int n, double *A)
     return least;
 }
 
-/* A (A^-1 v) of one factorisation, row by row beside |A| |x| + |v|; and beside the rounding errors of products, in
- * which stiff springs cancel: what they are off from A x, in the worst row. Bodies whose mass is next to nothing, and
- * stiff rows that others repeat, cost digits where nothing is refined. */
+/* A (A^-1 v) of one factorisation, row by row beside |A| |x| + |v|; and beside the rounding errors
+ * of products, in which stiff springs cancel: what they are off from A x, in the worst row. Bodies
+ * whose mass is next to nothing, and stiff rows that others repeat, cost digits where nothing is
+ * refined. */
 static void check_solution(const medley *s, const solver *by, const double *A, const double *v)
 {
     mbsr_newton *newton = by->newton;
@@ -95,8 +97,8 @@ static double dot(int n, const double *a, const double *b)
     return sum;
 }
 
-/* A^T (A^-T v) row by row beside |A|^T |x| + |v|, with A from products; products with the transpose against the same A; and
- * w' A^-1 v = (A^-T w)' v. */
+/* A^T (A^-T v) row by row beside |A|^T |x| + |v|, with A from products; products with the transpose
+ * against the same A; and w' A^-1 v = (A^-T w)' v. */
 static void check_transposed(const medley *s, const solver *by, const double *A, const double *v)
 {
     mbsr_newton *newton = by->newton;

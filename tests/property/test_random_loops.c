@@ -1,8 +1,9 @@
-/* Random trees with random loops against the dense equations: accelerations and loop forces, starts,
- * ranks, inverse dynamics.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Random trees with random loops against the dense equations: accelerations and loop forces,
+ * starts, ranks, inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "own_closure.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdbool.h>
 #include <string.h>
@@ -18,7 +19,7 @@ static mbsr_joint random_joint(test_rng *rng)
     vector(rng, x);
     vector(rng, y);
     vector(rng, p);
-    const mbsr_frame A = mbsr_frame_turned(p, y, 1.0);
+    const mbsr_frame A = mbsr_frame_rotated(p, y, 1.0);
     switch (test_integer(rng, 0, 5)) {
     case 0: return mbsr_joint_revolute(&A, NULL, x);
     case 1: return mbsr_joint_cylindrical(&A, NULL, x);
@@ -100,7 +101,7 @@ static void accelerations(void **state)
         if (regular) {
             assert_ok(status, mbsr_data_error(s.d));
             const double size = 1.0 + test_largest(s.nu, s.udot) + test_largest(s.rows, s.lambda);
-            assert_ok(mbsr_closures_force(s.m, s.d, lambda), mbsr_data_error(s.d));
+            assert_ok(mbsr_closures_lambda(s.m, s.d, lambda), mbsr_data_error(s.d));
             for (int k = 0; k < s.nu; ++k) assert_close(udot[k], s.udot[k], 1e-7 * size);
             /* loop forces of rows that stand there twice are shared: C^T lambda is compared */
             assert_ok(mbsr_closures_transpose(s.m, s.d, lambda, both), NULL);
@@ -158,17 +159,18 @@ static void rates_after(loops *s, double h, double *rate)
 {
     double q[LOOPS_MOST], u[LOOPS_MOST];
     const mbsr_error *error = mbsr_data_error(s->d);
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), error);
-    assert_ok(mbsr_velocities(s->m, s->d, s->u), error);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, s->q), error);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, s->u), error);
     assert_ok(mbsr_coordinate_rates(s->m, s->d, q), error);
     for (int k = 0; k < s->nq; ++k) q[k] = s->q[k] + h * q[k];
     for (int k = 0; k < s->nu; ++k) u[k] = s->u[k] + h * s->udot[k];
-    assert_ok(mbsr_positions(s->m, s->d, h, q), error);
-    assert_ok(mbsr_velocities(s->m, s->d, u), error);
+    assert_ok(mbsr_stage_positions(s->m, s->d, h, q), error);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, u), error);
     assert_ok(mbsr_closures_rate(s->m, s->d, rate), error);
 }
 
-/* Accelerations against the dense equations, and the velocity rows that they keep by differences. */
+/* Accelerations against the dense equations, and the velocity rows that they keep by differences.
+ */
 static void other_kinds(void **state)
 {
     (void)state;
@@ -191,7 +193,7 @@ static void other_kinds(void **state)
             const double size = 1.0 + test_largest(s.nu, s.udot) + test_largest(s.rows, s.lambda);
             assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, NULL, udot),
                       mbsr_data_error(s.d));
-            assert_ok(mbsr_closures_force(s.m, s.d, lambda), mbsr_data_error(s.d));
+            assert_ok(mbsr_closures_lambda(s.m, s.d, lambda), mbsr_data_error(s.d));
             for (int k = 0; k < s.nu; ++k) assert_close(udot[k], s.udot[k], 1e-7 * size);
             for (int k = 0; k < s.rows; ++k) assert_close(lambda[k], s.lambda[k], 1e-7 * size);
             memcpy(s.udot, udot, sizeof udot);
@@ -222,17 +224,16 @@ static void inverse_dynamics(void **state)
         if (mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, tau, s.udot) == MBSR_OK) {
             const double size = 1.0 + test_largest(s.nu, s.udot);
             for (int k = 0; k < s.nu; ++k) all[k] = k;
-            assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, s.nu, all,
-                                                     tau, lambda),
-                      mbsr_data_error(s.d));
+            assert_ok(
+                loops_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, s.nu, all, tau, lambda),
+                mbsr_data_error(s.d));
             assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, tau, again),
                       mbsr_data_error(s.d));
             for (int k = 0; k < s.nu; ++k) assert_close(again[k], s.udot[k], 1e-6 * size);
-            assert_int_equal(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, 0,
-                                                            NULL, tau, lambda),
-                             MBSR_UNDETERMINED);
-            assert_contains(mbsr_data_error(s.d)->text,
-                            "mbsr_closures_inverse_dynamics|driven by none");
+            assert_int_equal(
+                loops_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, 0, NULL, tau, lambda),
+                MBSR_UNDETERMINED);
+            assert_contains(mbsr_data_error(s.d)->text, "mbsr_inverse_dynamics|driven by none");
             ++compared;
         }
         loops_free(&s);
@@ -240,7 +241,8 @@ static void inverse_dynamics(void **state)
     assert_true(compared > 20);
 }
 
-/* The index report of the start finds the directions that the start itself has found, by other ways. */
+/* The index report of the start finds the directions that the start itself has found, by other
+ * ways. */
 static void compare_report(loops *s, const double *y, const mbsr_consistent_info *info)
 {
     mbsr_index_report *r;
@@ -289,8 +291,8 @@ static void starts(void **state)
     assert_true(started > 20);
 }
 
-/* Rods one behind the other, of which the last turns about itself alone, its end in a plane: that moves no
- * mass, and no row of the loop, but for rounding. */
+/* Rods one behind the other, of which the last turns about itself alone, its end in a plane: that
+ * moves no mass, and no row of the loop, but for rounding. */
 static void add_rods(loops *s, test_rng *rng, bool damped)
 {
     double tip[3] = {0.0}, plane[3], normal[3];
@@ -303,7 +305,7 @@ static void add_rods(loops *s, test_rng *rng, bool damped)
         vector(rng, turn);
         vector(rng, from);
         for (int l = 0; l < 3; ++l) to[l] = from[l] + along[l];
-        const mbsr_frame A = mbsr_frame_turned(tip, turn, 1.0),
+        const mbsr_frame A = mbsr_frame_rotated(tip, turn, 1.0),
                          B = mbsr_frame_at(from[0], from[1], from[2]);
         mbsr_body_def body = mbsr_default_body_def();
         body.parent = last;

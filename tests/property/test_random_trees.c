@@ -8,6 +8,8 @@
 
 #include "assembly/data.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -51,8 +53,8 @@ static void setup(state *s, test_tree_opt opt)
     test_fill(&rng, s->n, s->udot);
     mbsr_data *d = s->tree.data;
     mbsri_data_poison(d);
-    assert_int_equal(mbsr_positions(s->tree.model, d, time_now, s->q), MBSR_OK);
-    assert_int_equal(mbsr_velocities(s->tree.model, d, s->u), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(s->tree.model, d, time_now, s->q), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(s->tree.model, d, s->u), MBSR_OK);
     test_oracle_make(&s->oracle, &s->tree, s->u);
 }
 
@@ -73,7 +75,7 @@ static void inverse(state *s, const double *udot, double *tau)
 {
     mbsri_data_poison(s->tree.data);
     assert_int_equal(
-        mbsr_inverse_dynamics(s->tree.model, s->tree.data, time_now, s->q, s->u, udot, tau),
+        mbsr_inverse_dynamics(s->tree.model, s->tree.data, time_now, s->q, s->u, udot, NULL, tau),
         MBSR_OK);
 }
 

@@ -10,6 +10,8 @@
 
 #include "assembly/data.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,13 +39,13 @@ static void make(test_space_tree *tree, test_space_opt opt)
 static void reach_velocities(const test_space_tree *tree, double t, const double *q,
                              const double *u)
 {
-    assert_ok(mbsr_positions(tree->model, tree->data, t, q), mbsr_data_error(tree->data));
-    assert_ok(mbsr_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_positions(tree->model, tree->data, t, q), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
 }
 
 /* ---- differences along a motion -------------------------------------------------------------- */
 
-/* Writes `count` numbers at the state of mbsr_velocities. */
+/* Writes `count` numbers at the state of mbsr_stage_velocities. */
 typedef void (*observe_fn)(const test_space_tree *tree, double t, const double *q, const double *u,
                            double *value);
 
@@ -134,7 +136,8 @@ static void mass_matrix_and_momenta_are_those_of_the_points(void **unused)
         const int n = tree.nu, rows = tree.rows;
         double *M = calloc((size_t)(n * n) + 1, sizeof(double)),
                *P = calloc((size_t)(n * rows) + 1, sizeof(double)), p[MOST], v[MOST_ROWS];
-        assert_ok(mbsr_positions(tree.model, tree.data, now, tree.q), mbsr_data_error(tree.data));
+        assert_ok(mbsr_stage_positions(tree.model, tree.data, now, tree.q),
+                  mbsr_data_error(tree.data));
         test_space_jacobian(&tree, P);
         reach_velocities(&tree, now, tree.q, tree.u);
         test_space_velocities(&tree, v);
@@ -181,11 +184,13 @@ static void inverse_dynamics_moves_the_points(void **unused)
                 for (int k = 0; k < 3; ++k) a[row++] -= sqrt(tree.points[id].mass[c]) * tree.g[k];
             }
         }
-        assert_ok(mbsr_positions(tree.model, tree.data, now, tree.q), mbsr_data_error(tree.data));
+        assert_ok(mbsr_stage_positions(tree.model, tree.data, now, tree.q),
+                  mbsr_data_error(tree.data));
         test_space_jacobian(&tree, P);
         mbsri_data_poison(tree.data);
-        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, tau),
-                  mbsr_data_error(tree.data));
+        assert_ok(
+            mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, NULL, tau),
+            mbsr_data_error(tree.data));
         for (int c = 0; c < n; ++c) {
             double expected = 0.0;
             for (int r = 0; r < rows; ++r) expected += P[c * rows + r] * a[r];
@@ -235,7 +240,8 @@ static void ranks_are_those_of_the_motion_of_the_points(void **unused)
         make(&tree, options(seed));
         double *P = calloc((size_t)(tree.nu * tree.rows) + 1, sizeof(double)), residual[MOST],
                udot[MOST] = {0.0};
-        assert_ok(mbsr_positions(tree.model, tree.data, now, tree.q), mbsr_data_error(tree.data));
+        assert_ok(mbsr_stage_positions(tree.model, tree.data, now, tree.q),
+                  mbsr_data_error(tree.data));
         test_space_jacobian(&tree, P);
         mbsri_data_poison(tree.data);
         assert_ok(mbsr_recursive_residual(tree.model, tree.data, now, tree.q, tree.u, udot, NULL,
@@ -317,8 +323,9 @@ static void forward_dynamics_is_inverse_to_inverse_dynamics(void **unused)
         test_rng rng = test_seed((uint64_t)seed + 200);
         test_fill(&rng, tree.nu, udot);
         mbsri_data_poison(tree.data);
-        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, tau),
-                  mbsr_data_error(tree.data));
+        assert_ok(
+            mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, NULL, tau),
+            mbsr_data_error(tree.data));
         mbsri_data_poison(tree.data);
         assert_ok(mbsr_recursive_residual(tree.model, tree.data, now, tree.q, tree.u, udot, tau,
                                           residual),

@@ -63,8 +63,8 @@ static void end(side *s)
 /* Poses and twists of the state. */
 static void move(side *s, double t)
 {
-    assert_ok(mbsr_positions(s->model, s->data, t, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, t, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
 }
 
 /* Accelerations under the forces. */
@@ -73,7 +73,7 @@ static void accelerate(side *s, double t)
     mbsri_data_poison(s->data);
     assert_ok(mbsr_forward_dynamics(s->model, s->data, t, s->q, s->u, NULL, s->udot),
               mbsr_data_error(s->data));
-    assert_ok(mbsr_accelerations(s->model, s->data, s->udot), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_accelerations(s->model, s->data, s->udot), mbsr_data_error(s->data));
 }
 
 /* Classical Runge-Kutta steps of (q, u) from t = now on. */
@@ -190,7 +190,7 @@ static mbsr_inertia block(test_rng *rng)
     const mbsr_frame at = test_frame(rng, 0.3);
     double edges[3];
     for (int k = 0; k < 3; ++k) edges[k] = 0.4 + 0.3 * test_uniform(rng);
-    return mbsr_inertia_moved(&at, mbsr_inertia_box(20.0, edges));
+    return mbsr_inertia_in_frame(&at, mbsr_inertia_box(20.0, edges));
 }
 
 static const double g[3] = {3.0, -5.0, -7.0};
@@ -398,7 +398,7 @@ static void cut_arm(side *s, int seed, const mbsr_frame *cut, mbsr_inertia first
     begin(s, NULL);
     const int base = add(s, MBSR_GROUND, test_joint_in_space(&rng, TEST_FREE, 1.0), block(&rng));
     int arm = add(s, base, test_joint_in_space(&rng, TEST_SPHERICAL, 1.0),
-                  apart ? first : mbsr_inertia_sum(first, mbsr_inertia_moved(cut, second)));
+                  apart ? first : mbsr_inertia_sum(first, mbsr_inertia_in_frame(cut, second)));
     if (apart) arm = add(s, arm, mbsr_joint_weld(&A, &B), second);
     add(s, arm, mbsr_joint_universal(apart ? &tip : &on_whole, NULL, e_x, e_y), block(&rng));
     finish(s, g);
@@ -458,7 +458,7 @@ static void chain_with_frames(side *s, int seed, const mbsr_frame *at)
         memcpy(joint.param + 3, A.R, sizeof A.R);
         memcpy(joint.param + 12, B.x, sizeof B.x);
         memcpy(joint.param + 15, B.R, sizeof B.R);
-        id = add(s, id, joint, mbsr_inertia_moved(&back, block(&rng)));
+        id = add(s, id, joint, mbsr_inertia_in_frame(&back, block(&rng)));
         pred = back;
     }
     finish(s, g);
@@ -496,7 +496,7 @@ static void frames_of_reference_do_not_matter(void **unused)
 
 static mbsr_frame lifted(mbsr_planar_frame f)
 {
-    return mbsr_frame_turned((double[3]){f.x, f.y, 0.0}, e_z, f.angle);
+    return mbsr_frame_rotated((double[3]){f.x, f.y, 0.0}, e_z, f.angle);
 }
 
 /* A tree of planar bodies, as such (`space` 0), or as bodies in space. */
@@ -626,7 +626,7 @@ static int root_in_space(void *unused, double t, double *p, double *V, double *A
     (void)unused;
     double along[3], about[3];
     speed(t, along, about);
-    const mbsr_frame frame = mbsr_frame_turned(NULL, e_z, about[0]);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, e_z, about[0]);
     memcpy(p + MBSR_POSE_R, frame.R, sizeof frame.R);
     V[2] = about[1], A[2] = about[2];
     for (int k = 0; k < 3; ++k) {
@@ -727,7 +727,7 @@ static void a_driven_coordinate_moves_as_a_free_one_that_is_pushed(void **unused
             pushed.udot[k] = k == 3 ? sdd : driven.udot[from++];
         mbsri_data_poison(pushed.data);
         assert_ok(mbsr_inverse_dynamics(pushed.model, pushed.data, now, pushed.q, pushed.u,
-                                        pushed.udot, tau),
+                                        pushed.udot, NULL, tau),
                   mbsr_data_error(pushed.data));
         for (int body = 0; body < 3; ++body) assert_same_motion(&driven, body, &pushed, body, NULL);
         for (int k = 0; k < pushed.nu; ++k) {

@@ -13,7 +13,7 @@ static double gap_of(const medley *s, mbsr_stepper *stepper)
     mbsr_closure_report report;
     double t, *q = calloc((size_t)s->nq + 1, sizeof *q);
     assert_non_null(q);
-    assert_int_equal(mbsr_stepper_get(stepper, &t, q, NULL), MBSR_OK);
+    assert_int_equal(mbsr_stepper_motion(stepper, &t, q, NULL), MBSR_OK);
     assert_ok(mbsr_closures_report(s->m, s->d, t, q, &report, NULL, NULL), mbsr_data_error(s->d));
     free(q);
     return report.gap;

@@ -1,7 +1,7 @@
-/* What report, start, forward dynamics and Newton's matrix say of directions without mass, of trees and closed models
- * whose bodies stand on axes, in lines and in each other's planes, in four systems of units: they never contradict each
- * other, every damped direction has an element, and none lies in the span of the others.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* What report, start, forward dynamics and Newton's matrix say of directions without mass, of trees
+ * and closed models whose bodies stand on axes, in lines and in each other's planes, in four
+ * systems of units: they never contradict each other, every damped direction has an element, and
+ * none lies in the span of the others. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"
@@ -208,7 +208,7 @@ static void find_places(scene *s)
     double pose[MBSR_POSE_SIZE];
     assert_ok(mbsr_model_finish(s->m), mbsr_model_error(s->m));
     assert_ok(mbsr_data_create(s->m, &d, NULL), NULL);
-    assert_ok(mbsr_positions(s->m, d, 0.0, s->q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(s->m, d, 0.0, s->q), mbsr_data_error(d));
     for (int i = 0; i < s->bodies; ++i) {
         assert_ok(mbsr_body_pose(s->m, d, i, pose), NULL);
         memcpy(s->at[i].R, pose + MBSR_POSE_R, sizeof s->at[i].R);
@@ -329,7 +329,7 @@ static void check_dynamics(const scene *s, mbsr_data *d, const double *y, const 
     mbsr_completion *completion;
     double found[MOST], apace[MOST];
     assert_ok(mbsr_completion_create(s->m, NULL, &completion, NULL), NULL);
-    assert_ok(mbsr_complete_dynamics(completion, d, 0.0, y, u, NULL, found, NULL),
+    assert_ok(mbsr_completion_dynamics(completion, d, 0.0, y, u, NULL, found, NULL),
               mbsr_completion_error(completion));
     for (int k = 0; k < s->nu; ++k) {
         const double unit = (s->turns[k] ? 1.0 : s->of->length) / second;
@@ -393,7 +393,8 @@ static void check(const verdict *v)
     if (v->undetermined == 0) assert_int_not_equal(v->newton, MBSR_SINGULAR_BLOCK);
 }
 
-/* The verdict in SI, once it is checked and found the same in all systems of units; false: there is no such model. */
+/* The verdict in SI, once it is checked and found the same in all systems of units; false: there is
+ * no such model. */
 static bool find_verdict(uint64_t seed, verdict *first)
 {
     bool made = false;
@@ -488,8 +489,8 @@ static void add_behind(scene *s, mbsr_joint joint, mbsr_inertia inertia)
     assert_ok(mbsr_model_add_body(s->m, &body, NULL), mbsr_model_error(s->m));
 }
 
-/* One point mass, 1e-5 beside an axis and as close to what the joints before leave free: it moves in three directions,
- * of twelve, however rounding has grown on the way. */
+/* One point mass, 1e-5 beside an axis and as close to what the joints before leave free: it moves
+ * in three directions, of twelve, however rounding has grown on the way. */
 static void a_mass_close_to_axes(void **state)
 {
     (void)state;

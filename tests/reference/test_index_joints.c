@@ -1,6 +1,6 @@
-/* The index report, forward dynamics and the start on random trees of joints of all kinds (joint_scene.h), in
- * space and in the plane, in four systems of units. What they must say follows from ranks of velocities.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The index report, forward dynamics and the start on random trees of joints of all kinds
+ * (joint_scene.h), in space and in the plane, in four systems of units. What they must say follows
+ * from ranks of velocities. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "joint_scene.h"
 
@@ -34,8 +34,9 @@ static void also_of_bodies_in_the_plane(void **state)
     try_scenes(test_long() ? 7500 : test_seeds(60, 500), true);
 }
 
-/* Null vectors with large and small numbers whose errors count, inertia that rounding makes behind a slender
- * body, elements that see little of a direction, springs whose rounding a damper balances. */
+/* Null vectors with large and small numbers whose errors count, inertia that rounding makes behind
+ * a slender body, elements that see little of a direction, springs whose rounding a damper
+ * balances. */
 static void verdicts_are_right_where_they_were_wrong(void **state)
 {
     (void)state;

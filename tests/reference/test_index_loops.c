@@ -1,18 +1,18 @@
-/* Index reports of models with closures: cases known by reasoning, in the plane and in space, in four systems
- * of units.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Index reports of models with closures: cases known by reasoning, in the plane and in space, in
+ * four systems of units. SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "expect.h"
 #include "units.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
-/* A mechanism in the plane z = 0, whose bodies are rods along x, hinged about z; `space`: the same in space,
- * with pins that leave z alone. */
+/* A mechanism in the plane z = 0, whose bodies are rods along x, hinged about z; `space`: the same
+ * in space, with pins that leave z alone. */
 typedef struct scene {
     const units *unit;
     bool space;
@@ -82,7 +82,8 @@ static int add_rod(scene *s, const char *name, int parent, double x, double kg, 
     return add(s, name, parent, &joint, kg, m);
 }
 
-/* Point x of body a on point x of body b. stiff: N/m, 0 where rigid, with as many N s/m of damping. */
+/* Point x of body a on point x of body b. stiff: N/m, 0 where rigid, with as many N s/m of damping.
+ */
 static int pin(scene *s, const char *name, int a, double xa, int b, double xb, double stiff,
                double damped)
 {
@@ -202,7 +203,7 @@ static void massless(const units *unit, bool space)
         double x[3] = {0.0}, y[4];
         for (int k = 0; k < 3; ++k)
             x[r->direction->term[k].body] = r->direction->term[k].weight / unit->time;
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
         assert_ok(mbsr_closures_apply(s.m, s.d, x, y), NULL);
         for (int k = 0; k < mbsr_model_rows(s.m); ++k)
             assert_close(y[k] / unit->length * unit->time, 0.0, 1e-12);
@@ -232,8 +233,8 @@ static void coupler_point(const units *unit, bool space)
     }
 }
 
-/* A dummy link, by whose joints the coupler is taken twice: the loop does not hold its turn about two
- * hinges in one place. */
+/* A dummy link, by whose joints the coupler is taken twice: the loop does not hold its turn about
+ * two hinges in one place. */
 static void dummy_link(const units *unit, bool space)
 {
     for (int shifted = 0; shifted < 2; ++shifted) {
@@ -260,8 +261,8 @@ static void dummy_link(const units *unit, bool space)
 
 /* ---- stiff closures ---- */
 
-/* A massless four-bar whose pin is stiff: the pin alone holds the two directions that it held as a rigid one.
- * What it does not see is undetermined. */
+/* A massless four-bar whose pin is stiff: the pin alone holds the two directions that it held as a
+ * rigid one. What it does not see is undetermined. */
 static void stiff_pin(const units *unit, bool space)
 {
     static const double k[] = {1e2, 1e6, 1e10, 1e14};
@@ -284,9 +285,9 @@ static void stiff_pin(const units *unit, bool space)
 
 /* ---- forces that turn ---- */
 
-/* An arm without mass, a rod of 2 m (a distance) from its tip to a mass that slides straight below: when all
- * are in one line, the row does not see the arm turn, and the weight that the rod carries holds it, or
- * pushes it over. Without weight nothing does. */
+/* An arm without mass, a rod of 2 m (a distance) from its tip to a mass that slides straight below:
+ * when all are in one line, the row does not see the arm turn, and the weight that the rod carries
+ * holds it, or pushes it over. Without weight nothing does. */
 static void hanging(const units *unit, bool space)
 {
     for (int kind = 0; kind < 3; ++kind) {

@@ -1,9 +1,9 @@
 /* The index report and the start on random trees of hinges and slides in space, dummy bodies, rods
- * along their axes, gimbals and straight chains among them, in four systems of units. What they must
- * say follows from the points that masses and force elements consist of: a direction is algebraic
- * where it moves no point that has mass, damped where it then moves a damper, elastic where it moves
- * springs alone. Directions that one element can determine alone, by a count of ranks, list that alone.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * along their axes, gimbals and straight chains among them, in four systems of units. What they
+ * must say follows from the points that masses and force elements consist of: a direction is
+ * algebraic where it moves no point that has mass, damped where it then moves a damper, elastic
+ * where it moves springs alone. Directions that one element can determine alone, by a count of
+ * ranks, list that alone. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "span.h"
 #include "units.h"
@@ -141,7 +141,7 @@ static void place(scene *s)
         const double *R = b->parent < 0 ? unit : s->R[b->parent];
         const double length =
             sqrt(b->axis[0] * b->axis[0] + b->axis[1] * b->axis[1] + b->axis[2] * b->axis[2]);
-        const mbsr_frame turned = mbsr_frame_turned(NULL, b->axis, b->slides ? 0.0 : b->q);
+        const mbsr_frame turned = mbsr_frame_rotated(NULL, b->axis, b->slides ? 0.0 : b->q);
         turn(R, b->axis, s->axis[i]);
         turn(R, b->at, arm);
         for (int k = 0; k < 3; ++k) {
@@ -238,8 +238,8 @@ static test_span masses(const scene *s)
     return p;
 }
 
-/* Whether as many masses are moved in a position beside, and none of them hardly: where they are fewer the state
- * is one in which a rank is lost, which the report does not judge. */
+/* Whether as many masses are moved in a position beside, and none of them hardly: where they are
+ * fewer the state is one in which a rank is lost, which the report does not judge. */
 static bool as_many_beside(const scene *s, int count)
 {
     scene other = *s;
@@ -328,7 +328,7 @@ static mbsr_inertia inertia_of(const body *b, const units *in)
                                              : mbsr_inertia_rod(mass, from, to);
         if (p->shape == BOX) {
             const mbsr_frame at = mbsr_frame_at(from[0], from[1], from[2]);
-            own = mbsr_inertia_moved(&at, mbsr_inertia_box(mass / (to[0] * to[1] * to[2]), to));
+            own = mbsr_inertia_in_frame(&at, mbsr_inertia_box(mass / (to[0] * to[1] * to[2]), to));
         }
         sum = k == 0 ? own : mbsr_inertia_sum(sum, own);
     }
@@ -392,7 +392,8 @@ static bool listed(const mbsr_direction *direction, int force)
     return false;
 }
 
-/* A direction moves no mass, no damper unless it is damped, and lists the elements that it moves. */
+/* A direction moves no mass, no damper unless it is damped, and lists the elements that it moves.
+ */
 static bool right_direction(const scene *s, const built *l, const mbsr_direction *direction)
 {
     double a[MOST] = {0.0}, largest = 0.0, row[MOST];
@@ -444,8 +445,8 @@ static bool right_report(const scene *s, const verdict *v, const built *l,
     return right && bits == v->undetermined_in;
 }
 
-/* All is relaxed and at rest: a start moves nothing, and no damper as fast as 1e-6; it is refused where
- * something is open. */
+/* All is relaxed and at rest: a start moves nothing, and no damper as fast as 1e-6; it is refused
+ * where something is open. */
 static bool right_start(const scene *s, const verdict *v, built *l, const units *in)
 {
     double y[3 * MOST], yp[3 * MOST], row[MOST];

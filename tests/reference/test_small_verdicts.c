@@ -1,6 +1,6 @@
-/* Whether a mass may be zero never contradicts the index report: where nothing determines the motion without
- * it, the verdict says so, and nowhere else. Random trees of joints of all kinds (joint_scene.h), of which one
- * body is asked for, in four systems of units by turns.
+/* Whether a mass may be zero never contradicts the index report: where nothing determines the
+ * motion without it, the verdict says so, and nowhere else. Random trees of joints of all kinds
+ * (joint_scene.h), of which one body is asked for, in four systems of units by turns.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "joint_scene.h"
@@ -33,7 +33,7 @@ static void ask(int seed, const scene *s, const verdict *v, int id, bool open, t
     opt.duration = in->time;
     assert_ok(mbsr_small_masses_create(l.model, &opt, &small, &error), &error);
     int status = mbsr_small_masses_start(small, 0.0, l.q, l.u);
-    if (!status) status = mbsr_small_masses_report_of(small, &report);
+    if (!status) status = mbsr_small_masses_get_report(small, &report);
     const bool said = !status && report.mass[0].verdict == MBSR_SMALL_UNDETERMINED;
     ++count->runs;
     count->refused += status != MBSR_OK;

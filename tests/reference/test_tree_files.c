@@ -8,6 +8,8 @@
 
 #include "assembly/data.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 
 /* Relative errors of accelerations that are allowed: those of the chains are the agreement of the
@@ -56,7 +58,7 @@ static void errors(const test_tree_file *file, const test_tree_telling *telling,
               mbsr_data_error(tree.data));
     *forward = difference(&tree, x, tree.udot, tree.udot);
     mbsri_data_poison(tree.data);
-    assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, tree.udot, x),
+    assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, tree.udot, NULL, x),
               mbsr_data_error(tree.data));
     *inverse = difference(&tree, x, tree.tau, bias);
     free(x);
@@ -109,7 +111,7 @@ static void forward_then_inverse_dynamics_returns_the_joint_forces(void **unused
         double *x = calloc(2 * (size_t)tree.nu, sizeof(double)), *tau = x + tree.nu;
         assert_ok(mbsr_forward_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, tree.tau, x),
                   mbsr_data_error(tree.data));
-        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, x, tau),
+        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, x, NULL, tau),
                   mbsr_data_error(tree.data));
         double off = 0.0, size = 0.0;
         for (int l = 0; l < tree.nu; ++l) {
@@ -203,8 +205,8 @@ static void moved_momenta(const test_told_tree *tree, const double *qdot, double
     double *q = calloc((size_t)tree->nq + (size_t)tree->nu, sizeof(double)), *u = q + tree->nq;
     for (int k = 0; k < tree->nq; ++k) q[k] = tree->q[k] + h * qdot[k];
     for (int k = 0; k < tree->nu; ++k) u[k] = tree->u[k] + h * tree->udot[k];
-    assert_ok(mbsr_positions(tree->model, tree->data, 0.0, q), mbsr_data_error(tree->data));
-    assert_ok(mbsr_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_positions(tree->model, tree->data, 0.0, q), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
     assert_ok(mbsr_momenta(tree->model, tree->data, p), mbsr_data_error(tree->data));
     free(q);
 }

@@ -3,8 +3,9 @@
  *
  * No test takes more than 30 s on a free processor, in any build; tests/CMakeLists.txt allows it
  * ten times as much. With MBSR_TEST_LONG=1 in the environment all run in full (scripts/test.sh
- * --long), with MBSR_TEST_FEW=1 all as short as in slow builds (its further runs of what another has
- * tested). Only numbers of seeds and repetitions and lengths of runs differ, never what is tested.
+ * --long), with MBSR_TEST_FEW=1 all as short as in slow builds (its further runs of what another
+ * has tested). Only numbers of seeds and repetitions and lengths of runs differ, never what is
+ * tested.
  */
 #ifndef TEST_DURATION_H
 #define TEST_DURATION_H

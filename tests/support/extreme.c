@@ -29,7 +29,7 @@ void extreme_make(extreme *s, uint64_t seed)
         if (seed % 2) size = length;
         for (int k = 0; k < 3; ++k) edges[k] = size * between(&rng, 0.2, 1.0);
         const mbsr_frame at = test_frame(&rng, size);
-        body.inertia = mbsr_inertia_moved(
+        body.inertia = mbsr_inertia_in_frame(
             &at, mbsr_inertia_box(mass / (edges[0] * edges[1] * edges[2]), edges));
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
     }
@@ -115,7 +115,8 @@ static void factor(const mbsr_model *m, const mbsr_data *d, place *at)
     }
 }
 
-/* udot (by the order of the caller) from the forces of the state, or from joint forces tau alone. */
+/* udot (by the order of the caller) from the forces of the state, or from joint forces tau alone.
+ */
 static void solve(const mbsr_model *m, const mbsr_data *d, place *at, const real *tau, real *udot)
 {
     for (int i = 0; i <= m->bodies; ++i) {

@@ -22,13 +22,13 @@ typedef struct extreme {
 void extreme_make(extreme *s, uint64_t seed);
 void extreme_free(extreme *s);
 
-/* u' (nu) by the stages' kinematics, masses and forces, for which the data is at mbsr_forces, and
- * ranks that are full: the articulated-body algorithm in long double, corrected once. Returns the
- * largest correction, relative in the norm of mbsr_forward_dynamics_refined. */
+/* u' (nu) by the stages' kinematics, masses and forces, for which the data is at mbsr_stage_forces,
+ * and ranks that are full: the articulated-body algorithm in long double, corrected once. Returns
+ * the largest correction, relative in the norm of mbsr_forward_dynamics_refined. */
 double extreme_accelerations(const extreme *s, double *udot);
 
 /* The largest of |x_i - y_i| / |y_i| over the joints i in that norm; the data is at
- * mbsr_backward. */
+ * mbsr_stage_backward. */
 double extreme_distance(const extreme *s, const double *x, const double *y);
 
 #endif

@@ -16,13 +16,13 @@ typedef struct test_flexible {
     double q[TEST_FLEXIBLE_NU], u[TEST_FLEXIBLE_NU];
 } test_flexible;
 
-/* A pendulum that turns about z and has a marker at the end, g = 9.81 along -y; and the planar one of
- * two bending modes. */
+/* A pendulum that turns about z and has a marker at the end, g = 9.81 along -y; and the planar one
+ * of two bending modes. */
 void test_flexible_swing(test_flexible *w, const test_ritz *beam);
 void test_flexible_pendulum(test_flexible *w, double EI, int stiffening);
 
-/* Two beams, the second held at its tip, with a rigid body that slides on its root, in space. `reversed`:
- * ids the other way round, as far as can be, and markers nobody uses. */
+/* Two beams, the second held at its tip, with a rigid body that slides on its root, in space.
+ * `reversed`: ids the other way round, as far as can be, and markers nobody uses. */
 void test_flexible_tree(test_flexible *w, int reversed, int stiffening);
 
 /* A pendulum in space with a massless mode, force (1, -2, 0.5) at the tip. */

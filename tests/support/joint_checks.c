@@ -86,8 +86,8 @@ static bool right_report(const scene *s, const verdict *v, const built *l)
     return right && bits == v->undetermined_in;
 }
 
-/* All springs are at rest: a start moves nothing but what no damper sees; refused where something is
- * open. */
+/* All springs are at rest: a start moves nothing but what no damper sees; refused where something
+ * is open. */
 static bool right_start(const scene *s, const verdict *v, const built *l, const units *in)
 {
     enum { MOST = COORDINATES + 2 * RATES + 6 * CLOSURES };

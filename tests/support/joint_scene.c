@@ -438,7 +438,7 @@ static int draw_end(scene *s, int first)
 void scene_add_closures(scene *s)
 {
     built l = scene_build(s, systems, NULL, false);
-    if (!mbsr_positions(l.model, l.data, 0.0, l.q)) {
+    if (!mbsr_stage_positions(l.model, l.data, 0.0, l.q)) {
         for (int k = test_integer(&s->rng, 1, CLOSURES); k > 0; --k) {
             closing *c = s->closing + s->closures;
             double x[3];

@@ -1,7 +1,7 @@
-/* Random trees of joints of all kinds: ball, universal, free and planar joints beside hinges, slides and screws,
- * armature, masses down to 1e-10 of others, points, rods and discs on, beside or far from axes; or of hinges,
- * slides and free bodies in the plane. Flexible beams and closures may be added to those in space.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Random trees of joints of all kinds: ball, universal, free and planar joints beside hinges,
+ * slides and screws, armature, masses down to 1e-10 of others, points, rods and discs on, beside or
+ * far from axes; or of hinges, slides and free bodies in the plane. Flexible beams and closures may
+ * be added to those in space. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_JOINT_SCENE_H
 #define TEST_JOINT_SCENE_H
 
@@ -36,15 +36,16 @@ typedef struct element {
     double spring, damper, point_a[3], point_b[3];
 } element;
 
-/* A beam along x of its parent, mounted there by its end, with shapes e_dir (x / length)^power and a point mass
- * at the other end, where a marker is. Its ids are those of scene_beam_of. */
+/* A beam along x of its parent, mounted there by its end, with shapes e_dir (x / length)^power and
+ * a point mass at the other end, where a marker is. Its ids are those of scene_beam_of. */
 typedef struct beam {
     int parent, modes, dir[MODES];
     bool massless[MODES];
     double length, density, tip, power[MODES], spring[MODES], damper[MODES];
 } beam;
 
-/* Along `rows` of the axes x, y, z, from the first on, a point of a stays where one of b (-1: the ground) is. */
+/* Along `rows` of the axes x, y, z, from the first on, a point of a stays where one of b (-1: the
+ * ground) is. */
 typedef struct closing {
     int a, b, rows;
     double point_a[3], point_b[3];
@@ -63,8 +64,8 @@ typedef struct scene {
 
 int scene_rates_of(kind joint);
 
-/* Ids of the flexible body of a beam and, the next one, of the marker at its end, on which elements act and
- * closures hold as on other bodies. */
+/* Ids of the flexible body of a beam and, the next one, of the marker at its end, on which elements
+ * act and closures hold as on other bodies. */
 static inline int scene_beam_of(const scene *s, int number)
 {
     return s->bodies + 2 * number;
@@ -73,7 +74,8 @@ static inline int scene_beam_of(const scene *s, int number)
 /* flat: in the plane. */
 scene scene_draw(int seed, bool flat);
 
-/* Adds beams with an element at each, as far as there is room; closures, closed where the scene stands. */
+/* Adds beams with an element at each, as far as there is room; closures, closed where the scene
+ * stands. */
 void scene_add_beams(scene *s);
 void scene_add_closures(scene *s);
 
@@ -87,8 +89,8 @@ typedef struct built {
     mbsr_flex *flex[BEAMS];
 } built;
 
-/* rest: lengths of the springs between points, in metres; NULL: no elements yet. flat: of bodies in the
- * plane. */
+/* rest: lengths of the springs between points, in metres; NULL: no elements yet. flat: of bodies in
+ * the plane. */
 built scene_build(const scene *s, const units *in, const double *rest, bool flat);
 void scene_destroy(built *l);
 
@@ -103,9 +105,9 @@ void scene_add_velocity(const built *l, int i, const double in_body[3], const do
                         double sign, double *row);
 double scene_distance(const built *l, const element *e, double length, double along[3]);
 
-/* What must be said of it, by ranks of velocities, told by the Jacobians of the bodies in space: those of
- * closures, of points with mass and of rates with armature, then of what dampers see, then of what springs
- * see. */
+/* What must be said of it, by ranks of velocities, told by the Jacobians of the bodies in space:
+ * those of closures, of points with mass and of rates with armature, then of what dampers see, then
+ * of what springs see. */
 typedef struct verdict {
     int dynamic, damped, elastic, undetermined, held;
     unsigned undetermined_in;
@@ -116,7 +118,8 @@ typedef struct verdict {
 
 verdict scene_judge(const scene *s);
 
-/* Whether the index report, the start or forward dynamics say something else of the scene; prints what. */
+/* Whether the index report, the start or forward dynamics say something else of the scene; prints
+ * what. */
 bool scene_is_wrong(int seed, const scene *s, const verdict *v, const units *in);
 
 #endif

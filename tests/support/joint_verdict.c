@@ -55,7 +55,8 @@ typedef struct velocities {
     double row[ROWS][RATES];
 } velocities;
 
-/* weight times the velocity of the material point x of a beam, in three rows: of shapes with mass. */
+/* weight times the velocity of the material point x of a beam, in three rows: of shapes with mass.
+ */
 static void add_point_of_beam(const built *l, const scene *s, const double *q, int number, double x,
                               double weight, velocities *v)
 {
@@ -128,8 +129,8 @@ static test_span close_loops(const built *l, const scene *s)
     return p;
 }
 
-/* At positions q: p, and velocities of points and rates with armature, or with `weighed` these times the root of their share
- * of the largest mass. */
+/* At positions q: p, and velocities of points and rates with armature, or with `weighed` these
+ * times the root of their share of the largest mass. */
 static test_span move(const built *l, const scene *s, const double *q, test_span p, bool weighed)
 {
     static velocities v;
@@ -141,8 +142,8 @@ static test_span move(const built *l, const scene *s, const double *q, test_span
     return p;
 }
 
-/* Directions in which a light mass stands next to its axis, with less than 1e-14 of the inertia of others,
- * are beyond what the library promises (docs/rank_and_index.md). */
+/* Directions in which a light mass stands next to its axis, with less than 1e-14 of the inertia of
+ * others, are beyond what the library promises (docs/rank_and_index.md). */
 static test_span masses(const built *l, const scene *s, test_span held)
 {
     test_span p = move(l, s, l->q, held, false);
@@ -152,12 +153,13 @@ static test_span masses(const built *l, const scene *s, test_span held)
     return p;
 }
 
-/* Whether closures hold as much, and masses move in as many directions, nearby, none of them hardly. */
+/* Whether closures hold as much, and masses move in as many directions, nearby, none of them
+ * hardly. */
 static bool same_beside(built *l, const scene *s, int held, int massive)
 {
     double q[COORDINATES];
     for (int k = 0; k < l->nq; ++k) q[k] = l->q[k] + 1e-3 * sin(1.7 * k + 0.3);
-    if (mbsr_positions(l->model, l->data, 0.0, q)) return false;
+    if (mbsr_stage_positions(l->model, l->data, 0.0, q)) return false;
     const test_span closed = close_loops(l, s), p = move(l, s, q, closed, false);
     return !p.doubtful && closed.count == held && p.count == massive;
 }
@@ -180,7 +182,8 @@ verdict scene_judge(const scene *s)
     verdict v = {.settled = true};
     built l = scene_build(s, systems, NULL, false);
     double rows[1][RATES];
-    if (mbsr_positions(l.model, l.data, 0.0, l.q)) { /* two axes of a universal joint in a line */
+    if (mbsr_stage_positions(l.model, l.data, 0.0,
+                             l.q)) { /* two axes of a universal joint in a line */
         scene_destroy(&l);
         return (verdict){.settled = false};
     }

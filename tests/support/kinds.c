@@ -196,7 +196,7 @@ static mbsr_inertia inertia_of(test_rng *rng, const test_kinds_choice *c)
         return mbsr_inertia_planar(1.2, at, 0.3);
     }
     if (kind < 1.5 * c->massless) return mbsr_inertia_point_mass(1.2, at);
-    return mbsr_inertia_moved(&frame, mbsr_inertia_box(9.0, edges));
+    return mbsr_inertia_in_frame(&frame, mbsr_inertia_box(9.0, edges));
 }
 
 static void amend(test_kinds_tree *s, test_rng *rng, int body, int d, const mbsr_joint *joint)

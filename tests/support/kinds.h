@@ -36,8 +36,8 @@ typedef struct test_kinds_tree {
     int bodies, nq, nu;
     double t, *q, *u; /* a random state */
     int parent[TEST_KINDS_BODIES];
-    int own
-        [TEST_KINDS_BODIES]; /* 1: of another kind than rigid on a stock joint; 2: any dimension */
+    int own[TEST_KINDS_BODIES]; /* 1: of another kind than rigid on a stock joint; 2: any dimension
+                                 */
     mbsr_joint_table table[TEST_KINDS_BODIES];
     test_kinds_joint joint[TEST_KINDS_BODIES];
 } test_kinds_tree;

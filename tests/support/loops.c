@@ -6,6 +6,8 @@
 
 #include "algebra/lapack.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,7 +28,7 @@ void loops_build(loops *s)
     s->nq = mbsr_model_nq(s->m);
     s->nu = mbsr_model_nu(s->m);
     s->rows = mbsr_model_rows(s->m);
-    s->held = mbsr_model_held(s->m);
+    s->held = mbsr_model_position_rows(s->m);
     s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
 }
 
@@ -74,14 +76,14 @@ void loops_rows(loops *s, double t, const double *q, const double *u, double *C,
 {
     double e[LOOPS_MOST] = {0.0};
     const mbsr_error *error = mbsr_data_error(s->d);
-    assert_ok(mbsr_positions(s->m, s->d, t, q), error);
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, q), error);
     if (g) assert_ok(mbsr_closures_gap(s->m, s->d, g), error);
     for (int k = 0; k < s->nu && C; ++k) {
         e[k] = 1.0;
         assert_ok(mbsr_closures_apply(s->m, s->d, e, C + k * s->rows), error);
         e[k] = 0.0;
     }
-    if (rate || bias) assert_ok(mbsr_velocities(s->m, s->d, u), error);
+    if (rate || bias) assert_ok(mbsr_stage_velocities(s->m, s->d, u), error);
     if (rate) assert_ok(mbsr_closures_rate(s->m, s->d, rate), error);
     if (bias) assert_ok(mbsr_closures_bias(s->m, s->d, bias), error);
 }
@@ -116,7 +118,7 @@ void loops_close(loops *s, double t)
         int to = 0;
         for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
             int row, held;
-            assert_ok(mbsr_closure_place(s->m, c, &row, NULL, NULL, &held), NULL);
+            assert_ok(mbsr_closure_indices(s->m, c, &row, NULL, NULL, &held), NULL);
             for (int k = 0; k < held; ++k, ++to) {
                 for (int j = 0; j < s->nu; ++j) A[j * s->held + to] = C[j * s->rows + row + k];
             }
@@ -133,7 +135,7 @@ static int solve_saddle(loops *s, double t, const double *b, double *x)
     const int n = s->nu, m = s->rows, N = n + m;
     double *A = calloc((size_t)(N * N), sizeof *A);
     loops_rows(s, t, s->q, s->u, C, NULL, NULL, NULL);
-    assert_ok(mbsr_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
     assert_ok(mbsr_mass_matrix(s->m, s->d, M), mbsr_data_error(s->d));
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < n; ++i) A[j * N + i] = M[j * n + i];
@@ -151,7 +153,8 @@ int loops_accelerations(loops *s, double t, const double *tau)
 {
     double b[2 * LOOPS_MOST], x[2 * LOOPS_MOST], zero[LOOPS_MOST] = {0.0}, h[LOOPS_MOST];
     loops_rows(s, t, s->q, s->u, NULL, NULL, NULL, b + s->nu);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, t, s->q, s->u, zero, h), mbsr_data_error(s->d));
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, t, s->q, s->u, zero, NULL, h),
+              mbsr_data_error(s->d));
     for (int k = 0; k < s->nu; ++k) b[k] = -h[k] + (tau ? tau[k] : 0.0);
     for (int k = 0; k < s->rows; ++k) b[s->nu + k] *= -1.0;
     const int rank = solve_saddle(s, t, b, x);
@@ -205,4 +208,13 @@ void loops_add_parallelograms(loops *s, int count)
         loops_pin(s, NULL, top, 2.0, 0.0, c, 1.0, 0.0);
         from = top;
     }
+}
+
+int loops_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                           const double *u, const double *udot, int count, const int *rate,
+                           double *tau, double *lambda)
+{
+    const mbsr_motors motors = {count, rate};
+    const int status = mbsr_inverse_dynamics(m, d, t, q, u, udot, &motors, tau);
+    return status ? status : mbsr_closures_lambda(m, d, lambda);
 }

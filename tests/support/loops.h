@@ -36,6 +36,12 @@ int loops_pin(loops *s, const char *name, int a, double ax, double ay, int b, do
 /* A row of parallelograms on three legs, one behind the other: of each two rows are redundant. */
 void loops_add_parallelograms(loops *s, int count);
 
+/* mbsr_inverse_dynamics with motors at `count` rates, and the loop forces lambda that belong to it.
+ */
+int loops_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                           const double *u, const double *udot, int count, const int *rate,
+                           double *tau, double *lambda);
+
 /* Newton's method on the gaps, least change of q (joints with q' = u). */
 void loops_close(loops *s, double t);
 

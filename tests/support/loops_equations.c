@@ -4,6 +4,8 @@
 
 #include "algebra/lapack.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +22,7 @@ static mbsr_joint random_joint(test_rng *rng, bool plane)
     vector(rng, x);
     vector(rng, y);
     vector(rng, p);
-    const mbsr_frame A = mbsr_frame_turned(p, y, 1.0);
+    const mbsr_frame A = mbsr_frame_rotated(p, y, 1.0);
     const double z[3] = {0.0, 0.0, 1.0}, flat[3] = {x[0], x[1], 0.0};
     const mbsr_frame on = mbsr_frame_at(p[0], p[1], 0.0);
     const int kind = test_integer(rng, 0, 9);
@@ -101,13 +103,13 @@ void loops_find_equations(const loops *s, loops_equations *e, const double *tau)
     const mbsr_error *error = mbsr_data_error(s->d);
     loops_rows(&copy, 0.0, s->q, s->u, C, NULL, NULL, bias);
     assert_ok(mbsr_mass_matrix(s->m, s->d, e->M), error);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, zero, e->g), error);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, zero, NULL, e->g), error);
     e->n = s->nu;
     for (int k = 0; k < e->n; ++k) e->g[k] = (tau ? tau[k] : 0.0) - e->g[k];
     bool rigid[LOOPS_MOST];
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
         int row, rows;
-        assert_ok(mbsr_closure_place(s->m, c, &row, &rows, NULL, NULL), NULL);
+        assert_ok(mbsr_closure_indices(s->m, c, &row, &rows, NULL, NULL), NULL);
         for (int k = 0; k < rows; ++k) rigid[row + k] = !(mbsr_closure_stiffness(s->m, c, k) > 0.0);
     }
     e->m = 0;
@@ -167,7 +169,7 @@ void loops_compare_forces(loops *s, const loops_equations *e, const double *lamb
     double rigid[LOOPS_MOST] = {0.0}, both[LOOPS_MOST];
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
         int row, rows;
-        assert_ok(mbsr_closure_place(s->m, c, &row, &rows, NULL, NULL), NULL);
+        assert_ok(mbsr_closure_indices(s->m, c, &row, &rows, NULL, NULL), NULL);
         for (int k = row; k < row + rows; ++k)
             rigid[k] = mbsr_closure_stiffness(s->m, c, k - row) > 0.0 ? 0.0 : lambda[k];
     }

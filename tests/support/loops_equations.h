@@ -1,9 +1,11 @@
 /* Random trees with loops, their dense equations of motion, and these solved by singular values.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   forward    [M -C^T; C 0] (u'; lambda) = (g; -bias) with the rigid rows; u' is unique where no motion is in
+ *   forward    [M -C^T; C 0] (u'; lambda) = (g; -bias) with the rigid rows; u' is unique where no
+ *       motion is in
  *              the kernels of both M and C, lambda up to the kernel of C^T
- *   inverse    B tau + C^T lambda = need, of all tau that do this the shortest: tau = B^T x with C x = 0 */
+ *   inverse    B tau + C^T lambda = need, of all tau that do this the shortest: tau = B^T x with C
+ *       x = 0 */
 #ifndef TEST_LOOPS_EQUATIONS_H
 #define TEST_LOOPS_EQUATIONS_H
 
@@ -15,8 +17,8 @@
 
 /* ---- random mechanisms ---- */
 
-/* With massless bodies, redundant and stiff rows. In the plane of space many rows are redundant. `light`: how many
- * of ten bodies have no mass. */
+/* With massless bodies, redundant and stiff rows. In the plane of space many rows are redundant.
+ * `light`: how many of ten bodies have no mass. */
 void loops_make_random(loops *s, test_rng *rng, int bodies, int closures, bool plane, int light);
 
 /* One of all kinds, by its seed, which rng goes on from; whether it is larger than the vectors. */

@@ -38,7 +38,7 @@ static int move_in_space(void *user, double t, double *p, double *V, double *A)
     const double axis[3] = {0.36, -0.48, 0.8};
     double s[3], sd[3], sdd[3];
     medley_follow(user, t + 0.4, s, sd, sdd);
-    const mbsr_frame turned = mbsr_frame_turned(NULL, axis, s[0]);
+    const mbsr_frame turned = mbsr_frame_rotated(NULL, axis, s[0]);
     memcpy(p + MBSR_POSE_R, turned.R, sizeof turned.R);
     for (int k = 0; k < 3; ++k) {
         p[MBSR_POSE_X + k] = s[k];
@@ -103,7 +103,7 @@ static mbsr_inertia random_inertia(const medley_choice *c, mbsr_space space, tes
                                         : mbsr_inertia_planar(mass, a, 0.4 * mass);
     if (kind < 1.15 * c->massless) return mbsr_inertia_point_mass(mass, a);
     if (kind < 1.3 * c->massless) return mbsr_inertia_rod(mass, a, b);
-    return mbsr_inertia_moved(&frame, mbsr_inertia_box(9.0, edges));
+    return mbsr_inertia_in_frame(&frame, mbsr_inertia_box(9.0, edges));
 }
 
 static const mbsr_joint_table *stock_in_space, *stock_in_plane;
@@ -214,7 +214,7 @@ static bool finish(medley *s)
     s->nq = mbsr_model_nq(s->m);
     s->nu = mbsr_model_nu(s->m);
     s->rows = mbsr_model_rows(s->m);
-    s->held = mbsr_model_held(s->m);
+    s->held = mbsr_model_position_rows(s->m);
     s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
     return true;
 }
@@ -229,7 +229,7 @@ static void find_places(medley *s, test_rng *rng)
     s->u = s->q + s->nq;
     test_fill(rng, s->nq, s->q);
     test_fill(rng, s->nu, s->u);
-    assert_ok(mbsr_positions(s->m, s->d, s->t, s->q), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_positions(s->m, s->d, s->t, s->q), mbsr_data_error(s->d));
     assert_ok(mbsr_normalise(s->m, s->d, s->q), mbsr_data_error(s->d));
     for (int k = 0; k < s->bodies; ++k) {
         medley_body *b = s->body + k;
@@ -239,7 +239,7 @@ static void find_places(medley *s, test_rng *rng)
         b->plain = nq == b->n;
         b->at = mbsr_frame_at(pose[0], pose[1], 0.0);
         if (b->space == MBSR_SPACE_PLANAR)
-            b->at = mbsr_frame_turned(b->at.x, (double[3]){0.0, 0.0, 1.0}, pose[2]);
+            b->at = mbsr_frame_rotated(b->at.x, (double[3]){0.0, 0.0, 1.0}, pose[2]);
         if (b->space != MBSR_SPACE_SPATIAL) continue;
         memcpy(b->at.R, pose + MBSR_POSE_R, 9 * sizeof *pose);
         memcpy(b->at.x, pose + MBSR_POSE_X, 3 * sizeof *pose);
@@ -256,7 +256,7 @@ static mbsr_frame root_frame(const medley *s)
     if (!s->c.moving) return frame;
     if (s->c.family == MEDLEY_PLANE || s->c.family == MEDLEY_MIXED) {
         move_in_plane(NULL, s->t, p, V, A);
-        return mbsr_frame_turned((double[3]){p[0], p[1], 0.0}, (double[3]){0.0, 0.0, 1.0}, p[2]);
+        return mbsr_frame_rotated((double[3]){p[0], p[1], 0.0}, (double[3]){0.0, 0.0, 1.0}, p[2]);
     }
     move_in_space(NULL, s->t, p, V, A);
     memcpy(frame.R, p + MBSR_POSE_R, sizeof frame.R);

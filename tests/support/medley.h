@@ -1,7 +1,7 @@
-/* Mechanisms of everything at once: joints of all kinds, users' ones, locked and driven axes, bodies of any rank and
- * dimension, in space and in the plane, points, moving roots, springs across the tree; closures of all kinds, rigid,
- * stiff and compliant, redundant ones, couplings, springs as closures.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms of everything at once: joints of all kinds, users' ones, locked and driven axes,
+ * bodies of any rank and dimension, in space and in the plane, points, moving roots, springs across
+ * the tree; closures of all kinds, rigid, stiff and compliant, redundant ones, couplings, springs
+ * as closures. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_MEDLEY_H
 #define TEST_MEDLEY_H
 
@@ -25,8 +25,8 @@ typedef struct medley_choice {
     uint64_t seed;
     medley_family family;
     int bodies, closures, springs;
-    double
-        own; /* share of users' joints, locked coordinates, added masses, armature, bodies of any dimension */
+    double own; /* share of users' joints, locked coordinates, added masses, armature, bodies of any
+                   dimension */
     double massless; /* share of bodies without inertia; a third as many have a deficient one */
     double stiff, twice;
     bool moving; /* the root, and what closures follow */
@@ -47,7 +47,8 @@ typedef struct medley {
 
 /* Of all sorts, by its number. */
 medley_choice medley_choose(uint64_t seed);
-/* The structure must stay where it is until it is freed. False: a closure has no freedom to hold. */
+/* The structure must stay where it is until it is freed. False: a closure has no freedom to hold.
+ */
 bool medley_make(medley *s, const medley_choice *c);
 void medley_free(medley *s);
 

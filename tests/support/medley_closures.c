@@ -158,8 +158,8 @@ static mbsr_closure_def closure(const medley *s, int kind, test_rng *rng, bool *
     case ROLLING_DISC: {
         *made = !flat && !point && s->body[a].space == MBSR_SPACE_SPATIAL &&
                 (b < 0 || s->body[b].space == MBSR_SPACE_SPATIAL);
-        const mbsr_frame lean = mbsr_frame_turned((double[3]){-0.4, 0.0, 0.0},
-                                                  (double[3]){0.0, 1.0, 0.0}, 1.1),
+        const mbsr_frame lean = mbsr_frame_rotated((double[3]){-0.4, 0.0, 0.0},
+                                                   (double[3]){0.0, 1.0, 0.0}, 1.1),
                          plane = mbsr_frame_product(&world, &lean),
                          on_b = medley_seen_from(s, b, &plane);
         return mbsr_closure_rolling_disc(a, &at, 0.4, other, &on_b);

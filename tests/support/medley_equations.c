@@ -5,6 +5,8 @@
 #include "algebra/lapack.h"
 #include "expect.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,7 +16,7 @@ static void sort_rows(const medley *s, medley_equations *e)
     double most = 0.0;
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
         int row, rows;
-        assert_ok(mbsr_closure_place(s->m, c, &row, &rows, NULL, NULL), NULL);
+        assert_ok(mbsr_closure_indices(s->m, c, &row, &rows, NULL, NULL), NULL);
         for (int k = 0; k < rows; ++k) {
             const double stiffness = mbsr_closure_stiffness(s->m, c, k);
             e->rigid[row + k] = !(stiffness > 0.0);
@@ -51,7 +53,7 @@ void medley_find_equations(const medley *s, medley_equations *e)
     e->x = e->bias + r;
     e->rigid = calloc(r + 1, sizeof *e->rigid);
     const mbsr_error *error = mbsr_data_error(s->d);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, zero, e->g), error);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, zero, NULL, e->g), error);
     for (size_t k = 0; k < n; ++k) e->g[k] = -e->g[k];
     for (size_t k = 0; k < n; ++k) {
         zero[k] = 1.0;

@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   forward    [M -C^T; C 0] (u'; lambda) = (g; -bias) with the rigid rows
- *   inverse    B tau + C^T lambda = need, of all tau that do this the shortest: tau = B^T x with C x = 0 */
+ *   inverse    B tau + C^T lambda = need, of all tau that do this the shortest: tau = B^T x with C
+ *       x = 0 */
 #ifndef TEST_MEDLEY_EQUATIONS_H
 #define TEST_MEDLEY_EQUATIONS_H
 
@@ -27,7 +28,8 @@ void medley_free_equations(medley_equations *e);
 /* [P -C^T; C 0] x = (g; b), b NULL: zero. */
 void medley_solve(medley_equations *e, const double *P, const double *g, const double *b);
 
-/* How far C^T lambda of the rigid rows, of the library, is from that of x, of lambda with that sign. */
+/* How far C^T lambda of the rigid rows, of the library, is from that of x, of lambda with that
+ * sign. */
 double medley_forces_off(const medley *s, const medley_equations *e, const double *lambda,
                          double sign);
 

@@ -43,7 +43,7 @@ static const double root_axis[3] = {0.36, -0.48, 0.8};
 static int move_in_space(void *user, double t, double *p, double *V, double *A)
 {
     (void)user;
-    const mbsr_frame turned = mbsr_frame_turned(NULL, root_axis, wave(3, t, 0));
+    const mbsr_frame turned = mbsr_frame_rotated(NULL, root_axis, wave(3, t, 0));
     memcpy(p + MBSR_POSE_R, turned.R, sizeof turned.R);
     for (int k = 0; k < 3; ++k) {
         p[MBSR_POSE_X + k] = wave(k, t, 0);
@@ -245,7 +245,7 @@ static mbsr_joint two_axes_and_a_drive(const mbsr_frame *A, const mbsr_frame *B,
 static void add_in_space(mixed *s, bool only_stock)
 {
     const double axis[3] = {0.3, 1.0, -0.6}, other[3] = {1.0, 0.1, 0.4}, x[3] = {0.4, -0.2, 0.6};
-    const mbsr_frame A = mbsr_frame_turned(x, axis, 0.8), B = mbsr_frame_turned(axis, x, -1.3);
+    const mbsr_frame A = mbsr_frame_rotated(x, axis, 0.8), B = mbsr_frame_rotated(axis, x, -1.3);
     double matrix[36] = {0.0}, added[36] = {0.0};
     add(s, "base", MBSR_GROUND, mbsr_joint_free(&A, &B), rigid(s, 2.0, 0.1, -0.3, 0.2));
     add(s, "arm", 0, two_axes_and_a_drive(&B, &A, !only_stock), rigid(s, 1.2, 0.4, 0.0, 0.1));
@@ -269,7 +269,7 @@ static void add_in_plane(mixed *s)
 {
     const mbsr_planar_frame A = {0.3, -0.2, 0.4}, B = {-0.5, 0.1, 0.2};
     const double axis[3] = {0.3, 1.0, -0.6};
-    const mbsr_frame C = mbsr_frame_turned(axis, axis, 0.8);
+    const mbsr_frame C = mbsr_frame_rotated(axis, axis, 0.8);
     add(s, "beam", MBSR_GROUND, mbsr_joint_planar(A, B, MBSR_ANGLE, MBSR_X, drive_one, NULL),
         planar(s, 2.0, 0.3, -0.4, 0.5));
     add(s, "pin", 0, mbsr_joint_point(A, MBSR_X, MBSR_Y, drive_one, NULL), particle(s, 1.5, 0));

@@ -7,7 +7,8 @@
 
 #include <mbsrank/dae.h>
 
-/* Fails unless K delta = r, with K = dF/dy + c dF/dy' by central differences of F, momentum form, along delta. */
+/* Fails unless K delta = r, with K = dF/dy + c dF/dy' by central differences of F, momentum form,
+ * along delta. */
 static inline void test_newton_along(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                                      const double *yp, double c, const double *r,
                                      const double *delta)

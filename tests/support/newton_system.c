@@ -166,8 +166,8 @@ typedef struct dense {
     int *pivots;
 } dense;
 
-/* Corrects the solution by its factors until nothing but rounding of its entries is left: rows and columns of very
- * different sizes, as a large c makes them, cost the plain one digits. */
+/* Corrects the solution by its factors until nothing but rounding of its entries is left: rows and
+ * columns of very different sizes, as a large c makes them, cost the plain one digits. */
 static void refine(const test_newton_state *s, double c, const double *r, dense *e)
 {
     enum { ROUNDS = 4 };

@@ -47,8 +47,8 @@ typedef struct test_newton_errors {
 test_newton_errors test_newton_compare(const test_newton_state *s, double c, const double *r,
                                        const double *x);
 
-/* Largest difference of p from (A + c B) x, net of what D accounts for, or, where r is given, from r,
- * relative to what is added up in the row of (A + c B) x. */
+/* Largest difference of p from (A + c B) x, net of what D accounts for, or, where r is given, from
+ * r, relative to what is added up in the row of (A + c B) x. */
 double test_newton_product_error(const test_newton_state *s, double c, const double *x,
                                  const double *p, const double *r);
 

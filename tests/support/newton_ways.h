@@ -20,8 +20,8 @@ typedef enum newton_sweeps { BY_FRONT, ONE_SWEEP } newton_sweeps;
 /* What a test looks at in the solver, after each solution. */
 typedef void newton_look(const mbsr_newton *newton, int expected);
 
-/* Solutions for several c at (q, u), u' = 0: the same both ways, up to what rounding makes of the matrix, and those of the
- * dense matrix. look: or NULL. */
+/* Solutions for several c at (q, u), u' = 0: the same both ways, up to what rounding makes of the
+ * matrix, and those of the dense matrix. look: or NULL. */
 void newton_both_ways(mbsr_model *m, mbsr_data *d, const double *q, const double *u,
                       newton_sweeps sweeps, newton_look *look, int expected);
 

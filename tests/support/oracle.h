@@ -19,7 +19,7 @@ typedef struct test_oracle {
     int *row;     /* id -> first row */
 } test_oracle;
 
-/* Reads poses and velocities from the tree's data, which must be at mbsr_velocities. */
+/* Reads poses and velocities from the tree's data, which must be at mbsr_stage_velocities. */
 void test_oracle_make(test_oracle *o, const test_tree *tree, const double *u);
 void test_oracle_free(test_oracle *o);
 

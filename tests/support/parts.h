@@ -49,7 +49,7 @@ static inline test_part test_part_moved(const test_part *part, double h)
     mbsr_frame at = mbsr_frame_identity();
     memcpy(at.R, part->p, sizeof at.R);
     const mbsr_frame turn =
-        size > 0.0 ? mbsr_frame_turned(NULL, w, h * size) : mbsr_frame_identity();
+        size > 0.0 ? mbsr_frame_rotated(NULL, w, h * size) : mbsr_frame_identity();
     at = mbsr_frame_product(&turn, &at);
     memcpy(moved.p, at.R, sizeof at.R);
     for (int k = 0; k < 3; ++k) moved.p[9 + k] += h * part->V[3 + k];

@@ -90,8 +90,8 @@ static void amend(mbsr_model *model, test_rng *rng, const test_rigid_choice *c, 
     assert_ok(mbsr_model_regularise(model, body, 6, M), mbsr_model_error(model));
 }
 
-/* Small and large ones beside the bodies; the same along a quaternion, and drawn apart from all else, so
- * that a tree differs from that without them in nothing more. */
+/* Small and large ones beside the bodies; the same along a quaternion, and drawn apart from all
+ * else, so that a tree differs from that without them in nothing more. */
 static void add_armature(mbsr_model *model, const test_rigid_choice *c, int body,
                          const mbsr_joint *joint)
 {
@@ -118,7 +118,7 @@ static mbsr_inertia random_inertia(test_rng *rng, const test_rigid_choice *c)
         return share(rng) < 0.5 ? mbsr_inertia_point_mass(a, at) : mbsr_inertia_rod(a, at, end);
     const double edges[3] = {0.3 * l, 0.2 * l * a, 0.4 * l * b};
     const mbsr_frame frame = test_frame(rng, 0.3 * l);
-    return mbsr_inertia_moved(&frame, mbsr_inertia_box(a / (l * l * l), edges));
+    return mbsr_inertia_in_frame(&frame, mbsr_inertia_box(a / (l * l * l), edges));
 }
 
 /* f = -0.3 M V - (0.1, .., 0.1): a made-up element that reads all there is of a body. */
@@ -164,7 +164,7 @@ static int root_motion(void *user, double t, double *p, double *V, double *A)
 {
     (void)user;
     const double axis[3] = {0.48, 0.6, 0.64}, x[3] = {sin(t), 1.0, -t};
-    const mbsr_frame frame = mbsr_frame_turned(x, axis, 0.7 * t * t + 0.3);
+    const mbsr_frame frame = mbsr_frame_rotated(x, axis, 0.7 * t * t + 0.3);
     for (int k = 0; k < 9; ++k) p[MBSR_POSE_R + k] = frame.R[k];
     for (int k = 0; k < 3; ++k) {
         p[MBSR_POSE_X + k] = frame.x[k];

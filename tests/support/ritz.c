@@ -1,9 +1,9 @@
 /* Beams in closed form: see ritz.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * int (x/L)^p = density L / (p + 1) + tip and so on; slopes of y turn about z, of z about -y. Bending along one
- * direction by (x/L)^p and (x/L)^r shortens the beam by int_0^x p r (x/L)^(p + r - 2) / L^2, so shortening is made
- * of shapes (x/L)^(p + r - 1). */
+ * int (x/L)^p = density L / (p + 1) + tip and so on; slopes of y turn about z, of z about -y.
+ * Bending along one direction by (x/L)^p and (x/L)^r shortens the beam by int_0^x p r (x/L)^(p + r
+ * - 2) / L^2, so shortening is made of shapes (x/L)^(p + r - 1). */
 #include "ritz.h"
 
 #include "expect.h"
@@ -147,7 +147,7 @@ test_ritz test_ritz_first(void)
                    .at = {0.0, 1.0, 0.5}};
     fill_diagonal(3, (double[3]){40.0, 30.0, 120.0}, b.K);
     fill_diagonal(3, (double[3]){0.1, 0.2, 0.3}, b.D);
-    b.turn[1] = mbsr_frame_turned(NULL, axis, 0.5);
+    b.turn[1] = mbsr_frame_rotated(NULL, axis, 0.5);
     return b;
 }
 

@@ -137,7 +137,7 @@ static int root_motion(void *user, double t, double *p, double *V, double *A)
     const double unit = *(const double *)user;
     double s, sd, sdd;
     test_motion(NULL, t, &s, &sd, &sdd);
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, s);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, s);
     memcpy(p + MBSR_POSE_R, frame.R, sizeof frame.R);
     V[2] = sd;
     A[2] = sdd;
@@ -172,7 +172,7 @@ static void spin(const test_space_tree *tree, int id, int k, double rate, double
 {
     double *u = calloc((size_t)tree->nu, sizeof(double)), V[6];
     u[k] = rate;
-    assert_ok(mbsr_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
     assert_ok(mbsr_body_twist(tree->model, tree->data, id, V), mbsr_data_error(tree->data));
     memcpy(omega, V, 3 * sizeof(double));
     free(u);
@@ -186,7 +186,7 @@ static void random_state(test_space_tree *tree, test_rng *rng)
     if (tree->unit == 1.0) return;
     double *q = calloc((size_t)tree->nq, sizeof(double));
     memcpy(q, tree->q, sizeof(double) * (size_t)tree->nq);
-    assert_ok(mbsr_positions(tree->model, tree->data, 0.0, q), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_positions(tree->model, tree->data, 0.0, q), mbsr_data_error(tree->data));
     for (int id = 0; id < tree->N; ++id) {
         int at, nq, u, n;
         assert_ok(mbsr_body_coordinates(tree->model, id, &at, &nq, &u, &n), NULL);
@@ -296,11 +296,11 @@ void test_space_velocities(const test_space_tree *tree, double *v)
 void test_space_jacobian(const test_space_tree *tree, double *P)
 {
     double *u = calloc((size_t)(tree->nu + tree->rows) + 1, sizeof(double)), *rest = u + tree->nu;
-    assert_ok(mbsr_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
     test_space_velocities(tree, rest);
     for (int c = 0; c < tree->nu; ++c) {
         u[c] = 1.0;
-        assert_ok(mbsr_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
+        assert_ok(mbsr_stage_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
         test_space_velocities(tree, P + (size_t)c * (size_t)tree->rows);
         u[c] = 0.0;
         for (int r = 0; r < tree->rows; ++r) P[c * tree->rows + r] -= rest[r];

@@ -76,13 +76,13 @@ typedef struct test_space_tree {
 void test_space_make(test_space_tree *tree, test_space_opt opt);
 void test_space_free(test_space_tree *tree);
 
-/* Positions or, at mbsr_velocities, velocities of all mass points times sqrt(mass): rows numbers.
- * The data must be at that stage. */
+/* Positions or, at mbsr_stage_velocities, velocities of all mass points times sqrt(mass): rows
+ * numbers. The data must be at that stage. */
 void test_space_positions(const test_space_tree *tree, double *x);
 void test_space_velocities(const test_space_tree *tree, double *v);
 
 /* dv/du of these velocities: rows x nu, column-major. The mass matrix is its square. Needs
- * mbsr_positions. */
+ * mbsr_stage_positions. */
 void test_space_jacobian(const test_space_tree *tree, double *P);
 
 /* Rank of the columns `use` (count of them) of A (rows x any), scaled to unit length; columns

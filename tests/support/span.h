@@ -1,5 +1,5 @@
-/* Ranks of velocities that are linear in a few rates, and random choices of the scenes they are told of.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Ranks of velocities that are linear in a few rates, and random choices of the scenes they are
+ * told of. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_SPAN_H
 #define TEST_SPAN_H
 
@@ -9,7 +9,8 @@
 
 enum { TEST_SPAN_MOST = 42 };
 
-/* What rows of n numbers span; doubtful: some row was neither in the span nor at least `clear` out of it. */
+/* What rows of n numbers span; doubtful: some row was neither in the span nor at least `clear` out
+ * of it. */
 typedef struct test_span {
     double v[TEST_SPAN_MOST][TEST_SPAN_MOST]; /* orthonormal */
     double length[TEST_SPAN_MOST];            /* of what each was when it was added */

@@ -83,8 +83,8 @@ static void list_names(mbsr_newton *w)
 
 /* ---- how much is carried ---- */
 
-/* Adds closure k to what front i and those above carry, at most and of multipliers; seen: the last closure that did. lambda: rows
- * lambda that a front hands on. */
+/* Adds closure k to what front i and those above carry, at most and of multipliers; seen: the last
+ * closure that did. lambda: rows lambda that a front hands on. */
 static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
 {
     mbsri_carried *v = &w->carried;

@@ -8,16 +8,16 @@
  * that reads joint coordinates of that body closes on the one before it; one whose forces are not
  * balanced there, on the root: such as one that reaches past a POINT, which hands on no moments.
  *
- * Directions that a joint's inertia does not determine, and that loops may hold, are delayed: carried
- * on as unknowns with their rows until the loops close. No more of them are carried than there are
- * multipliers lambda to hold them. */
+ * Directions that a joint's inertia does not determine, and that loops may hold, are delayed:
+ * carried on as unknowns with their rows until the loops close. No more of them are carried than
+ * there are multipliers lambda to hold them. */
 #ifndef MBSRI_CARRIED_H
 #define MBSRI_CARRIED_H
 
 #include "newton/carried/record.h"
 
-/* What is carried, as far as the model says; about how many multiplications that takes. Then the memory for it. False: there
- * is none. Bodies are numbered. */
+/* What is carried, as far as the model says; about how many multiplications that takes. Then the
+ * memory for it. False: there is none. Bodies are numbered. */
 bool mbsri_carried_plan(mbsr_newton *w);
 double mbsri_carried_operations(const mbsr_newton *w);
 bool mbsri_carried_create(mbsr_newton *w);
@@ -49,8 +49,8 @@ mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k);
 int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool);
 int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool);
 
-/* In vector code: what of the rows of the loops that close at front k stands in their multipliers alone,
- * when these are in its pool. */
+/* In vector code: what of the rows of the loops that close at front k stands in their multipliers
+ * alone, when these are in its pool. */
 void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c);
 
 /* When all names have come to the pool at which closures are eliminated: where their rows stand. */

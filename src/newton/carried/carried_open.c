@@ -82,7 +82,8 @@ void mbsri_carried_seat(mbsr_newton *w, int k)
     }
 }
 
-/* Row k of a closure: what r and delta count. Of a stiff one delta counts the force of the spring alone. */
+/* Row k of a closure: what r and delta count. Of a stiff one delta counts the force of the spring
+ * alone. */
 static void open_multipliers(mbsr_newton *w, const mbsri_closure *closure, int k, double c)
 {
     mbsri_multiplier *multiplier = w->carried.multiplier;

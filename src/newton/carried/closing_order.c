@@ -1,12 +1,13 @@
 /* Which fronts close the loops that meet on a body: see closing_order.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Branches are the successors of a body behind which its loops have ends, tied where a loop has ends behind both. All
- * loops of branches that hang together may close in one front, with the cube of their number. A train of wheels, or
- * the rungs of a ladder, tie each branch to the next alone: so branches are put into an order, breadth first from
- * one that is far from another (Cuthill and McKee), and loops close when the last of their branches has been
- * reached. What such a group of loops leaves goes to the front of the next loops that it knows. A group that knows
- * no others than that front does is closed there, too. */
+ * Branches are the successors of a body behind which its loops have ends, tied where a loop has
+ * ends behind both. All loops of branches that hang together may close in one front, with the cube
+ * of their number. A train of wheels, or the rungs of a ladder, tie each branch to the next alone:
+ * so branches are put into an order, breadth first from one that is far from another (Cuthill and
+ * McKee), and loops close when the last of their branches has been reached. What such a group of
+ * loops leaves goes to the front of the next loops that it knows. A group that knows no others than
+ * that front does is closed there, too. */
 #include "newton/carried/closing_order.h"
 
 #include "base/memory.h"

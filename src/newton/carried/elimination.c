@@ -85,8 +85,8 @@ static double largest_in_column(const elimination *e, int j)
     return largest;
 }
 
-/* A scale, whose largest entry without it this is, becomes nearer to what makes that 1: by the root, so
- * that neither side gets all of it, or exactly. True: it was within a factor 2. */
+/* A scale, whose largest entry without it this is, becomes nearer to what makes that 1: by the
+ * root, so that neither side gets all of it, or exactly. True: it was within a factor 2. */
 static bool adjust(double *scale, double largest, bool exactly)
 {
     if (!(largest > 0.0)) return true;
@@ -114,8 +114,8 @@ static void equilibrate(elimination *e)
     }
 }
 
-/* Whether the entry, of a direction and a row of velocities that closes, is far smaller than those of
- * rows that wait: then these will hold it. */
+/* Whether the entry, of a direction and a row of velocities that closes, is far smaller than those
+ * of rows that wait: then these will hold it. */
 static bool weak(const elimination *e, int i, int j)
 {
     const bool row = row_kind(e, i) == MBSRI_HELD; /* of the balance, else of the motion */

@@ -1,8 +1,8 @@
 /* Fronts while they are made and eliminated: see front.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Of body i, y = P x + Q v + b with the unknowns v that are carried there, and as many rows R x + T v
- * = s wait. All columns over (v, x) and all rows (waiting, y) make the matrix of the front. */
+ * Of body i, y = P x + Q v + b with the unknowns v that are carried there, and as many rows R x + T
+ * v = s wait. All columns over (v, x) and all rows (waiting, y) make the matrix of the front. */
 #include "newton/carried/front.h"
 
 #include "algebra/dense.h"

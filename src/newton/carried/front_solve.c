@@ -1,9 +1,9 @@
 /* Solving with fronts: see front_solve.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Leaves to root, the right-hand sides go the way of the rows: L of the eliminated ones is taken off,
- * what is left stands in the pool above and in b of the body above. Root to leaves, U gives the
- * unknowns that went from those that were carried on and from x of that body. */
+ * Leaves to root, the right-hand sides go the way of the rows: L of the eliminated ones is taken
+ * off, what is left stands in the pool above and in b of the body above. Root to leaves, U gives
+ * the unknowns that went from those that were carried on and from x of that body. */
 #include "newton/carried/front_solve.h"
 
 #include "algebra/dense.h"
@@ -23,7 +23,8 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
     }
 }
 
-/* Of the right-hand sides h of all rows, by number, what the elimination leaves; b: of the body above. */
+/* Of the right-hand sides h of all rows, by number, what the elimination leaves; b: of the body
+ * above. */
 static void reduce(mbsr_newton *w, int i, const double *h, double *p, double *b)
 {
     mbsri_carried *v = &w->carried;

@@ -75,7 +75,8 @@ typedef struct mbsri_loop_end {
 
 /* What comes to a front from behind, and from closures at its body: unknowns v and rows that wait
  * for elimination, with y = P x + Q v + b and R x + T v = s in the body's x and y. There are as
- * many rows as unknowns. One line of the cache: solving reads no more of a joint's front in vector code. */
+ * many rows as unknowns. One line of the cache: solving reads no more of a joint's front in vector
+ * code. */
 typedef struct mbsri_pool {
     int body;
     int up; /* the pool that its front hands on to */
@@ -92,7 +93,8 @@ typedef struct mbsri_pool {
 } mbsri_pool;
 _Static_assert(sizeof(mbsri_pool) <= 64, "mbsri_pool");
 
-/* Behind the names of unknowns, and behind Q: motions x most by rows, most x most, stride / 3 x most. */
+/* Behind the names of unknowns, and behind Q: motions x most by rows, most x most, stride / 3 x
+ * most. */
 static inline size_t mbsri_pool_row(const mbsri_pool *pool)
 {
     return pool->column + (size_t)pool->most;
@@ -118,8 +120,8 @@ static inline size_t mbsri_pool_end(const mbsri_pool *pool)
     return mbsri_pool_kappa(pool) + (size_t)(pool->stride / 3 * pool->most);
 }
 
-/* A joint, or loops that close on a body, with what is carried there; of the latter `size` unknowns, of
- * which `done` are eliminated; the rest is carried on. */
+/* A joint, or loops that close on a body, with what is carried there; of the latter `size`
+ * unknowns, of which `done` are eliminated; the rest is carried on. */
 typedef struct mbsri_carried_front {
     int level;                                 /* higher than of any that is eliminated later */
     int next, previous;                        /* closing fronts: on the same body, as they are

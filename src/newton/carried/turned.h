@@ -1,5 +1,5 @@
-/* Closures whose forces turn with one of their bodies (newton/slopes/closure_turn.h), where looped.h eliminates.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Closures whose forces turn with one of their bodies (newton/slopes/closure_turn.h), where
+ * looped.h eliminates. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_TURNED_H
 #define MBSRI_TURNED_H
 
@@ -12,11 +12,12 @@ static inline mbsri_closure_turn mbsri_turn_of(const mbsri_carried *v, const mbs
     return mbsri_closure_turn_at(c, v->store + loop->turn);
 }
 
-/* Whether closure k, whose derivatives are there, is of this kind; then all that is needed is found. */
+/* Whether closure k, whose derivatives are there, is of this kind; then all that is needed is
+ * found. */
 bool mbsri_turned_open(mbsr_newton *w, const mbsr_data *d, int k, double c);
 
-/* Of a solution: loads on second bodies, when the right-hand sides of the rows are there; and what the multipliers are,
- * when `shift` is. */
+/* Of a solution: loads on second bodies, when the right-hand sides of the rows are there; and what
+ * the multipliers are, when `shift` is. */
 void mbsri_turned_load(mbsr_newton *w);
 void mbsri_turned_finish(mbsr_newton *w);
 

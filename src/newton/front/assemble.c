@@ -1,7 +1,8 @@
 /* The front of one step: see assemble.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Everything stands over x of the body: fronts of earlier steps, elements, closures, its own momentum.
+ * Everything stands over x of the body: fronts of earlier steps, elements, closures, its own
+ * momentum.
  */
 #include "newton/front/assemble.h"
 
@@ -98,8 +99,8 @@ static void list_own(build *b)
     }
 }
 
-/* Whether a number is among those of a body, from `first` on, whose group the step closes: its (a) and u'
- * give way to those in the range of D. */
+/* Whether a number is among those of a body, from `first` on, whose group the step closes: its (a)
+ * and u' give way to those in the range of D. */
 static bool gives_way(const build *b, int owner, int first, int number)
 {
     const mbsri_body *body = b->f->model->body + (owner > 0 ? owner : 0);
@@ -202,7 +203,8 @@ static void list_rest(build *b)
     }
 }
 
-/* Whether all that is known of the body is y over x: nothing is carried, and there are no elements. */
+/* Whether all that is known of the body is y over x: nothing is carried, and there are no elements.
+ */
 static bool is_plain(const build *b)
 {
     const mbsri_front *f = b->f;
@@ -288,8 +290,8 @@ typedef struct span {
     int first, count;
 } span;
 
-/* Adds a block of an element's derivatives, rows x columns of `from` (stride): forces f on body `on`, and
- * loads on its joint from row d on, if it has any, along the columns. */
+/* Adds a block of an element's derivatives, rows x columns of `from` (stride): forces f on body
+ * `on`, and loads on its joint from row d on, if it has any, along the columns. */
 static void add_forces(build *b, int on, bool joint, const double *from, int stride, span column)
 {
     const mbsri_front *f = b->f;
@@ -305,8 +307,8 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
     }
 }
 
-/* Whether what body `on` feels by body `by` is for the step: all, or what stands between the body and its predecessor, of whose
- * joint nothing is. */
+/* Whether what body `on` feels by body `by` is for the step: all, or what stands between the body
+ * and its predecessor, of whose joint nothing is. */
 static bool takes(const build *b, int on, int by)
 {
     const mbsri_front *f = b->f;
@@ -438,7 +440,8 @@ static void add_own(build *b)
     }
 }
 
-/* mu over A is -Mbar, of which successors that something else passes have not handed on their part (src/newton/sweeps/reaction.h). */
+/* mu over A is -Mbar, of which successors that something else passes have not handed on their part
+ * (src/newton/sweeps/reaction.h). */
 static void place_masses(build *b)
 {
     const int d = b->b->d, mu = b->f->row_at[b->at.y] + 2 * d,

@@ -243,7 +243,8 @@ static int not_finite(const mbsri_front *f, mbsr_data *d, int i)
 
 /* ---- factoring ---- */
 
-/* d(M u) of the joint, then dp' but for c dp, over the columns as they stand now: column by column. */
+/* d(M u) of the joint, then dp' but for c dp, over the columns as they stand now: column by column.
+ */
 static void keep_momentum(const mbsri_front *f, const mbsri_front_build *b,
                           const mbsri_front_pivots *p, double *to)
 {

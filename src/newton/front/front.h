@@ -1,18 +1,18 @@
 /* The Newton system of the momentum form by elimination, for any kind of model.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Columns and rows have numbers. Columns: x of a body, dq, du and du' of its joint, u' in the range of
- * a D, multipliers. Rows: y of a body (impulse, its rate, reaction), with the loads kappa that eta exerts
- * on it; loads tau and pushes of eta on a joint; q', (a) and (b) of a joint, (a) in the range of D; rows
- * of closures. */
+ * Columns and rows have numbers. Columns: x of a body, dq, du and du' of its joint, u' in the range
+ * of a D, multipliers. Rows: y of a body (impulse, its rate, reaction), with the loads kappa that
+ * eta exerts on it; loads tau and pushes of eta on a joint; q', (a) and (b) of a joint, (a) in the
+ * range of D; rows of closures. */
 #ifndef MBSRI_NEWTON_FRONT_H
 #define MBSRI_NEWTON_FRONT_H
 
 #include "newton/front/plan.h"
 #include "newton/linear/product.h"
 
-/* What a row or column is that is an equation or unknown. Those of one kind go together, own ones with
- * lambda too; rows and columns that are pending wait for the head of their group. */
+/* What a row or column is that is an equation or unknown. Those of one kind go together, own ones
+ * with lambda too; rows and columns that are pending wait for the head of their group. */
 typedef enum mbsri_front_kind {
     MBSRI_FRONT_NONE,
     MBSRI_FRONT_PLACE,  /* q' and dq */
@@ -29,8 +29,8 @@ typedef struct mbsri_front_names {
     int momentum, rate;
 } mbsri_front_names;
 
-/* What is left of a step: the numbers of its rows and columns, eliminated ones first. `plain`: it is y of the predecessor
- * over its x. */
+/* What is left of a step: the numbers of its rows and columns, eliminated ones first. `plain`: it
+ * is y of the predecessor over its x. */
 typedef struct mbsri_front_left {
     int done, rows, columns, carried;
     bool plain;
@@ -73,8 +73,8 @@ typedef struct mbsri_front {
 mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served);
 void mbsri_front_destroy(mbsri_front *f);
 
-/* Linearises and eliminates at the state (t, y), with the loop forces of y', for the factor c. A status,
- * with a text in the data. */
+/* Linearises and eliminates at the state (t, y), with the loop forces of y', for the factor c. A
+ * status, with a text in the data. */
 int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
                        double c);
 
@@ -83,8 +83,8 @@ void mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
 
 /* ---- body by body ---- */
 
-/* The same of one body that is served, after its successors: the data has all of it, and ranks are marked. What it leaves to a
- * predecessor, y over x, stands in the matrix of its step. A status. */
+/* The same of one body that is served, after its successors: the data has all of it, and ranks are
+ * marked. What it leaves to a predecessor, y over x, stands in the matrix of its step. A status. */
 int mbsri_front_pass_body(mbsri_front *f, mbsr_data *d, int i);
 
 static inline double *mbsri_front_matrix(const mbsri_front *f, int i)
@@ -95,8 +95,9 @@ static inline double *mbsri_front_matrix(const mbsri_front *f, int i)
 /* Says that what body i, which is not served, leaves to its predecessor stands there. */
 void mbsri_front_hand_on(mbsri_front *f, int i);
 
-/* A solution: before the first body; past body i, leaves to root, of a group with its head; back, after the predecessor; and
- * delta of the bodies. On the way the right-hand sides of y of a body, and w, stand in h and wbar; its motion in value. */
+/* A solution: before the first body; past body i, leaves to root, of a group with its head; back,
+ * after the predecessor; and delta of the bodies. On the way the right-hand sides of y of a body,
+ * and w, stand in h and wbar; its motion in value. */
 void mbsri_front_start(mbsri_front *f);
 void mbsri_front_reduce(mbsri_front *f, int i, const double *r);
 void mbsri_front_substitute(mbsri_front *f, int i);

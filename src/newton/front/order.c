@@ -1,8 +1,9 @@
 /* Orders of elimination: see order.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Minimum degree, as of sparse matrices: bodies that elements, closures or fronts have in common are
- * cliques; passing a body joins the cliques that it belongs to, with its predecessor, in one. */
+ * Minimum degree, as of sparse matrices: bodies that elements, closures or fronts have in common
+ * are cliques; passing a body joins the cliques that it belongs to, with its predecessor, in one.
+ */
 #include "newton/front/order.h"
 
 #include "base/memory.h"

@@ -168,7 +168,8 @@ MBSRI_INLINE void add_sizes(const passing *p, const sizes s, double *N)
     }
 }
 
-/* Rows of one column, from those of y, tau, push: d(M u), its rate, (b), and what goes to the predecessor. */
+/* Rows of one column, from those of y, tau, push: d(M u), its rate, (b), and what goes to the
+ * predecessor. */
 MBSRI_INLINE void make_rows(const passing *p, const sizes s, double *M, double *N)
 {
     const mbsri_terms *k = &p->b->terms;

@@ -1,14 +1,15 @@
 /* Pivots of a front: see pivots.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Rows and columns are scaled so that the largest sums in N are about 1, and the largest entry of M so
- * scaled is the next pivot: relative to what was added up in it, whatever the units. What is small, since
- * terms cancel, is left to a later front, where more is known: a massless direction that a loop holds, a
- * multiplier with too few rates passed, an inertia that a spring of negative stiffness takes away.
+ * Rows and columns are scaled so that the largest sums in N are about 1, and the largest entry of M
+ * so scaled is the next pivot: relative to what was added up in it, whatever the units. What is
+ * small, since terms cancel, is left to a later front, where more is known: a massless direction
+ * that a loop holds, a multiplier with too few rates passed, an inertia that a spring of negative
+ * stiffness takes away.
  *
- * What is left of an entry is told from zero by what was added up in that entry, not by the rest of its row and column:
- * beside a mass, a spring is K / (c^2 M), which is below rounding for a large c or in units of short times, and all that
- * determines a direction without mass. */
+ * What is left of an entry is told from zero by what was added up in that entry, not by the rest of
+ * its row and column: beside a mass, a spring is K / (c^2 M), which is below rounding for a large c
+ * or in units of short times, and all that determines a direction without mass. */
 #include "newton/front/pivots.h"
 
 #include "newton/front/front.h"
@@ -111,7 +112,8 @@ static double scaled(const pivots *p, int i, int j)
     return fabs(*entry(p, p->M, i, j)) * p->row_scale[i] * p->column_scale[j];
 }
 
-/* The largest entry above `least` that may be a pivot, of q' alone or of the rest; false: there is none. */
+/* The largest entry above `least` that may be a pivot, of q' alone or of the rest; false: there is
+ * none. */
 static bool find(const pivots *p, bool places, double least, int *row, int *column)
 {
     *row = -1;
@@ -231,7 +233,8 @@ static void flush(pivots *p)
     }
 }
 
-/* In the border only what rounding alone leaves: springs that dampers outweigh stand there as well. */
+/* In the border only what rounding alone leaves: springs that dampers outweigh stand there as well.
+ */
 static void flush_border(pivots *p)
 {
     for (int j = p->size; j < p->columns && p->lacks_mass; ++j) {
@@ -241,7 +244,8 @@ static void flush_border(pivots *p)
     }
 }
 
-/* A row that is nothing along the unknowns, and whose rest is nothing beside what was added up in it. */
+/* A row that is nothing along the unknowns, and whose rest is nothing beside what was added up in
+ * it. */
 static void flush_row(pivots *p, int i)
 {
     double left = 0.0, sum = 0.0;

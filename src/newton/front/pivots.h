@@ -1,11 +1,10 @@
 /* Pivots of a front.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * M has the same number of unknowns and equations in front, `size`, and behind them rows and columns that
- * take part in what an elimination changes. N has, for the unknowns and equations, the sum of the sizes of
- * what was added up in each entry; where the front is watched, beyond them too, and where it lacks mass,
- * in the border as well. Both have columns of
- * `stride` numbers. */
+ * M has the same number of unknowns and equations in front, `size`, and behind them rows and
+ * columns that take part in what an elimination changes. N has, for the unknowns and equations, the
+ * sum of the sizes of what was added up in each entry; where the front is watched, beyond them too,
+ * and where it lacks mass, in the border as well. Both have columns of `stride` numbers. */
 #ifndef MBSRI_FRONT_PIVOTS_H
 #define MBSRI_FRONT_PIVOTS_H
 
@@ -21,8 +20,8 @@ typedef struct mbsri_front_pivots {
     double *row_scale, *column_scale, *largest;  /* scratch: rows, columns, rows */
 } mbsri_front_pivots;
 
-/* Eliminates what has a good pivot; beyond that, until at most `held` unknowns that are not pending are
- * left, what has any pivot that is not rounding. False: more are left than that. */
+/* Eliminates what has a good pivot; beyond that, until at most `held` unknowns that are not pending
+ * are left, what has any pivot that is not rounding. False: more are left than that. */
 bool mbsri_front_eliminate(mbsri_front_pivots *p, int held);
 
 #endif

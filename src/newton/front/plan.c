@@ -1,8 +1,9 @@
 /* The plan of an elimination: see plan.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Orders are tried, and that with the fewest multiplications is kept: from the last body to the first;
- * by depth, which takes the rails of a ladder side by side; and by least border (order.c). */
+ * Orders are tried, and that with the fewest multiplications is kept: from the last body to the
+ * first; by depth, which takes the rails of a ladder side by side; and by least border (order.c).
+ */
 #include "newton/front/plan.h"
 
 #include "base/memory.h"
@@ -27,10 +28,9 @@ typedef struct draft {
     int *marked;        /* N + 1: the last step whose border has the body, and 1 */
     int *last_child;    /* of a step: chains of its children, by `before` */
     int *before;
-    int *open, *rates; /* of what is handed on: velocity rows, rates beyond these, */
-    int *waiting, *unsettled,
-        *light; /* multipliers, rates of groups that are not complete, and whether
-                                       * bodies without full inertia are behind */
+    int *open, *rates;                /* of what is handed on: velocity rows, rates beyond these, */
+    int *waiting, *unsettled, *light; /* multipliers, rates of groups that are not complete, and
+                                       * whether bodies without full inertia are behind */
 } draft;
 
 static void *numbers(const mbsr_model *m, size_t count)
@@ -99,7 +99,8 @@ static void find_coordinates(const mbsr_model *m, const bool *served, bool *coor
     }
 }
 
-/* The step in which an element is added: the first that passes one of its bodies; -1: there is none. */
+/* The step in which an element is added: the first that passes one of its bodies; -1: there is
+ * none. */
 static int step_of(const mbsr_model *m, const mbsri_front_plan *plan, int element)
 {
     const int *list, count = mbsri_front_bodies(m, element, &list);
@@ -129,7 +130,8 @@ static bool is_repeated(const int *list, int l)
     return again;
 }
 
-/* Counts the elements of each step, and lists them where there is room; how many entries that takes. */
+/* Counts the elements of each step, and lists them where there is room; how many entries that
+ * takes. */
 static int list_elements(draft *d, bool listed)
 {
     mbsri_front_plan *plan = d->plan;
@@ -250,7 +252,8 @@ static int multipliers_of(const draft *d, const mbsri_front_step *s, int *rows)
     return sum;
 }
 
-/* Multiplications of step k, about: velocity rows are done with when as many rates have been passed. */
+/* Multiplications of step k, about: velocity rows are done with when as many rates have been
+ * passed. */
 static double operations(draft *d, const mbsri_front_step *s, int k, int rows, int multipliers)
 {
     const mbsri_body *b = d->m->body + s->body;
@@ -278,8 +281,8 @@ static void measure_other(draft *d, int k)
     d->waiting[k] = d->unsettled[k] = d->light[k] = d->open[k] = d->rates[k] = 0;
 }
 
-/* Sizes of step k, at most. Of multipliers no more can be without a pivot than the border has columns, as
- * rows of a regular matrix; nor of directions without inertia. */
+/* Sizes of step k, at most. Of multipliers no more can be without a pivot than the border has
+ * columns, as rows of a regular matrix; nor of directions without inertia. */
 static void measure(draft *d, int k)
 {
     mbsri_front_step *s = d->plan->step + k;
@@ -322,7 +325,8 @@ static void measure(draft *d, int k)
     d->plan->operations += operations(d, s, k, rows, more);
 }
 
-/* Makes the plan of an order, as long as `operations` is not above `most`; false: there is no memory. */
+/* Makes the plan of an order, as long as `operations` is not above `most`; false: there is no
+ * memory. */
 static bool lay_out(draft *d, const int *order, double most)
 {
     mbsri_front_plan *plan = d->plan;
@@ -390,8 +394,8 @@ static bool choose(draft *d, int *order, int *other)
 
 /* ---- places ---- */
 
-/* Places of matrices that are handed on: each is taken when its step is done and free when the next has
- * read it. `free` has lengths and places. */
+/* Places of matrices that are handed on: each is taken when its step is done and free when the next
+ * has read it. `free` has lengths and places. */
 typedef struct gap {
     size_t at, length;
 } gap;

@@ -2,11 +2,12 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A step passes one body, successors before predecessors: all that is known of the motion x of the
- * body, its own equations, elements and closures on it, and the fronts of earlier steps that read x,
- * make one dense matrix, its front. With x = X z, z = (x of the predecessor, dq, du), the front no
- * longer reads x; what of the joint's unknowns and of multipliers has a pivot is eliminated, the rest
- * is carried on by the next step that passes a body of its border. So a border has the predecessor,
- * and those bodies on the other side of elements and closures that have not been passed. */
+ * body, its own equations, elements and closures on it, and the fronts of earlier steps that read
+ * x, make one dense matrix, its front. With x = X z, z = (x of the predecessor, dq, du), the front
+ * no longer reads x; what of the joint's unknowns and of multipliers has a pivot is eliminated, the
+ * rest is carried on by the next step that passes a body of its border. So a border has the
+ * predecessor, and those bodies on the other side of elements and closures that have not been
+ * passed. */
 #ifndef MBSRI_FRONT_PLAN_H
 #define MBSRI_FRONT_PLAN_H
 
@@ -39,8 +40,9 @@ typedef struct mbsri_front_plan {
     double operations;              /* multiplications of a factorisation, about */
 } mbsri_front_plan;
 
-/* The cheapest of some plans. served (N + 1; NULL: all): the bodies that are passed, in their order, beside others that something
- * else passes; their elements are added pair by pair (newton/slopes/relation.h). False: there is no memory. */
+/* The cheapest of some plans. served (N + 1; NULL: all): the bodies that are passed, in their
+ * order, beside others that something else passes; their elements are added pair by pair
+ * (newton/slopes/relation.h). False: there is no memory. */
 bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_front_plan *plan);
 void mbsri_front_plan_destroy(const mbsr_model *m, mbsri_front_plan *plan);
 size_t mbsri_front_plan_bytes(const mbsr_model *m, const mbsri_front_plan *plan);

@@ -1,10 +1,11 @@
 /* Solving with the front: see front.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Right-hand sides go the way of the rows, M v = h: L of what was eliminated is taken off, step by step;
- * of y rows h is what is missing, y = M v - h. Backwards, U gives the unknowns, and X the motions of the
- * bodies. Beside loops, refinement makes up for the digits that late pivots cost. Of p, dp = d(M u) - w in the
- * range of D, w = L (1 - P) r_u, and c dp = r_p + dP in its null space. */
+ * Right-hand sides go the way of the rows, M v = h: L of what was eliminated is taken off, step by
+ * step; of y rows h is what is missing, y = M v - h. Backwards, U gives the unknowns, and X the
+ * motions of the bodies. Beside loops, refinement makes up for the digits that late pivots cost. Of
+ * p, dp = d(M u) - w in the range of D, w = L (1 - P) r_u, and c dp = r_p + dP in its null space.
+ */
 #include "newton/front/assemble.h"
 
 #include "algebra/dense.h"
@@ -235,8 +236,9 @@ static double sum_of_sizes(int n, const double *x)
     return sum;
 }
 
-/* dp of a joint or group: both equations hold for it to the rounding errors of (a). All of it is taken from
- * that whose row counts these less, beside what else is in that; what D does not take up from F_p in any case. */
+/* dp of a joint or group: both equations hold for it to the rounding errors of (a). All of it is
+ * taken from that whose row counts these less, beside what else is in that; what D does not take up
+ * from F_p in any case. */
 static void take_momentum(mbsri_front *f, int i, double *dp, double *rate, double *range)
 {
     const mbsri_body *b = f->model->body + i;
@@ -319,7 +321,8 @@ static void solve(mbsri_front *f, const double *r, double *delta)
     take_multipliers(f, r + closures, delta + closures);
 }
 
-/* What is left of r, at most, beside the diagonal terms of its rows, and beside the largest rate in those of closures. */
+/* What is left of r, at most, beside the diagonal terms of its rows, and beside the largest rate in
+ * those of closures. */
 static double share(const mbsri_front *f, const double *r, const double *delta, const double *left)
 {
     const mbsr_model *m = f->model;

@@ -1,8 +1,9 @@
 /* Solutions with the transposed matrix: see transposed.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A solution (solve.c) is a row of linear steps, from r by way of h and of the motions to delta. Here each is transposed, the
- * last first: `value` and `h` hold what v says of a motion or of a right-hand side. So this file is that one backwards:
+ * A solution (solve.c) is a row of linear steps, from r by way of h and of the motions to delta.
+ * Here each is transposed, the last first: `value` and `h` hold what v says of a motion or of a
+ * right-hand side. So this file is that one backwards:
  *
  *   b += A a  becomes  a^T += A^T b^T */
 #include "newton/front/transposed.h"
@@ -92,7 +93,8 @@ static void move(mbsri_front *f, int i)
     if (w->deep[i]) mbsri_atx(b->d, b->n, -1.0, k.J, from + w->e[i] + b->d, f->value + at->rates);
 }
 
-/* u' of the joints of a complete group from what is in the range of D; or, of rows, (a) in that range from (a). */
+/* u' of the joints of a complete group from what is in the range of D; or, of rows, (a) in that
+ * range from (a). */
 static void spread(mbsri_front *f, int i, bool rows)
 {
     const mbsri_body *b = f->model->body + i;

@@ -322,7 +322,8 @@ static void copy_column(int from, int rows_from, const double *A, int to, int ro
     mbsri_copy((size_t)rows, A + (size_t)from * (size_t)rows_from, B + (size_t)to * (size_t)rows);
 }
 
-/* s and X where D is regular, whose eigenvectors the sweeps in vector code do not have: any basis will do. */
+/* s and X where D is regular, whose eigenvectors the sweeps in vector code do not have: any basis
+ * will do. */
 static void take_whole_range(const mbsri_body *b, const mbsr_data *d, const mbsri_terms *k)
 {
     const size_t n = (size_t)b->n;

@@ -4,16 +4,17 @@
  *
  * Perturbations of a body: of its pose, e numbers (SPATIAL: a small rotation about its origin and
  * the displacement of that origin, along the world's axes; else the np numbers of the pose), of its
- * velocity V and, where it is deep, of its acceleration A, d numbers each. Deep is what stands in the
- * subtree of a joint, or group of joints, whose block D is deficient. */
+ * velocity V and, where it is deep, of its acceleration A, d numbers each. Deep is what stands in
+ * the subtree of a joint, or group of joints, whose block D is deficient. */
 #ifndef MBSRI_NEWTON_LINEAR_H
 #define MBSRI_NEWTON_LINEAR_H
 
 #include "newton/slopes/force_slopes.h"
 
-/* Of a body and its joint: the derivatives of mbsri_joint_slopes but for the columns of u', the body's
- * own P, and what of the data is needed. G, s and X are those of a group, at its head. What concerns A
- * and mu stands there where the body, or for columns and `below` its predecessor, is deep. */
+/* Of a body and its joint: the derivatives of mbsri_joint_slopes but for the columns of u', the
+ * body's own P, and what of the data is needed. G, s and X are those of a group, at its head. What
+ * concerns A and mu stands there where the body, or for columns and `below` its predecessor, is
+ * deep. */
 typedef struct mbsri_terms {
     double *x, *below, *own, *qdot;
     double *P;
@@ -23,9 +24,8 @@ typedef struct mbsri_terms {
 typedef struct mbsri_linear {
     const mbsr_model *model;
     double c;
-    bool
-        whole; /* keeps all for products; else P, below and own are those of the last joint, and derivatives
-                           * of elements those of the last */
+    bool whole; /* keeps all for products; else P, below and own are those of the last joint, and
+                 * derivatives of elements those of the last */
     const bool *served;   /* N + 1: bodies that it knows; NULL: all */
     bool *deep, *coupled; /* N + 1: of each body; coupled: one of a group that is one block */
     bool *dropped;        /* rows of closures that the data leaves out */
@@ -41,29 +41,32 @@ typedef struct mbsri_linear {
     mbsri_slopes slopes;
 } mbsri_linear;
 
-/* Whether these derivatives can be had: MBSR_OK, or MBSR_ERR_SPACE with the body or closure and what it lacks. */
+/* Whether these derivatives can be had: MBSR_OK, or MBSR_ERR_SPACE with the body or closure and
+ * what it lacks. */
 int mbsri_linear_check(const mbsr_model *m, const char *function, mbsr_error *error);
 
 /* NULL: there is no memory. */
 mbsri_linear *mbsri_linear_create(const mbsr_model *m, bool whole, const bool *served);
 void mbsri_linear_destroy(mbsri_linear *l);
 
-/* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that makes no
- * difference (mbsri_backward puts them together). spare: nq + nu numbers. */
+/* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that
+ * makes no difference (mbsri_backward puts them together). spare: nq + nu numbers. */
 int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                        const double *yp, double *spare);
 
-/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank and those behind.
- * x, rate: as many numbers as a group's joints have rates. */
+/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank
+ * and those behind. x, rate: as many numbers as a group's joints have rates. */
 void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate);
 
-/* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any. */
+/* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any.
+ */
 bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank);
 
 /* Then all of them as deep ones, for derivatives of inverse dynamics. */
 void mbsri_linear_mark_all(mbsri_linear *l);
 
-/* The data at the state (t, y), with the loop forces of y', A and mu, for the factor c; bodies are marked. A status. */
+/* The data at the state (t, y), with the loop forces of y', A and mu, for the factor c; bodies are
+ * marked. A status. */
 int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                       double c);
 
@@ -74,14 +77,15 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
 /* All derivatives where the data is at the state with A and mu, and bodies are marked. A status. */
 int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d);
 
-/* All derivatives at the state. A status. The data is at mbsr_backward of that state afterwards. */
+/* All derivatives at the state. A status. The data is at mbsr_stage_backward of that state
+ * afterwards. */
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                     double c);
 
 mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i);
 
-/* Numbers of pose, V and perhaps A of a body, and of its actions: momentum, its rate and perhaps the
- * reaction. */
+/* Numbers of pose, V and perhaps A of a body, and of its actions: momentum, its rate and perhaps
+ * the reaction. */
 static inline int mbsri_linear_motions(const mbsri_linear *l, int i)
 {
     return l->e[i] + (l->deep[i] ? 2 : 1) * l->model->body[i].d;
@@ -92,8 +96,8 @@ static inline int mbsri_linear_actions(const mbsri_linear *l, int i)
     return (l->deep[i] ? 3 : 2) * l->model->body[i].d;
 }
 
-/* Elements. How often one is called: for body `first` .. `last`; the bodies that it sees in the call
- * of body i, and their number; its derivatives there, and their rows and columns. */
+/* Elements. How often one is called: for body `first` .. `last`; the bodies that it sees in the
+ * call of body i, and their number; its derivatives there, and their rows and columns. */
 void mbsri_linear_calls(const mbsri_linear *l, const mbsri_force *force, int *first, int *last);
 int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, const int **list);
 const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns);

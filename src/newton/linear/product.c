@@ -1,9 +1,9 @@
 /* Products with the Newton matrix: see product.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Of a given delta, root to leaves the perturbations x of the bodies; then forces by them, of elements
- * and closures; leaves to root y, what it makes of the momenta, their rates and the missing joint forces,
- * and L^-1 of these:
+ * Of a given delta, root to leaves the perturbations x of the bodies; then forces by them, of
+ * elements and closures; leaves to root y, what it makes of the momenta, their rates and the
+ * missing joint forces, and L^-1 of these:
  *
  *   r_q = c dq - d(G u) - G w C_h^T c deta
  *   r_p = c dp - dP
@@ -73,8 +73,8 @@ size_t mbsri_vectors_place(const mbsri_linear *w, double *memory, mbsri_vectors 
 
 /* ---- multiplying ---- */
 
-/* c deta of the position rows that count -> w C_h^T, in the order of the sweeps, and forces on bodies
- * on the way; only with closures. */
+/* c deta of the position rows that count -> w C_h^T, in the order of the sweeps, and forces on
+ * bodies on the way; only with closures. */
 static void find_push(const mbsri_linear *w, const double *delta, mbsri_vectors *v)
 {
     const mbsr_model *m = w->model;

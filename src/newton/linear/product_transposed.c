@@ -1,7 +1,8 @@
 /* Products with the transposed Newton matrix: see product_transposed.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Step by step that of product.c, the last first: each vector holds what r says of it, and b += A a becomes a += A^T b. */
+ * Step by step that of product.c, the last first: each vector holds what r says of it, and b += A a
+ * becomes a += A^T b. */
 #include "newton/linear/product_transposed.h"
 
 #include "algebra/dense.h"
@@ -79,7 +80,8 @@ static void act(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v,
               v->motion + w->motion[i]);
 }
 
-/* Leaves to root, joint i: what is said of its motion goes to that of the predecessor and to delta. */
+/* Leaves to root, joint i: what is said of its motion goes to that of the predecessor and to delta.
+ */
 static void move(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v, double *delta)
 {
     const mbsr_model *m = w->model;
@@ -103,7 +105,8 @@ static void move(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v
 
 /* ---- elements and closures ---- */
 
-/* What is said of f on a body, which enters sigma with -1 and mu with 1, and of tau on its joint. */
+/* What is said of f on a body, which enters sigma with -1 and mu with 1, and of tau on its joint.
+ */
 static void read_force(const mbsri_linear *w, int i, const mbsri_vectors *v, double *f, double *tau)
 {
     const mbsri_body *b = w->model->body + i;

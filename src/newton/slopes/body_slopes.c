@@ -1,15 +1,15 @@
 /* Derivatives of a body's own momentum and inertia forces: see body_slopes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * In space all of M turns with the body. With (L, l) = M V, along a small rotation theta, T x = (theta x x_1,
- * theta x x_2) for both halves of a vector,
+ * In space all of M turns with the body. With (L, l) = M V, along a small rotation theta, T x =
+ * (theta x x_1, theta x x_2) for both halves of a vector,
  *
  *   M' V = (omega x L, omega x l) - M (0, omega x v),   h = M' V + (v x l, 0),   dM = T M - M T
  *
  * In the plane the first moment c of a body turns, where M is not constant: with J c = (-c_y, c_x),
  * M V has omega J c and (J c) v, M' V = (-omega^2 c, -omega c v), and h = (-omega^2 c, 0).
- * Flexible bodies have formulas of their own (flexible/slopes.h). An inertia by function is differenced,
- * with M' V from differences along the motion. */
+ * Flexible bodies have formulas of their own (flexible/slopes.h). An inertia by function is
+ * differenced, with M' V from differences along the motion. */
 #include "newton/slopes/body_slopes.h"
 
 #include "algebra/dense.h"

@@ -13,7 +13,7 @@ size_t mbsri_body_slopes_size(const mbsr_model *m);
  *
  *   -M V,   h - M' V,   -h - M A
  *
- * of body i at the state of mbsr_forces with rates. What an inertia's function returned. */
+ * of body i at the state of mbsr_stage_forces with rates. What an inertia's function returned. */
 int mbsri_body_slopes_add(const mbsr_model *m, mbsr_data *d, int i, bool accelerated, double *P,
                           double *work);
 

@@ -6,8 +6,8 @@
 #include "recursion/data.h"
 
 /* Of a closure with loop forces lambda: S (columns x columns) of C^T lambda and slope (rows x
- * columns) of C (V, u) + g_t along displacements; of mbsri_closure_across: what of S ties different bodies
- * together is left (columns x rank) read (rank x columns, `most` rows). */
+ * columns) of C (V, u) + g_t along displacements; of mbsri_closure_across: what of S ties different
+ * bodies together is left (columns x rank) read (rank x columns, `most` rows). */
 typedef struct mbsri_closure_tangents {
     double *S, *slope, *left, *read;
     int most, rank;

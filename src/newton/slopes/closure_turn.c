@@ -36,7 +36,8 @@ bool mbsri_closure_may_turn(const mbsri_closure *c)
            c->rows <= c->column[1] && c->column[0] == 0 && !mbsri_reads_joints(c);
 }
 
-/* C_a C_a^T = R^T R, R with the inverses of its diagonal; false: the rows are not clearly independent there. */
+/* C_a C_a^T = R^T R, R with the inverses of its diagonal; false: the rows are not clearly
+ * independent there. */
 static bool factor_rows(const mbsri_closure *c, const double *C, double R[ROWS][ROWS])
 {
     const int rows = c->rows, first = c->column[1];

@@ -5,7 +5,8 @@
  * Differences (differences.h) are taken of one variable at a time, with copies of the bodies in the
  * work memory. Steps of velocities follow from those of positions by a rate: the table's or the
  * tree's (recursion/spans.h), without gravity with the sizes f_k of the element's forces and s_k of
- * the coordinates they belong to sqrt(f_k s_k / m l^2). The orientation of a SPATIAL body is displaced by R <- exp([h e_k]x) R. */
+ * the coordinates they belong to sqrt(f_k s_k / m l^2). The orientation of a SPATIAL body is
+ * displaced by R <- exp([h e_k]x) R. */
 #include "newton/slopes/force_slopes.h"
 
 #include "algebra/dense.h"
@@ -198,8 +199,8 @@ static double speed_of(const differences *w)
     return speed;
 }
 
-/* Rate of the coordinates: the table's, or the larger one of that of gravity or of the forces so far
- * and of its geometric mean with the bodies' own. */
+/* Rate of the coordinates: the table's, or the larger one of that of gravity or of the forces so
+ * far and of its geometric mean with the bodies' own. */
 static double rate_of(const differences *w)
 {
     const double inertia = w->m->mass * w->m->length * w->m->length, known = w->spans.rate;

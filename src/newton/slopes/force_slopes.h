@@ -23,7 +23,7 @@ typedef struct mbsri_slopes {
 void mbsri_slopes_size(const mbsr_model *m, size_t *doubles, size_t *ints);
 void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, int *ints);
 
-/* Derivatives of an element at the state of mbsr_velocities, into s->out: its own, or central
+/* Derivatives of an element at the state of mbsr_stage_velocities, into s->out: its own, or central
  * differences. `body`: the index of the one body it is asked for, for elements that act on every
  * body; else not used. Returns what the element returned, or MBSR_NOT_FINITE, with the data's error
  * set. Leaves f and tau of the data as they were. */

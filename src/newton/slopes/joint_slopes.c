@@ -24,8 +24,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Numbers of one set of K, H, J and two vectors, with every column of J, those held included; no J of
- * mounts whose J is constant (upright). */
+/* Numbers of one set of K, H, J and two vectors, with every column of J, those held included; no J
+ * of mounts whose J is constant (upright). */
 typedef struct block {
     double *K, *H, *J, *k;
 } block;
@@ -296,8 +296,8 @@ static int place_of(const mbsri_body *b, int k)
     return l;
 }
 
-/* Whether column k of the predecessor's pose, or of its velocity, is a shift that the body follows without any
- * other change: markers and mounts know of places only how they lie to each other. */
+/* Whether column k of the predecessor's pose, or of its velocity, is a shift that the body follows
+ * without any other change: markers and mounts know of places only how they lie to each other. */
 static bool is_shift(const mbsri_body *b, int k)
 {
     const mbsri_joint *joint = &b->joint;

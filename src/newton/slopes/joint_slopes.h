@@ -25,9 +25,9 @@ typedef struct mbsri_joint_slopes {
 size_t mbsri_joint_slopes_size(const mbsr_model *m);
 void mbsri_joint_slopes_place(mbsri_joint_slopes *s, double *memory);
 
-/* Of joint i at the state of mbsr_backward with momenta and rates; `accelerated`: with A and mu of
- * the accelerations udot (n, in the order of the sweeps), otherwise the rows of A and mu are zero.
- * Statuses of the joint's functions. */
+/* Of joint i at the state of mbsr_stage_backward with momenta and rates; `accelerated`: with A and
+ * mu of the accelerations udot (n, in the order of the sweeps), otherwise the rows of A and mu are
+ * zero. Statuses of the joint's functions. */
 int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool accelerated,
                           const double *udot, mbsri_joint_slopes *s);
 

@@ -1,20 +1,21 @@
 /* Derivatives along motions of the predecessor: see joint_turns.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Such a joint turns with its predecessor. With T for the turning of both halves of a vector, r from the
- * predecessor's origin to the body's, and omega that of the predecessor,
+ * Such a joint turns with its predecessor. With T for the turning of both halves of a vector, r
+ * from the predecessor's origin to the body's, and omega that of the predecessor,
  *
  *   omega_i = omega + w,   v_i = v + omega x r + z,   (w, z) = -(J u + k_I)
  *   A_i = (alpha, a + alpha x r) - J u' - k_II,   k_II = -(0, omega x r') + ...
  *
- * Along a small rotation theta, V of the predecessor held, w, z, J and what J' and k_II have of the joint alone turn,
- * but the rest does not:
+ * Along a small rotation theta, V of the predecessor held, w, z, J and what J' and k_II have of the
+ * joint alone turn, but the rest does not:
  *
- *   dr = theta x r,   dr' = T r' - beta x r,   dJ = T J,   dJ' = T J' - beta x J,   beta = theta x omega
+ *   dr = theta x r,   dr' = T r' - beta x r,   dJ = T J,   dJ' = T J' - beta x J,
+ *       beta = theta x omega
  *   dk_II = T k_II - D beta,   D alpha = -(0, alpha x r' + omega x (alpha x r)) - alpha x (w, z)
  *
- * and along alpha of omega, dr' = alpha x r, dJ' = alpha x J, dk_II = D alpha. The lower half of H is -r cross
- * from the left: H^T m has -(r x m_2) and the like. */
+ * and along alpha of omega, dr' = alpha x r, dJ' = alpha x J, dk_II = D alpha. The lower half of H
+ * is -r cross from the left: H^T m has -(r x m_2) and the like. */
 #include "newton/slopes/joint_turns.h"
 
 #include "algebra/dense.h"

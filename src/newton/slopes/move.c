@@ -3,7 +3,8 @@
  *
  * Derivatives are central differences of fourth order over steps of a thousandth of the change over
  * which the functions change (recursion/spans.h). Where only velocities change, those of second
- * order over a step of their size are exact: kII is quadratic in them, K', H', J' and q' are linear. A joint without `rates` has K', H', J' by such differences along its motion, which are
+ * order over a step of their size are exact: kII is quadratic in them, K', H', J' and q' are
+ * linear. A joint without `rates` has K', H', J' by such differences along its motion, which are
  * then differenced once more. */
 #include "newton/slopes/move.h"
 

@@ -1,8 +1,9 @@
-/* What the sweeps over loops read and keep some bodies ahead. In large models it is in memory, in pieces of a
- * few lines that lie in a dozen arrays, and asked for before it is needed.
+/* What the sweeps over loops read and keep some bodies ahead. In large models it is in memory, in
+ * pieces of a few lines that lie in a dozen arrays, and asked for before it is needed.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * In stages, as one piece tells where the next is: pools and ends of closures; closures; the rest. */
+ * In stages, as one piece tells where the next is: pools and ends of closures; closures; the rest.
+ */
 #ifndef MBSRI_NEWTON_AHEAD_H
 #define MBSRI_NEWTON_AHEAD_H
 

@@ -2,10 +2,10 @@
  * is handed over there.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A block (sweeps/block.h) counts its perturbation x in its own coordinates, the changes of its pose
- * and of V, and y as those of (m, sigma) and, where deep, of mu. The sweeps have (dtheta, nu, xi)
- * and (chi, phi, psi) instead (perturbation.h, reaction.h). About the origin of the body that stands
- * between them, with its omega and v and the sums (L, p), (N, F), W over what is handed on,
+ * A block (sweeps/block.h) counts its perturbation x in its own coordinates, the changes of its
+ * pose and of V, and y as those of (m, sigma) and, where deep, of mu. The sweeps have (dtheta, nu,
+ * xi) and (chi, phi, psi) instead (perturbation.h, reaction.h). About the origin of the body that
+ * stands between them, with its omega and v and the sums (L, p), (N, F), W over what is handed on,
  *
  *   d(pose) = (dtheta, xi)           d(omega) = nu_w + dtheta x omega,  dv = nu_v + dtheta x v
  *   m = -(L, p)                      d(L, p) = chi + dtheta x (L, p)

@@ -5,8 +5,9 @@
  *
  *   v = T^-1 s - W x,   W = T^-1 R,      P <- P - Q W,   b <- b + Q T^-1 s
  *
- * T is scaled by powers of two and factored with complete pivoting; what is singular or not finite goes to
- * newton/carried/front.c, which can say what it is. Pools of which something is carried on: closing_part.h. */
+ * T is scaled by powers of two and factored with complete pivoting; what is singular or not finite
+ * goes to newton/carried/front.c, which can say what it is. Pools of which something is carried on:
+ * closing_part.h. */
 #ifndef MBSRI_NEWTON_CLOSING_H
 #define MBSRI_NEWTON_CLOSING_H
 
@@ -35,8 +36,8 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
     return true;
 }
 
-/* Front k, from which nothing is carried on. False: see newton/carried/front.c. A pin in the plane has
- * four unknowns, or five with a link without mass that it holds. */
+/* Front k, from which nothing is carried on. False: see newton/carried/front.c. A pin in the plane
+ * has four unknowns, or five with a link without mass that it holds. */
 MBSRI_OUTLINE bool close_front(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     mbsri_carried *v = &newton->blocks->carried;
@@ -93,7 +94,8 @@ MBSRI_OUTLINE int meet_loops(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 
 /* ---- solution ---- */
 
-/* Front k, of `size` unknowns that close there: T^-1 s, and what that adds to the forces; on the root nothing. */
+/* Front k, of `size` unknowns that close there: T^-1 s, and what that adds to the forces; on the
+ * root nothing. */
 MBSRI_INLINE void load_closed(const mbsri_carried *v, const closing *c, int k, int size, v4 b[4],
                               v4 psi[2], bool on_root)
 {

@@ -7,10 +7,10 @@
 
 #include <stdint.h>
 
-/* What is kept, in the order of the exchanges: LU (span x size, by columns) of the scaled T, Q (groups of
- * three numbers, a column after the other), T^-1 s, W (likewise, by rows), all of them scaled; the scales;
- * which row it was, and the names of the unknowns. Of `rest` unknowns that are carried on, see closing_part.h, what
- * stands beside and below LU. */
+/* What is kept, in the order of the exchanges: LU (span x size, by columns) of the scaled T, Q
+ * (groups of three numbers, a column after the other), T^-1 s, W (likewise, by rows), all of them
+ * scaled; the scales; which row it was, and the names of the unknowns. Of `rest` unknowns that are
+ * carried on, see closing_part.h, what stands beside and below LU. */
 typedef struct closing {
     double *LU, *by_row, *Q, *right, *by_column, *W;
     int *row, *name, size, rest, span, actions;
@@ -70,8 +70,9 @@ MBSRI_INLINE double power_of_two(int exponent)
     return x;
 }
 
-/* One scale, of a row or column whose largest entry is this without it: nearer to what makes that 1, by
- * the root, so that neither side gets all of it, or exactly. True: it was within a factor 2. */
+/* One scale, of a row or column whose largest entry is this without it: nearer to what makes that
+ * 1, by the root, so that neither side gets all of it, or exactly. True: it was within a factor 2.
+ */
 MBSRI_INLINE bool adjust(int *scale, int largest, bool exactly)
 {
     if (largest <= NO_EXPONENT / 2) return true;
@@ -80,8 +81,8 @@ MBSRI_INLINE bool adjust(int *scale, int largest, bool exactly)
     return all >= -1 && all <= 1;
 }
 
-/* Exponents of scales with which the largest entry of each row and column is about 1. E: those of the
- * entries, `span` a column. */
+/* Exponents of scales with which the largest entry of each row and column is about 1. E: those of
+ * the entries, `span` a column. */
 MBSRI_INLINE void equilibrate(int size, int span, const int *E, int *of_row, int *of_column)
 {
     bool last = false;
@@ -115,8 +116,9 @@ MBSRI_INLINE int larger(int a, int b)
     return a > b ? a : b;
 }
 
-/* The same of two by two, at once: the larger of both products of two entries becomes that of two ones, and the
- * other two entries equal. Zeros count as if they were no smaller than 2^-200 of the largest entry. */
+/* The same of two by two, at once: the larger of both products of two entries becomes that of two
+ * ones, and the other two entries equal. Zeros count as if they were no smaller than 2^-200 of the
+ * largest entry. */
 MBSRI_INLINE void equilibrate_two(int span, const int *E, int *of_row, int *of_column)
 {
     const int least = larger(larger(E[0], E[1]), larger(E[span], E[span + 1])) - 200,
@@ -133,8 +135,8 @@ MBSRI_INLINE void equilibrate_two(int span, const int *E, int *of_row, int *of_c
 
 /* ---- T ---- */
 
-/* LU of the scaled T with complete pivoting; false: some pivot is not larger than `least`. place: which columns
- * these are. */
+/* LU of the scaled T with complete pivoting; false: some pivot is not larger than `least`. place:
+ * which columns these are. */
 MBSRI_INLINE bool factor_T(const closing *c, int *place, double least)
 {
     const int size = c->size, span = c->span;
@@ -217,8 +219,8 @@ MBSRI_INLINE void solve_rows(const closing *c, double *x)
 
 /* ---- a front ---- */
 
-/* Scaled T to LU; false: not finite. at: places of its unknowns in the pool, NULL: as they are. E: scratch,
- * span (size + 2). */
+/* Scaled T to LU; false: not finite. at: places of its unknowns in the pool, NULL: as they are. E:
+ * scratch, span (size + 2). */
 MBSRI_INLINE bool scale_T(const closing *c, const open_pool *pool, const int *at, int *E)
 {
     const int size = c->size, span = c->span;

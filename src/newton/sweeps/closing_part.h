@@ -4,16 +4,18 @@
  * With b those that are carried on, and X = T_aa^-1 T_ab,
  *
  *   v_a = T_aa^-1 s_a - W x - X v_b,   W = T_aa^-1 R_a,      P <- P - Q_a W
- *   Q_b <- Q_b - Q_a X    R_b <- R_b - T_ba W    T_bb <- T_bb - T_ba X    s_b <- s_b - T_ba T_aa^-1 s_a
+ *   Q_b <- Q_b - Q_a X    R_b <- R_b - T_ba W    T_bb <- T_bb - T_ba X
+ *       s_b <- s_b - T_ba T_aa^-1 s_a
  *
- * Pivots are sought in T_aa alone; where they are small, and where directions without inertia are delayed, which may
- * wait for other loops, the dense front takes over. */
+ * Pivots are sought in T_aa alone; where they are small, and where directions without inertia are
+ * delayed, which may wait for other loops, the dense front takes over. */
 #ifndef MBSRI_NEWTON_CLOSING_PART_H
 #define MBSRI_NEWTON_CLOSING_PART_H
 
 #include "newton/sweeps/closing_matrix.h"
 
-/* Places of the multipliers of front k, a first; returns how many, -1: there are directions that are delayed. */
+/* Places of the multipliers of front k, a first; returns how many, -1: there are directions that
+ * are delayed. */
 MBSRI_INLINE int sort_part(const mbsr_newton *w, int k, int *at)
 {
     const mbsri_carried *v = &w->carried;
@@ -151,8 +153,8 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
     return true;
 }
 
-/* Front k, from which something is carried on; y: NULL on the root. False: nothing is done. A coupling has two
- * unknowns. */
+/* Front k, from which something is carried on; y: NULL on the root. False: nothing is done. A
+ * coupling has two unknowns. */
 MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     const mbsri_carried *v = &newton->blocks->carried;

@@ -18,8 +18,8 @@ int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d);
 /* Whether there are couplings of joint coordinates whose forces change with these. */
 bool mbsri_newton_bends(const mbsr_model *m);
 
-/* Adds what each of their forces changes with the coordinates of its own joint, when loops are open; once a
- * factorisation. */
+/* Adds what each of their forces changes with the coordinates of its own joint, when loops are
+ * open; once a factorisation. */
 void mbsri_newton_bend(mbsri_newton_sweeps *newton);
 
 #endif

@@ -96,7 +96,8 @@ MBSRI_INLINE void leave_body(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     if (run->tree->body[i].parent > 0) hand_over(run, i, at, full, any);
 }
 
-/* Past body i, which the backward sweep has passed, too; false: the rows of its joint are singular. */
+/* Past body i, which the backward sweep has passed, too; false: the rows of its joint are singular.
+ */
 MBSRI_INLINE bool eliminate_body(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                                  elimination *at, bool full, bool any)
 {

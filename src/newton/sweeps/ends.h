@@ -1,10 +1,11 @@
 /* Closures at bodies in the Newton sweeps: what their rows and multipliers are there.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A row e reads the velocity of its body, (dtheta, xi) + ... of newton/carried/carried.c in the sweeps'
- * perturbations: with the arm from the body's point to the origin of its own frame,
+ * A row e reads the velocity of its body, (dtheta, xi) + ... of newton/carried/carried.c in the
+ * sweeps' perturbations: with the arm from the body's point to the origin of its own frame,
  *
- *   d(omega) = nu_w + dtheta x omega,   dv = nu_v + nu_w x arm + dtheta x v,   d(origin) = xi + dtheta x arm */
+ *   d(omega) = nu_w + dtheta x omega,   dv = nu_v + nu_w x arm + dtheta x v,
+ *       d(origin) = xi + dtheta x arm */
 #ifndef MBSRI_NEWTON_ENDS_H
 #define MBSRI_NEWTON_ENDS_H
 

@@ -1,21 +1,21 @@
 /* Joints past which open loops are carried (newton/carried/carried.h), in the Newton sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Of body i, y = P x + Q v + b with the unknowns v that are carried, and rows R x + T v = s wait for
- * elimination; perturbations as in perturbation.h, numbers as in newton/carried/swept.h. eta moves the joint as
- * r_q would, by e = w S^T kappa each, where kappa is what open loops exert with eta for lambda. So the
- * columns of v pass a joint of one axis beside those of x_h:
+ * Of body i, y = P x + Q v + b with the unknowns v that are carried, and rows R x + T v = s wait
+ * for elimination; perturbations as in perturbation.h, numbers as in newton/carried/swept.h. eta
+ * moves the joint as r_q would, by e = w S^T kappa each, where kappa is what open loops exert with
+ * eta for lambda. So the columns of v pass a joint of one axis beside those of x_h:
  *
  *   du = k - K x_h - z v          z E = (row of the joint along Q) + gain e
  *   Q_h = Q + U e - C z           R_h = R - m K     T_h = T + n e - m z     s_h = s - n r_q - m k
  *
- * where m and n are what the rows read of the body's motion by du and by r_q. Couplings of joint coordinates
- * act on the joint itself: they have part in the row of the joint, in e, m and n, and in no Q or R before it.
- * Where the joint's block is
- * zero, loops may have to hold it: du is carried on, and with it the balance of forces (reaction.h).
+ * where m and n are what the rows read of the body's motion by du and by r_q. Couplings of joint
+ * coordinates act on the joint itself: they have part in the row of the joint, in e, m and n, and
+ * in no Q or R before it. Where the joint's block is zero, loops may have to hold it: du is carried
+ * on, and with it the balance of forces (reaction.h).
  *
- * Along a strand (newton/carried/swept.h) all stays in its place; where strands meet, one is added to the
- * other by the names of its unknowns. */
+ * Along a strand (newton/carried/swept.h) all stays in its place; where strands meet, one is added
+ * to the other by the names of its unknowns. */
 #ifndef MBSRI_NEWTON_FRONTS_H
 #define MBSRI_NEWTON_FRONTS_H
 
@@ -25,8 +25,8 @@
 #include "newton/sweeps/pools.h"
 #include "recursion/closures.h"
 
-/* What couplings of joint coordinates are at a joint, `stride` numbers an axis: of each unknown the joint force
- * and what eta moves, of each row what it reads of du and dq. NULL: nothing. */
+/* What couplings of joint coordinates are at a joint, `stride` numbers an axis: of each unknown the
+ * joint force and what eta moves, of each row what it reads of du and dq. NULL: nothing. */
 typedef struct joint_couplings {
     double *tau, *push, *by_u, *by_q;
     int stride;
@@ -403,8 +403,8 @@ MBSRI_OUTLINE bool pass_open_weld(const mbsri_sweep_run *run, int i, mbsri_newto
 
 /* ---- solution ---- */
 
-/* The rows that wait pass joint i, which k and r_q move; `rest`: the right-hand side of its balance of
- * forces, where du is carried on. */
+/* The rows that wait pass joint i, which k and r_q move; `rest`: the right-hand side of its balance
+ * of forces, where du is carried on. */
 MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, double r_q,
                                double rest)
 {

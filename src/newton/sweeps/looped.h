@@ -1,14 +1,16 @@
 /* The elimination of trees with loops in one sweep, beside the backward recursion.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Loops close on a common predecessor of their bodies, with forces that balance: a displacement of that
- * body without rotation changes nothing, and its forces change no sum of forces. So above and beside
- * loops, and wherever no elements act on bodies or behind them, joints are passed as in a tree without
- * any (perturbation.h: not `full`). Bodies at which all columns count are wide (sweeps/tree.h); where
- * their joints are not, what counts in them alone is left behind, being zero.
+ * Loops close on a common predecessor of their bodies, with forces that balance: a displacement of
+ * that body without rotation changes nothing, and its forces change no sum of forces. So above and
+ * beside loops, and wherever no elements act on bodies or behind them, joints are passed as in a
+ * tree without any (perturbation.h: not `full`). Bodies at which all columns count are wide
+ * (sweeps/tree.h); where their joints are not, what counts in them alone is left behind, being
+ * zero.
  *
- * Deep (reaction.h) are wide joints with no inertia behind them: their reactions are the loads on these
- * bodies, known at once. All else that lacks rank is left to the sweeps that go one after the other. */
+ * Deep (reaction.h) are wide joints with no inertia behind them: their reactions are the loads on
+ * these bodies, known at once. All else that lacks rank is left to the sweeps that go one after the
+ * other. */
 #ifndef MBSRI_NEWTON_LOOPED_H
 #define MBSRI_NEWTON_LOOPED_H
 

@@ -207,8 +207,8 @@ static void motion_by(int n, const axis *a, const mbsri_newton_block *B, int j, 
     }
 }
 
-/* A joint of several axes on the way: C, U, E and the sizes of what was summed in it; the rows over x_h, and
- * what they become. */
+/* A joint of several axes on the way: C, U, E and the sizes of what was summed in it; the rows over
+ * x_h, and what they become. */
 typedef struct axes {
     int n;
     axis a[6];
@@ -296,8 +296,8 @@ MBSRI_INLINE bool open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_swee
     return true;
 }
 
-/* R, K and what elements owe to the predecessor's motion; held: the joint's unknowns are not eliminated here
- * (multi_fronts.h). False: the rows are singular. */
+/* R, K and what elements owe to the predecessor's motion; held: the joint's unknowns are not
+ * eliminated here (multi_fronts.h). False: the rows are singular. */
 MBSRI_INLINE bool close_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                              axes *p, slab *y, bool full, bool held)
 {

@@ -4,10 +4,12 @@
  *   du = k - K x_h - z v        z = E^-1 (rows of the joint along Q + gain e)
  *   Q_h = Q + U e - C z         R_h = R - m K     T_h = T + n e - m z     s_h = s - n g - m k
  *
- * summed over the axes; eta moves a joint as g would (multi_axis.h), also one with a quaternion. Joints with no
- * inertia behind them are held: all du are carried on, and with them the balances of forces (reaction.h),
+ * summed over the axes; eta moves a joint as g would (multi_axis.h), also one with a quaternion.
+ * Joints with no inertia behind them are held: all du are carried on, and with them the balances of
+ * forces (reaction.h),
  *
- *   r_u = S_k^T psi_k - dtau_k,     psi before axis k = psi_h - sum over l before k of w_l S_l x* W */
+ *   r_u = S_k^T psi_k - dtau_k,
+ *       psi before axis k = psi_h - sum over l before k of w_l S_l x* W */
 #ifndef MBSRI_NEWTON_MULTI_FRONTS_H
 #define MBSRI_NEWTON_MULTI_FRONTS_H
 
@@ -72,8 +74,8 @@ static void find_balances(int i, const mbsri_newton_sweeps *newton, const axes *
     }
 }
 
-/* Elements between the body and its predecessor: what they owe to the latter's motion, then what they exert on
- * it; the balances over x_h between these. */
+/* Elements between the body and its predecessor: what they owe to the latter's motion, then what
+ * they exert on it; the balances over x_h between these. */
 static void pass_pair_of_axes(const mbsri_sweep_run *run, int i, const mbsri_newton_sweeps *newton,
                               int n, balance_of_axes *t, slab *y)
 {
@@ -284,7 +286,8 @@ MBSRI_OUTLINE bool pass_open(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 
 /* ---- solution ---- */
 
-/* As pass_rights, where g moves the joint beside k; rest: of the balances of a joint that is held. */
+/* As pass_rights, where g moves the joint beside k; rest: of the balances of a joint that is held.
+ */
 static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double g[6],
                                 const double rest[6])
 {
@@ -308,8 +311,8 @@ static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double
     for (int o = 0; o < held; ++o) to[pool->in_place ? count + o : place[count + o]] += rest[o];
 }
 
-/* Of a joint that is held, at the loads behind it: d(M u), less the row of F_p, without w, which `known` holds; and
- * of the balances r_u + dtau, less what they see. psi passes the joint. */
+/* Of a joint that is held, at the loads behind it: d(M u), less the row of F_p, without w, which
+ * `known` holds; and of the balances r_u + dtau, less what they see. psi passes the joint. */
 static void balance_axes(mbsri_newton_sweeps *newton, int i, const double g[6], double r_s,
                          mbsri_newton_flow *m, double rest[6])
 {

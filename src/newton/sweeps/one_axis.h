@@ -141,8 +141,8 @@ MBSRI_INLINE void sharpen(const mbsri_newton_sweeps *newton, const slab *y, pass
     p->gain = sum3(along_row(&p->a, by_c, p->U, true)) - p->tau_q;
 }
 
-/* Before its unknown is eliminated: p, and in y what elements owe to the predecessor's motion. sharp:
- * not r_q alone, which is small, moves the joint beside du. */
+/* Before its unknown is eliminated: p, and in y what elements owe to the predecessor's motion.
+ * sharp: not r_q alone, which is small, moves the joint beside du. */
 MBSRI_INLINE void meet_joint(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                              slab *y, const v4 G[2], passage *p, bool full, bool deep, bool sharp)
 {

@@ -161,8 +161,8 @@ static void find_reactions(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     }
 }
 
-/* Whether joint i lacks some of its rank, or is of a group that does and is eliminated as one; false
- * in *as_one: of one that would not have to be. */
+/* Whether joint i lacks some of its rank, or is of a group that does and is eliminated as one;
+ * false in *as_one: of one that would not have to be. */
 static bool lacks_rank(const mbsri_sweep_run *run, int i, bool *as_one)
 {
     const mbsr_model *m = run->model;

@@ -12,12 +12,13 @@
 
 typedef struct mbsri_newton_sweeps mbsri_newton_sweeps;
 
-/* Of one joint coordinate: what the solution reads root to leaves stands in front, S and row in both sweeps,
- * then what it reads leaves to root. Perturbations of motion stand in groups of three numbers: rotation, nu
- * angular and linear, and displacement; those of forces: chi angular and linear, moment, and force. x: the
- * predecessor's, at its point. Groups are written in this order, each with a fourth number that the next
- * overwrites. The fourth groups have memory in models with elements on bodies or with loops only; in others
- * the one before and the one behind stand there. */
+/* Of one joint coordinate: what the solution reads root to leaves stands in front, S and row in
+ * both sweeps, then what it reads leaves to root. Perturbations of motion stand in groups of three
+ * numbers: rotation, nu angular and linear, and displacement; those of forces: chi angular and
+ * linear, moment, and force. x: the predecessor's, at its point. Groups are written in this order,
+ * each with a fourth number that the next overwrites. The fourth groups have memory in models with
+ * elements on bodies or with loops only; in others the one before and the one behind stand there.
+ */
 typedef struct mbsri_newton_column {
     double K_last[3], Q_last[3], idle[2];
     double K[9];    /* du = k - K x */
@@ -159,8 +160,9 @@ static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_swe
 
 /* The sweeps, compiled once for every kind of processor. The factorisations return 0, a body whose
  * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to; see
- * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint blocks
- * that are zero, the third for those with blocks, the last for those with loops. Solve: see mbsri_newton_sweeps_solve. */
+ * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint
+ * blocks that are zero, the third for those with blocks, the last for those with loops. Solve: see
+ * mbsri_newton_sweeps_solve. */
 enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2, MBSRI_BLOCK_FAILED = -3 };
 typedef struct mbsri_newton_kernels {
     int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
@@ -179,8 +181,8 @@ extern const mbsri_newton_kernels mbsri_newton_v3;
 /* Pivots below this, relative to the size of what was summed, are zero but for rounding. */
 #define MBSRI_LEAST_PIVOT 1e-14
 
-/* Of blocks of several rows: a smaller one lets rounding errors grow by its inverse squared. Between
- * bodies nothing is exchanged that would avoid it. */
+/* Of blocks of several rows: a smaller one lets rounding errors grow by its inverse squared.
+ * Between bodies nothing is exchanged that would avoid it. */
 #define MBSRI_CLEAR_PIVOT 1e-4
 
 #endif

@@ -106,8 +106,8 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     return used;
 }
 
-/* Whether looped.h has memory for bodies that count as deep; beside loops these are not on joints of
- * several axes. light: whether there are any. */
+/* Whether looped.h has memory for bodies that count as deep; beside loops these are not on joints
+ * of several axes. light: whether there are any. */
 static bool finds_light(const mbsri_sweeps *tree, bool *light)
 {
     bool serves = true;
@@ -130,7 +130,8 @@ static bool serves_loops(const mbsr_model *m, const mbsri_sweeps *tree)
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
 {
     const mbsri_sweeps *tree = m->whole;
-    /* of nothing but blocks, the front alone loses fewer digits: no Mbar stands for what is below */
+    /* of nothing but blocks, the front alone loses fewer digits: no Mbar stands for what is below
+     */
     if (!tree || (tree->blocks > 0 && (!tree->rates || tree->blocks == tree->bodies))) return 0;
     if (m->rows > 0 && (lean || tree->blocks > 0 || !serves_loops(m, tree))) return 0;
     return layout(m, tree, NULL, NULL);

@@ -8,14 +8,14 @@
 /* Bytes of a solver of the model, 0 if it is never served. It is placed in memory aligned to
  * MBSR_DATA_ALIGNMENT. */
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean);
-/* alone: there is no front to turn to with all bodies. blocks: has that of the bodies of other kinds, where the tree has
- * some, and what loops carry; or NULL. */
+/* alone: there is no front to turn to with all bodies. blocks: has that of the bodies of other
+ * kinds, where the tree has some, and what loops carry; or NULL. */
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
                                                struct mbsr_newton *blocks);
 
-/* Linearises and eliminates at (t, q, u), given in the caller's order, with the data's loop forces. 0: there is a factorisation,
- * and the data is as after mbsri_sweeps_momentum_residual. MBSRI_NOT_SERVED: it is for the general
- * version. Else a status, with its text in d->error. */
+/* Linearises and eliminates at (t, q, u), given in the caller's order, with the data's loop forces.
+ * 0: there is a factorisation, and the data is as after mbsri_sweeps_momentum_residual.
+ * MBSRI_NOT_SERVED: it is for the general version. Else a status, with its text in d->error. */
 int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double t, const double *q,
                                const double *u, double c);
 

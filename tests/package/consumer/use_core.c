@@ -1,6 +1,7 @@
 /* Two bodies on the ground, the second without mass: builds the tree and evaluates the residual.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdio.h>

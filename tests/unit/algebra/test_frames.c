@@ -30,7 +30,7 @@ static void constructors_agree_with_the_exponential(void **state)
         for (int k = 0; k < 3; ++k) w[k] = angle * axis[k] / length;
         transform T = transform_exp(w, none);
         for (int k = 0; k < 3; ++k) T.m[k][3] = x[k];
-        const mbsr_frame turned = mbsr_frame_turned(x, axis, angle);
+        const mbsr_frame turned = mbsr_frame_rotated(x, axis, angle);
         assert_frame(&turned, &T, 1e-14);
 
         T = transform_quaternion(q);
@@ -80,7 +80,7 @@ static void directions_without_length_make_no_frame(void **state)
                  none[4] = {0, 0, 0, 0};
     const double *const list[] = {zero, bad, huge};
     for (int k = 0; k < 3; ++k) {
-        const mbsr_frame a = mbsr_frame_turned(NULL, list[k], 0.3),
+        const mbsr_frame a = mbsr_frame_rotated(NULL, list[k], 0.3),
                          b = mbsr_frame_along(NULL, list[k]);
         assert_true(isinf(mbsri_frame_defect(a.R)) && isinf(mbsri_frame_defect(b.R)));
     }
@@ -96,12 +96,12 @@ static void lengths_do_not_matter(void **state)
     double axis[3], q[4], long_axis[3], long_q[4];
     test_fill(&rng, 3, axis);
     test_fill(&rng, 4, q);
-    const mbsr_frame a = mbsr_frame_turned(NULL, axis, 0.7), b = mbsr_frame_along(NULL, axis),
+    const mbsr_frame a = mbsr_frame_rotated(NULL, axis, 0.7), b = mbsr_frame_along(NULL, axis),
                      c = mbsr_frame_quaternion(NULL, q);
     for (int l = 0; l < 4; ++l) {
         for (int k = 0; k < 3; ++k) long_axis[k] = lengths[l] * axis[k];
         for (int k = 0; k < 4; ++k) long_q[k] = lengths[l] * q[k];
-        const mbsr_frame x = mbsr_frame_turned(NULL, long_axis, 0.7),
+        const mbsr_frame x = mbsr_frame_rotated(NULL, long_axis, 0.7),
                          y = mbsr_frame_along(NULL, long_axis),
                          z = mbsr_frame_quaternion(NULL, long_q);
         for (int k = 0; k < 9; ++k) {

@@ -1,5 +1,5 @@
-/* The library's own LAPACK routines: what defines their results, and the digits of LAPACK, on random matrices of many
- * sizes, graded, singular, and near the limits of the exponent.
+/* The library's own LAPACK routines: what defines their results, and the digits of LAPACK, on
+ * random matrices of many sizes, graded, singular, and near the limits of the exponent.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 

@@ -6,6 +6,8 @@
 #include "tree.h"
 #include "algebra/numbers.h"
 
+#include <mbsrank/driver.h>
+
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -77,10 +79,10 @@ static void evaluate(const mbsr_model *m, mbsr_data *d, input in, int poison, re
     assert_int_equal(mbsr_dae_residual(m, d, MBSR_DAE_INVERSE_DYNAMICS, 0.3, in.y, in.yp, x), 0);
     x += n;
     if (poison) mbsri_data_poison(d);
-    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, x), 0);
+    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, NULL, x), 0);
     x += nu;
     if (poison) mbsri_data_poison(d);
-    assert_int_equal(mbsr_positions(m, d, 0.3, q), 0);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.3, q), 0);
     assert_int_equal(mbsr_mass_matrix(m, d, x), 0);
     x += nu * nu;
     if (poison) mbsri_data_poison(d);
@@ -92,8 +94,8 @@ static void evaluate(const mbsr_model *m, mbsr_data *d, input in, int poison, re
     assert_int_equal(mbsr_recursive_residual(m, d, 0.3, q, u, udot, in.tau, x), 0);
     x += nu;
     if (poison) mbsri_data_poison(d);
-    assert_int_equal(mbsr_positions(m, d, 0.3, q), 0);
-    assert_int_equal(mbsr_velocities(m, d, u), 0);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.3, q), 0);
+    assert_int_equal(mbsr_stage_velocities(m, d, u), 0);
     assert_int_equal(mbsr_energy(m, d, x, x + 1), 0);
     x += 2;
     if (poison) mbsri_data_poison(d);
@@ -221,18 +223,23 @@ static void refused_by_all(const mbsr_model *m, mbsr_data *d, int status, const 
     const mbsr_dae_form form = MBSR_DAE_RECURSIVE;
     mbsr_rank_info info;
     const mbsr_error *e = mbsr_data_error(d);
-    assert_refused(mbsr_positions(m, d, 0, x), e, status, MBSR_NONE, MBSR_NONE, "mbsr_positions|");
+    assert_refused(mbsr_stage_positions(m, d, 0, x), e, status, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stage_positions|");
     assert_contains(e->text, words);
-    assert_refused(mbsr_velocities(m, d, x), e, status, MBSR_NONE, MBSR_NONE, "mbsr_velocities|");
-    assert_refused(mbsr_forces(m, d, x), e, status, MBSR_NONE, MBSR_NONE, "mbsr_forces");
-    assert_refused(mbsr_backward(m, d), e, status, MBSR_NONE, MBSR_NONE, "mbsr_backward");
-    assert_refused(mbsr_forward(m, d, x, x), e, status, MBSR_NONE, MBSR_NONE, "mbsr_forward");
+    assert_refused(mbsr_stage_velocities(m, d, x), e, status, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stage_velocities|");
+    assert_refused(mbsr_stage_forces(m, d, x), e, status, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stage_forces");
+    assert_refused(mbsr_stage_backward(m, d), e, status, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stage_backward");
+    assert_refused(mbsr_stage_forward(m, d, x, x), e, status, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stage_forward");
     assert_refused(mbsr_coordinate_rates(m, d, x), e, status, MBSR_NONE, MBSR_NONE,
                    "mbsr_coordinate_rates");
     assert_refused(mbsr_recursive_residual(m, d, 0, x, x, x, x, x), e, status, MBSR_NONE, MBSR_NONE,
                    "mbsr_recursive_residual");
-    assert_refused(mbsr_inverse_dynamics(m, d, 0, x, x, x, x), e, status, MBSR_NONE, MBSR_NONE,
-                   "mbsr_inverse_dynamics");
+    assert_refused(mbsr_inverse_dynamics(m, d, 0, x, x, x, NULL, x), e, status, MBSR_NONE,
+                   MBSR_NONE, "mbsr_inverse_dynamics");
     assert_refused(mbsr_forward_dynamics(m, d, 0, x, x, x, x), e, status, MBSR_NONE, MBSR_NONE,
                    "mbsr_forward_dynamics");
     assert_refused(mbsr_mass_matrix(m, d, x), e, status, MBSR_NONE, MBSR_NONE, "mbsr_mass_matrix");
@@ -274,7 +281,7 @@ static void data_of_another_model_are_refused_everywhere(void **state)
     refused_by_all(other, d, MBSR_ERR_MISMATCH, "another model");
     refused_by_all(NULL, d, MBSR_ERR_NULL, "NULL");
     double x[4] = {0};
-    assert_int_equal(mbsr_positions(m, NULL, 0, x), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_stage_positions(m, NULL, 0, x), MBSR_ERR_NULL);
     assert_int_equal(mbsr_dae_residual(m, NULL, MBSR_DAE_RECURSIVE, 0, x, x, x), MBSR_ERR_NULL);
     assert_int_equal(mbsr_total_rank(m, NULL), -1);
     assert_int_equal(mbsr_data_error(NULL)->status, MBSR_ERR_NULL);
@@ -294,17 +301,17 @@ static void required_pointers_are_checked(void **state)
 #define NULL_REFUSED(call) assert_refused((call), e, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "NULL")
     const mbsr_dae_form form = MBSR_DAE_RECURSIVE;
     assert_int_equal(mbsr_recursive_residual(m, d, 0, x, x, x, NULL, y), 0);
-    NULL_REFUSED(mbsr_positions(m, d, 0, NULL));
-    assert_int_equal(mbsr_positions(m, d, 0, x), 0);
-    NULL_REFUSED(mbsr_velocities(m, d, NULL));
+    NULL_REFUSED(mbsr_stage_positions(m, d, 0, NULL));
+    assert_int_equal(mbsr_stage_positions(m, d, 0, x), 0);
+    NULL_REFUSED(mbsr_stage_velocities(m, d, NULL));
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, NULL, x, x, x, y));
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, x, NULL, x, x, y));
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, x, x, NULL, x, y));
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, x, x, x, x, NULL));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, x, NULL));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, NULL, y));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, NULL, x, y));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, NULL, x, x, y));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, x, NULL, NULL));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, NULL, NULL, y));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, NULL, x, NULL, y));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, NULL, x, x, NULL, y));
     NULL_REFUSED(mbsr_forward_dynamics(m, d, 0, x, x, x, NULL));
     NULL_REFUSED(mbsr_forward_dynamics(m, d, 0, x, NULL, x, y));
     NULL_REFUSED(mbsr_forward_dynamics(m, d, 0, NULL, x, x, y));
@@ -320,8 +327,8 @@ static void required_pointers_are_checked(void **state)
     NULL_REFUSED(mbsr_dae_consistent(m, d, form, 0, NULL, z, NULL, NULL));
     NULL_REFUSED(mbsr_dae_consistent(m, d, form, 0, z, NULL, NULL, NULL));
     assert_int_equal(mbsr_recursive_residual(m, d, 0, x, x, x, NULL, y), 0);
-    NULL_REFUSED(mbsr_forward(m, d, NULL, y));
-    NULL_REFUSED(mbsr_forward(m, d, x, NULL));
+    NULL_REFUSED(mbsr_stage_forward(m, d, NULL, y));
+    NULL_REFUSED(mbsr_stage_forward(m, d, x, NULL));
     NULL_REFUSED(mbsr_mass_matrix(m, d, NULL));
     NULL_REFUSED(mbsr_coordinate_rates(m, d, NULL));
     NULL_REFUSED(mbsr_body_pose(m, d, 0, NULL));
@@ -348,31 +355,37 @@ static void stages_must_come_in_their_order(void **state)
         for (int given = 0; given <= 4;
              ++given) { /* an earlier stage called again throws later ones away */
             if (stage < given) continue;
-            if (stage >= 1) assert_int_equal(mbsr_positions(m, d, 0, x), 0);
-            if (stage >= 2) assert_int_equal(mbsr_velocities(m, d, x), 0);
-            if (stage >= 3) assert_int_equal(mbsr_forces(m, d, NULL), 0);
-            if (stage >= 4) assert_int_equal(mbsr_backward(m, d), 0);
-            if (given == 1) assert_int_equal(mbsr_positions(m, d, 0, x), 0);
-            if (given == 2) assert_int_equal(mbsr_velocities(m, d, x), 0);
-            if (given == 3) assert_int_equal(mbsr_forces(m, d, NULL), 0);
-            if (given == 4) assert_int_equal(mbsr_backward(m, d), 0);
+            if (stage >= 1) assert_int_equal(mbsr_stage_positions(m, d, 0, x), 0);
+            if (stage >= 2) assert_int_equal(mbsr_stage_velocities(m, d, x), 0);
+            if (stage >= 3) assert_int_equal(mbsr_stage_forces(m, d, NULL), 0);
+            if (stage >= 4) assert_int_equal(mbsr_stage_backward(m, d), 0);
+            if (given == 1) assert_int_equal(mbsr_stage_positions(m, d, 0, x), 0);
+            if (given == 2) assert_int_equal(mbsr_stage_velocities(m, d, x), 0);
+            if (given == 3) assert_int_equal(mbsr_stage_forces(m, d, NULL), 0);
+            if (given == 4) assert_int_equal(mbsr_stage_backward(m, d), 0);
             const int at = given ? given : stage;
             if (at < 1) {
-                MISSING(mbsr_velocities(m, d, x), "mbsr_velocities: call mbsr_positions first");
-                MISSING(mbsr_mass_matrix(m, d, x), "mbsr_mass_matrix|mbsr_positions");
-                MISSING(mbsr_body_pose(m, d, 0, x), "mbsr_body_pose|mbsr_positions");
-                MISSING(mbsr_body_pose(m, d, MBSR_GROUND, x), "mbsr_body_pose|mbsr_positions");
+                MISSING(mbsr_stage_velocities(m, d, x),
+                        "mbsr_stage_velocities: call mbsr_stage_positions first");
+                MISSING(mbsr_mass_matrix(m, d, x), "mbsr_mass_matrix|mbsr_stage_positions");
+                MISSING(mbsr_body_pose(m, d, 0, x), "mbsr_body_pose|mbsr_stage_positions");
+                MISSING(mbsr_body_pose(m, d, MBSR_GROUND, x),
+                        "mbsr_body_pose|mbsr_stage_positions");
             }
             if (at < 2) {
-                MISSING(mbsr_forces(m, d, x), "mbsr_forces|mbsr_velocities");
-                MISSING(mbsr_energy(m, d, x, x), "mbsr_energy|mbsr_velocities");
-                MISSING(mbsr_coordinate_rates(m, d, x), "mbsr_coordinate_rates|mbsr_velocities");
-                MISSING(mbsr_body_twist(m, d, 0, x), "mbsr_body_twist|mbsr_velocities");
+                MISSING(mbsr_stage_forces(m, d, x), "mbsr_stage_forces|mbsr_stage_velocities");
+                MISSING(mbsr_energy(m, d, x, x), "mbsr_energy|mbsr_stage_velocities");
+                MISSING(mbsr_coordinate_rates(m, d, x),
+                        "mbsr_coordinate_rates|mbsr_stage_velocities");
+                MISSING(mbsr_body_twist(m, d, 0, x), "mbsr_body_twist|mbsr_stage_velocities");
             }
-            if (at < 3) MISSING(mbsr_backward(m, d), "mbsr_backward: call mbsr_forces first");
+            if (at < 3)
+                MISSING(mbsr_stage_backward(m, d),
+                        "mbsr_stage_backward: call mbsr_stage_forces first");
             if (at < 4) {
-                MISSING(mbsr_forward(m, d, x, x + 2), "mbsr_forward|mbsr_backward");
-                MISSING(mbsr_body_rank(m, d, 0, &info), "mbsr_body_rank|mbsr_backward");
+                MISSING(mbsr_stage_forward(m, d, x, x + 2),
+                        "mbsr_stage_forward|mbsr_stage_backward");
+                MISSING(mbsr_body_rank(m, d, 0, &info), "mbsr_body_rank|mbsr_stage_backward");
                 assert_int_equal(mbsr_total_rank(m, d), -1);
             } else {
                 assert_int_equal(mbsr_total_rank(m, d), 2);
@@ -391,21 +404,21 @@ static void a_failed_stage_leaves_no_later_results(void **state)
     mbsr_model *m = one_point(&d);
     double x[4] = {0}, bad[2] = {0.0, NAN};
     assert_int_equal(mbsr_recursive_residual(m, d, 0, x, x, x, NULL, x + 2), 0);
-    assert_refused(mbsr_velocities(m, d, bad), mbsr_data_error(d), MBSR_NOT_FINITE, MBSR_NONE,
-                   MBSR_NONE, "mbsr_velocities: u is not finite");
+    assert_refused(mbsr_stage_velocities(m, d, bad), mbsr_data_error(d), MBSR_NOT_FINITE, MBSR_NONE,
+                   MBSR_NONE, "mbsr_stage_velocities: u is not finite");
     assert_int_equal(mbsr_body_pose(m, d, 0, x), 0);
     assert_int_equal(mbsr_body_twist(m, d, 0, x), MBSR_ERR_SEQUENCE);
-    assert_refused(mbsr_positions(m, d, 0, bad), mbsr_data_error(d), MBSR_NOT_FINITE, MBSR_NONE,
-                   MBSR_NONE, "mbsr_positions: t or q is not finite");
+    assert_refused(mbsr_stage_positions(m, d, 0, bad), mbsr_data_error(d), MBSR_NOT_FINITE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_stage_positions: t or q is not finite");
     assert_int_equal(mbsr_body_pose(m, d, 0, x), MBSR_ERR_SEQUENCE);
-    assert_int_equal(mbsr_positions(m, d, INFINITY, x), MBSR_NOT_FINITE);
-    /* the mass matrix uses the memory of mbsr_backward, which must then run again */
+    assert_int_equal(mbsr_stage_positions(m, d, INFINITY, x), MBSR_NOT_FINITE);
+    /* the mass matrix uses the memory of mbsr_stage_backward, which must then run again */
     double mass[4];
     assert_int_equal(mbsr_recursive_residual(m, d, 0, x, x, x, NULL, x + 2), 0);
     assert_int_equal(mbsr_mass_matrix(m, d, mass), 0);
-    assert_int_equal(mbsr_forward(m, d, x, x + 2), MBSR_ERR_SEQUENCE);
-    assert_int_equal(mbsr_backward(m, d), 0);
-    assert_int_equal(mbsr_forward(m, d, x, x + 2), 0);
+    assert_int_equal(mbsr_stage_forward(m, d, x, x + 2), MBSR_ERR_SEQUENCE);
+    assert_int_equal(mbsr_stage_backward(m, d), 0);
+    assert_int_equal(mbsr_stage_forward(m, d, x, x + 2), 0);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }
@@ -452,8 +465,8 @@ static void poses_of_ground_and_of_unknown_bodies(void **state)
     assert_int_equal(mbsr_model_create(&def, &m, NULL), 0);
     assert_int_equal(mbsr_model_finish(m), 0);
     assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
-    assert_int_equal(mbsr_positions(m, d, 1.5, q), 0);
-    assert_int_equal(mbsr_velocities(m, d, q), 0);
+    assert_int_equal(mbsr_stage_positions(m, d, 1.5, q), 0);
+    assert_int_equal(mbsr_stage_velocities(m, d, q), 0);
     assert_int_equal(mbsr_body_pose(m, d, MBSR_GROUND, x), 0);
     assert_true(x[0] == 3.0 && x[1] == 0.0 && x[2] == 0.5);
     assert_int_equal(mbsr_body_twist(m, d, MBSR_GROUND, x), 0);

@@ -48,15 +48,15 @@ static void evaluate(const mbsr_model *m)
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     const mbsr_error *error = mbsr_data_error(d);
     assert_ok(mbsr_forward_dynamics(m, d, 0.0, none, none, NULL, none), error);
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, none, none, none, none), error);
-    assert_ok(mbsr_positions(m, d, 0.0, none), error);
-    assert_ok(mbsr_velocities(m, d, none), error);
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, none, none, none, NULL, none), error);
+    assert_ok(mbsr_stage_positions(m, d, 0.0, none), error);
+    assert_ok(mbsr_stage_velocities(m, d, none), error);
     assert_ok(mbsr_energy(m, d, energy, energy + 1), error);
     assert_true(isfinite(energy[0]) && isfinite(energy[1]));
     assert_ok(mbsr_body_pose(m, d, MBSR_GROUND, pose), error);
     assert_ok(mbsr_body_twist(m, d, MBSR_GROUND, twist), error);
-    assert_ok(mbsr_forces(m, d, NULL), error);
-    assert_ok(mbsr_backward(m, d), error);
+    assert_ok(mbsr_stage_forces(m, d, NULL), error);
+    assert_ok(mbsr_stage_backward(m, d), error);
     for (int f = 0; f < 4; ++f) {
         assert_int_equal(mbsr_dae_size(m, forms[f]), 0);
         assert_ok(mbsr_dae_pack(m, d, forms[f], 0.0, none, none, none), error);

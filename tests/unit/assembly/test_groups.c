@@ -3,6 +3,7 @@
 #include "body.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -124,8 +125,8 @@ static void branches_belong_together(void **state)
     mbsr_model_destroy(m);
 }
 
-/* The rank of a group is that of its block, wherever among its joints it is: with the rod along y the
- * slide along y takes its mass, with the rod along z the other one. */
+/* The rank of a group is that of its block, wherever among its joints it is: with the rod along y
+ * the slide along y takes its mass, with the rod along z the other one. */
 static void the_rank_of_the_group_stays(void **state)
 {
     (void)state;
@@ -140,10 +141,10 @@ static void the_rank_of_the_group_stays(void **state)
         const double angle = k * 0.09817477042468103 + (k % 2 ? 1e-9 : 0.0),
                      q[3] = {0.1, 0.2, angle}, u[3] = {0.0, 0.0, 0.0};
         mbsr_rank_info rank[2];
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-        assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-        assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+        assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
         if (k == 0) assert_ok(mbsr_rank_watch(m, d, 1), mbsr_data_error(d));
         assert_ok(mbsr_body_rank(m, d, 0, rank), mbsr_data_error(d));
         assert_ok(mbsr_body_rank(m, d, 1, rank + 1), mbsr_data_error(d));

@@ -9,6 +9,8 @@
 #include "mixed.h"
 #include "tree.h"
 
+#include <mbsrank/driver.h>
+
 #include <errno.h>
 #include <stdlib.h>
 
@@ -147,7 +149,7 @@ static int ask(const mbsr_model *m, mbsr_data *d, double t, double *q, const dou
     int bad = 0;
     bad += abs(mbsr_normalise(m, d, q));
     bad += abs(mbsr_bias_forces(m, d, t, q, u, x));
-    bad += abs(mbsr_accelerations(m, d, udot));
+    bad += abs(mbsr_stage_accelerations(m, d, udot));
     for (int id = MBSR_GROUND; id < mbsr_model_bodies(m); ++id) {
         bad += abs(mbsr_body_acceleration(m, d, id, vector));
         bad += abs(mbsr_joint_reaction(m, d, id, vector));
@@ -181,7 +183,7 @@ static int evaluate(work *w)
     bad += mbsr_total_rank(m, d) < 0;
     bad += abs(mbsr_energy(m, d, &T, &E));
     bad += abs(mbsr_mass_matrix(m, d, w->mass));
-    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, w->F));
+    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, NULL, w->F));
     const int status = mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, w->F);
     bad += status == MBSR_UNDETERMINED ? 0 : abs(status);
     bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_RECURSIVE, 0.3, q, u, w->F));
@@ -215,16 +217,16 @@ static int refuse(work *w)
     w->yp[0] = heldp;
     good += !mbsr_dae_residual(m, d, (mbsr_dae_form)99, 0.3, w->y, w->yp, w->F);
     good += !mbsr_dae_residual(m, d, MBSR_DAE_RECURSIVE, 0.3, NULL, w->yp, w->F);
-    good += !mbsr_positions(NULL, d, 0.3, w->y);
+    good += !mbsr_stage_positions(NULL, d, 0.3, w->y);
     good += !mbsr_body_pose(m, d, 12345, w->F);
-    good += !mbsr_forward(m, d, w->yp, w->F);
+    good += !mbsr_stage_forward(m, d, w->yp, w->F);
     good += !mbsr_newton_factor(w->newton, d, 0.3, w->y, w->yp, 0.0);
     good += !mbsr_newton_solve(w->newton, w->yp, w->F);
     good += !mbsr_newton_linearise(w->newton, d, NAN, w->y, w->yp, 1.0);
     good += !mbsr_newton_multiply(w->newton, w->yp, w->F);
     w->yp[w->nq] = 1e308; /* overflows somewhere on the way */
     w->yp[w->nq + 1] = 1e308;
-    (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, w->F);
+    (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, NULL, w->F);
     w->yp[w->nq] = w->yp[w->nq + 1] = 0.5;
     return good;
 }
@@ -297,11 +299,11 @@ static int evaluate_mixed(mixed *s, mbsr_newton *newton, double *q, const double
     bad += abs(mbsr_newton_multiply(newton, y, F));
     bad += abs(mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, F));
     bad += abs(mbsr_energy(m, d, &T, &E));
-    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, F));
+    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, NULL, F));
     bad += ask(m, d, 0.3, q, u, udot, F, matrix);
     /* refusals, with their texts */
     bad += mbsr_body_acceleration(m, d, 99, F) != MBSR_ERR_ID;
-    bad += abs(mbsr_positions(m, d, 0.3, q));
+    bad += abs(mbsr_stage_positions(m, d, 0.3, q));
     bad += mbsr_joint_reaction(m, d, 0, F) != MBSR_ERR_SEQUENCE;
     for (int k = 0; k < s->nq; ++k) x[k] = 0.0;
     bad += mbsr_normalise(m, d, x) != MBSR_ZERO_QUATERNION;
@@ -358,12 +360,12 @@ static void no_newton_system_with_loops_allocates(void **state)
     const int dropped[4] = {0, 0, 1, 1}, none[4] = {0};
     const long before = allocations, released = releases;
     const int singular = mbsr_newton_factor(newton, s.d, 0.0, y, yp, 20.0);
-    int bad = abs(mbsr_closures_drop(s.m, s.d, dropped));
+    int bad = abs(mbsr_closures_set_redundant(s.m, s.d, dropped));
     bad += abs(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 20.0));
     bad += abs(mbsr_newton_solve(newton, y, r));
     bad += abs(mbsr_newton_linearise(newton, s.d, 0.0, y, yp, 20.0));
     bad += abs(mbsr_newton_multiply(newton, y, r));
-    bad += abs(mbsr_closures_drop(s.m, s.d, none));
+    bad += abs(mbsr_closures_set_redundant(s.m, s.d, none));
     const long after = allocations, released_after = releases;
     assert_int_equal(after - before, 0);
     assert_int_equal(released_after - released, 0);
@@ -373,7 +375,8 @@ static void no_newton_system_with_loops_allocates(void **state)
     loops_free(&s);
 }
 
-/* Steps of a fixed size, refused ones among them: a four-bar with a motor, whose force fails for a while. */
+/* Steps of a fixed size, refused ones among them: a four-bar with a motor, whose force fails for a
+ * while. */
 static int fails;
 
 static int failing_torque(void *user, double t, int n, double *value)

@@ -7,6 +7,7 @@
 #include "assembly/data.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -233,8 +234,8 @@ static void units_do_not_matter(void **state)
     }
 }
 
-/* A body in vector code takes no more of lean data where bodies of another kind are in the tree than
- * the loads on it need; those others take what they need themselves. */
+/* A body in vector code takes no more of lean data where bodies of another kind are in the tree
+ * than the loads on it need; those others take what they need themselves. */
 static void lean_data_stays_lean(void **state)
 {
     (void)state;

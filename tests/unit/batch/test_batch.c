@@ -100,7 +100,7 @@ static void expect(ensemble *s, bool inverse, const double *tau, double t)
         const double *load = tau ? tau + k * tree->nu : NULL;
         double *out = s->expected + k * tree->nu;
         s->expected_status[k] =
-            inverse ? mbsr_inverse_dynamics(tree->model, tree->data, t, q, u, load, out)
+            inverse ? mbsr_inverse_dynamics(tree->model, tree->data, t, q, u, load, NULL, out)
                     : mbsr_forward_dynamics(tree->model, tree->data, t, q, u, load, out);
     }
 }
@@ -214,8 +214,9 @@ static void joints_of_several_axes_are_taken_apart(void **state)
     assert_true(single < all / 20);
 }
 
-/* Locked coordinates (which make no other kind), added masses, joints by tables of a user's, and elements on bodies: only states
- * that lack rank, or where its bound does not tell, leave the lanes. */
+/* Locked coordinates (which make no other kind), added masses, joints by tables of a user's, and
+ * elements on bodies: only states that lack rank, or where its bound does not tell, leave the
+ * lanes. */
 static void bodies_of_other_kinds_take_part(void **state)
 {
     (void)state;
@@ -886,7 +887,7 @@ static int compare_states(const mbsr_model *m, mbsr_data *data, double t, double
             (void)mbsr_batch_forward_dynamics(m, batch, t, STATES, q, u, load, out, status);
         for (int k = 0; k < STATES; ++k) {
             const double *a = q + k * nq, *b = u + k * nu, *c = load + k * nu;
-            const int one = way % 2 ? mbsr_inverse_dynamics(m, data, t, a, b, c, expected)
+            const int one = way % 2 ? mbsr_inverse_dynamics(m, data, t, a, b, c, NULL, expected)
                                     : mbsr_forward_dynamics(m, data, t, a, b, c, expected);
             assert_int_equal(status[k], one);
             for (int l = 0; l < nu; ++l)
@@ -964,7 +965,7 @@ static void other_models_go_one_by_one(void **state)
         assert_int_equal(mbsr_batch_one_by_one(batch), 3);
         for (int k = 0; k < 3; ++k) {
             const double *a = q + 2 * k, *b = u + 2 * k, *c = tau + 2 * k;
-            assert_ok(inverse ? mbsr_inverse_dynamics(m, data, 0.3, a, b, c, expected)
+            assert_ok(inverse ? mbsr_inverse_dynamics(m, data, 0.3, a, b, c, NULL, expected)
                               : mbsr_forward_dynamics(m, data, 0.3, a, b, c, expected),
                       mbsr_data_error(data));
             assert_memory_equal(out + 2 * k, expected, sizeof expected);

@@ -1,6 +1,6 @@
-/* Batches of trees whose axes are parallel, opposite or across each other, with joints in one place, in four systems
- * of units: against one call for each state.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Batches of trees whose axes are parallel, opposite or across each other, with joints in one
+ * place, in four systems of units: against one call for each state. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"
@@ -52,7 +52,8 @@ static mbsr_inertia random_inertia(test_rng *rng, double mass, double length)
     return mbsr_inertia_rigid(mass * (1.0 + 0.5 * test_uniform(rng)), com, tensor);
 }
 
-/* The coordinates of body i, and with them tau, in states 0: zero, 1: quarter turns, others: any. */
+/* The coordinates of body i, and with them tau, in states 0: zero, 1: quarter turns, others: any.
+ */
 static void set_state(scene *s, test_rng *rng, int i, double length, double force)
 {
     int q, nq, u, nu;
@@ -88,7 +89,7 @@ static void build(scene *s, test_rng *rng, const units *system)
         mbsr_body_def body = mbsr_default_body_def();
         random_offset(rng, L, offset);
         axis[test_integer(rng, 0, 2)] = 1.0;
-        const mbsr_frame A = mbsr_frame_turned(offset, axis, acos(0.0) * test_integer(rng, 0, 2));
+        const mbsr_frame A = mbsr_frame_rotated(offset, axis, acos(0.0) * test_integer(rng, 0, 2));
         body.parent = i == 0 ? MBSR_GROUND : chance(rng, 70) ? i - 1 : test_integer(rng, 0, i - 1);
         body.joint = random_joint(rng, &A);
         body.inertia = random_inertia(rng, M, L);
@@ -130,7 +131,7 @@ static void run(const scene *s, int *served)
         mbsr_batch_error(batch));
     for (int k = 0; k < STATES; ++k) {
         assert_ok(mbsr_inverse_dynamics(s->model, d, 0.0, s->q + k * nq, s->u + k * nu,
-                                        s->tau + k * nu, one),
+                                        s->tau + k * nu, NULL, one),
                   mbsr_data_error(d));
         compare(tau + k * nu, one, nu, 1e-10);
     }

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 #include <mbsrank/mbsrank.h>
 
 #include <math.h>
@@ -71,8 +71,8 @@ static void assert_vector(const double *x, double a, double b, double c, double 
     assert_close(x[2], c, tolerance);
 }
 
-/* A ball rolls down a plane: a = 5/7 g sin, friction 2/7 m g sin, at the point of contact. Its origin is beside its
- * centre. */
+/* A ball rolls down a plane: a = 5/7 g sin, friction 2/7 m g sin, at the point of contact. Its
+ * origin is beside its centre. */
 static void rolling_ball(void **state)
 {
     (void)state;
@@ -102,8 +102,8 @@ static void rolling_ball(void **state)
     end(&s);
 }
 
-/* Two bodies welded to each other, one of them held by a ball joint, the other by its joint: the ball and the rail
- * share the weight; what the weld exerts on one it takes from the other. */
+/* Two bodies welded to each other, one of them held by a ball joint, the other by its joint: the
+ * ball and the rail share the weight; what the weld exerts on one it takes from the other. */
 static void hanging(void **state)
 {
     (void)state;
@@ -133,7 +133,8 @@ static void hanging(void **state)
     end(&s);
 }
 
-/* Sliders coupled by q0 - 2 q1 = 0: forces F and -2 F along them, of which each one keeps its own. */
+/* Sliders coupled by q0 - 2 q1 = 0: forces F and -2 F along them, of which each one keeps its own.
+ */
 static void coupled(void **state)
 {
     (void)state;
@@ -147,7 +148,7 @@ static void coupled(void **state)
     const int gear = add_closure(&s, mbsr_closure_coupling(2, body, coordinate, factor, 0.0));
     finish(&s);
     accelerate(&s);
-    assert_ok(mbsr_closures_force(s.m, s.d, &lambda), mbsr_data_error(s.d));
+    assert_ok(mbsr_closures_lambda(s.m, s.d, &lambda), mbsr_data_error(s.d));
     assert_ok(mbsr_closure_reaction(s.m, s.d, gear, 0, f, &tau), mbsr_data_error(s.d));
     assert_ok(mbsr_closure_reaction(s.m, s.d, gear, 1, NULL, &other), mbsr_data_error(s.d));
     assert_close(tau, lambda, 1e-13);

@@ -14,7 +14,7 @@ static int tumble(void *user, double t, double *p, double *V, double *A)
 {
     (void)user;
     const double axis[3] = {2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0};
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, 0.4 + t);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, 0.4 + t);
     memcpy(p + MBSR_POSE_R, frame.R, sizeof frame.R);
     for (int k = 0; k < 3; ++k) {
         V[k] = axis[k];
@@ -76,8 +76,8 @@ static void compare(loops *s)
     test_fill(&rng, s->nq, q);
     test_fill(&rng, s->nu, u);
     assert_ok(mbsr_normalise(s->m, s->d, q), NULL);
-    assert_ok(mbsr_positions(s->m, s->d, 0.2, q), mbsr_data_error(s->d));
-    assert_ok(mbsr_velocities(s->m, s->d, u), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.2, q), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_velocities(s->m, s->d, u), mbsr_data_error(s->d));
     assert_ok(mbsri_closure_jacobians(s->m, s->d), mbsr_data_error(s->d));
     test_fill(&rng, s->rows, s->d->loop_lambda);
     for (size_t k = 0; k < s->m->closures.count; ++k) {

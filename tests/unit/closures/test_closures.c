@@ -2,6 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+#include <mbsrank/verify.h>
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -21,7 +24,7 @@ static int tumble(void *user, double t, double *p, double *V, double *A)
     (void)user;
     const double axis[3] = {2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0}, angle = 0.4 * sin(1.5 * t),
                  rate = 0.6 * cos(1.5 * t), change = -0.9 * sin(1.5 * t);
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, angle);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, angle);
     memcpy(p + MBSR_POSE_R, frame.R, sizeof frame.R);
     for (int k = 0; k < 3; ++k) {
         V[k] = rate * axis[k];
@@ -68,7 +71,8 @@ static void add(loops *s, mbsr_closure_def def)
     assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
 }
 
-/* ---- a closure of the caller's own, with and without its derivatives: g = r_a . r_b - t^2 - q ---- */
+/* ---- a closure of the caller's own, with and without its derivatives: g = r_a . r_b - t^2 - q
+ * ---- */
 
 static int own_position(const mbsr_closure_args *args, double *g)
 {
@@ -148,9 +152,9 @@ static bodies begin_space(loops *s, bool moving_root)
                                {MBSR_AXIS_ROTATION, {0.0, 1.0, 0.0}, 0.0, 0},
                                {MBSR_AXIS_TRANSLATION, {0.0, 0.0, 1.0}, 0.0, 0}};
     const mbsr_planar_frame at = {0.1, 0.2, 0.3}, on = {0.0, 0.1, 0.2};
-    bodies o = {.A = mbsr_frame_turned(point_p, x, 0.5),
-                .B = mbsr_frame_turned(point_q, y, -0.7),
-                .C = mbsr_frame_turned(point_q, x, 0.2)};
+    bodies o = {.A = mbsr_frame_rotated(point_p, x, 0.5),
+                .B = mbsr_frame_rotated(point_q, y, -0.7),
+                .C = mbsr_frame_rotated(point_q, x, 0.2)};
     loops_begin(s, moving_root ? &root : NULL);
     o.a = body(s, MBSR_GROUND, mbsr_joint_compound(&o.A, NULL, 3, axes, NULL, NULL));
     o.b = body(s, o.a, mbsr_joint_revolute(&o.B, NULL, y));
@@ -207,7 +211,7 @@ static void make_plane(loops *s, bool moving_root)
     const mbsr_root root = mbsr_root_moving(MBSR_SPACE_PLANAR, 3, 3, swing, NULL);
     const double z[3] = {0.0, 0.0, 1.0}, p[3] = {0.4, 0.1, 0.0}, q[3] = {0.1, -0.3, 0.0},
                  lines[6] = {1.0, 2.0, 0.0, 0.0, 3.0, 0.0}, up[3] = {0.3, 1.0, 0.0};
-    const mbsr_frame A = mbsr_frame_turned(p, z, 0.5), B = mbsr_frame_turned(q, z, -0.7),
+    const mbsr_frame A = mbsr_frame_rotated(p, z, 0.5), B = mbsr_frame_rotated(q, z, -0.7),
                      plane = mbsr_frame_along(q, up);
     loops_begin(s, moving_root ? &root : NULL);
     const int a = loops_rod(s, "a", MBSR_GROUND, 0.1, 0.2, 1.0, 1.0);
@@ -241,21 +245,21 @@ static void make_plane(loops *s, bool moving_root)
 
 static void verify_all(loops *s, double t)
 {
-    assert_ok(mbsr_positions(s->m, s->d, t, s->q), mbsr_data_error(s->d));
-    assert_ok(mbsr_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
     for (int id = 0; id < mbsr_model_closures(s->m); ++id) {
         mbsr_closure_errors e;
         int rows, held;
         assert_ok(mbsr_closure_verify(s->m, s->d, id, &e), mbsr_data_error(s->d));
-        assert_ok(mbsr_closure_place(s->m, id, NULL, &rows, NULL, &held), NULL);
+        assert_ok(mbsr_closure_indices(s->m, id, NULL, &rows, NULL, &held), NULL);
         if (e.bias > 1e-7 || e.drift > 1e-8) print_error("closure %d: %s\n", id, e.text);
         assert_less(e.drift, 1e-8);
         assert_less(e.bias, 1e-7);
     }
 }
 
-/* C u + g_t and its derivative against differences over time of the state (q + t u, u), by the library's
- * functions for whole trees; turns of open welds left out, see mbsr_closure_weld. */
+/* C u + g_t and its derivative against differences over time of the state (q + t u, u), by the
+ * library's functions for whole trees; turns of open welds left out, see mbsr_closure_weld. */
 static void differ(loops *s, double t, const bool *turn)
 {
     static const double place[] = {1.0, -1.0, 2.0, -2.0}, weight[] = {8.0, -8.0, -1.0, 1.0};
@@ -271,7 +275,7 @@ static void differ(loops *s, double t, const bool *turn)
     loops_rows(s, t, s->q, s->u, NULL, g, rate, bias);
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
         int row, rows, held_row, held;
-        assert_ok(mbsr_closure_place(s->m, c, &row, &rows, &held_row, &held), NULL);
+        assert_ok(mbsr_closure_indices(s->m, c, &row, &rows, &held_row, &held), NULL);
         for (int k = 0; k < held; ++k) {
             if (!turn[row + k]) assert_close(rate[row + k], by_g[held_row + k], 1e-8);
         }
@@ -285,7 +289,7 @@ static void power(loops *s, double t, test_rng *rng)
     double x[LOOPS_MOST], lambda[LOOPS_MOST], Cx[LOOPS_MOST], Ctl[LOOPS_MOST], sum = 0.0;
     test_fill(rng, s->nu, x);
     test_fill(rng, s->rows, lambda);
-    assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_closures_apply(s->m, s->d, x, Cx), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_transpose(s->m, s->d, lambda, Ctl), mbsr_data_error(s->d));
     for (int k = 0; k < s->rows; ++k) sum += lambda[k] * Cx[k];
@@ -361,8 +365,8 @@ static void a_wrong_derivative_is_found(void **state)
     add(&s, mbsr_closure_custom(&wrong, 2, (int[2]){a, c}, 1, 1, NULL));
     loops_finish(&s);
     for (int k = 0; k < s.nq; ++k) s.q[k] = s.u[k] = 0.3 + 0.1 * k;
-    assert_ok(mbsr_positions(s.m, s.d, 0.2, s.q), NULL);
-    assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.2, s.q), NULL);
+    assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
     assert_ok(mbsr_closure_verify(s.m, s.d, 0, &e), mbsr_data_error(s.d));
     assert_true(e.jacobian > 1e-4);
     assert_contains(e.text, "jacobian|row 0|column 4");
@@ -390,15 +394,15 @@ static void turns_of_a_weld(void **state)
         loops_rows(&s, 0.0, s.q, s.u, NULL, g, NULL, NULL);
         for (int k = 0; k < 3; ++k) assert_close(g[k], angle * axis[k], 1e-14);
         mbsr_closure_errors e;
-        assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+        assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
         assert_ok(mbsr_closure_verify(s.m, s.d, 0, &e), mbsr_data_error(s.d));
         if (stiff)
             assert_less(e.jacobian, 1e-8);
         else
             assert_true(e.jacobian > 0.1);
         s.q[0] = 1.0, s.q[1] = s.q[2] = s.q[3] = 0.0;
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
-        assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
         assert_ok(mbsr_closure_verify(s.m, s.d, 0, &e), mbsr_data_error(s.d));
         assert_less(e.jacobian, 1e-8);
         loops_free(&s);

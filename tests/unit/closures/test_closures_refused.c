@@ -3,6 +3,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <string.h>
 
 #define assert_add_refused(s, def, status, words)                                                  \
@@ -178,7 +180,7 @@ static void loop_joints(void **state)
     assert_int_equal(mbsr_model_find_closure(s.m, "pine"), MBSR_NONE);
     assert_int_equal(mbsr_model_rows(s.m), 3);
     assert_null(mbsr_closure_name(s.m, 1));
-    assert_int_equal(mbsr_closure_place(s.m, 1, NULL, NULL, NULL, NULL), MBSR_ERR_ID);
+    assert_int_equal(mbsr_closure_indices(s.m, 1, NULL, NULL, NULL, NULL), MBSR_ERR_ID);
     loops_free(&s);
 }
 

@@ -4,6 +4,8 @@
 
 #include "algebra/lapack.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -105,12 +107,12 @@ static void by_the_matrices(void **state)
         multiply(n, K, g, elastic);
         multiply(n, D, rate, damping);
         /* forces along the table's rows are T^T lambda */
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, q), NULL);
-        assert_ok(mbsr_velocities(s.m, s.d, u), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, q), NULL);
+        assert_ok(mbsr_stage_velocities(s.m, s.d, u), NULL);
         assert_ok(mbsr_energy(s.m, s.d, NULL, &potential), NULL);
         assert_ok(mbsr_dissipation(s.m, s.d, &power), NULL);
-        assert_ok(mbsr_forces(s.m, s.d, NULL), NULL);
-        assert_ok(mbsr_closures_force(s.m, s.d, lambda), NULL);
+        assert_ok(mbsr_stage_forces(s.m, s.d, NULL), NULL);
+        assert_ok(mbsr_closures_lambda(s.m, s.d, lambda), NULL);
         const double scale = test_largest(n, elastic) + test_largest(n, damping);
         for (int k = 0; k < n; ++k)
             assert_close(dot(n, T + k * n, lambda), -elastic[k] - damping[k], 1e-9 * scale);

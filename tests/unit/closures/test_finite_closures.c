@@ -3,18 +3,21 @@
 #include "finite.h"
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+#include <mbsrank/verify.h>
+
 enum { T = 1u << FINITE_T, Q = 1u << FINITE_Q, U = 1u << FINITE_U, R = 1u << FINITE_R };
 enum { UDOT = 1u << FINITE_UDOT, BOTH = FINITE_MODEL | FINITE_DATA };
 
 static int positions(finite_subject *s)
 {
-    return mbsr_positions(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q]);
+    return mbsr_stage_positions(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q]);
 }
 
 static int velocities(finite_subject *s)
 {
     const int status = positions(s);
-    return status ? status : mbsr_velocities(s->model, s->data, s->in[FINITE_U]);
+    return status ? status : mbsr_stage_velocities(s->model, s->data, s->in[FINITE_U]);
 }
 
 static int run_gap(finite_subject *s)
@@ -68,20 +71,20 @@ static int run_report(finite_subject *s)
 
 static int run_load(finite_subject *s)
 {
-    int status = mbsr_closures_load(s->model, s->data, s->in[FINITE_R]);
-    if (!status) status = mbsr_forces(s->model, s->data, NULL);
-    return status ? status : mbsr_closures_force(s->model, s->data, s->out[0]);
+    int status = mbsr_closures_set_lambda(s->model, s->data, s->in[FINITE_R]);
+    if (!status) status = mbsr_stage_forces(s->model, s->data, NULL);
+    return status ? status : mbsr_closures_lambda(s->model, s->data, s->out[0]);
 }
 
 static int forces(finite_subject *s)
 {
     const int status = velocities(s);
-    return status ? status : mbsr_forces(s->model, s->data, NULL);
+    return status ? status : mbsr_stage_forces(s->model, s->data, NULL);
 }
 
 static int run_force(finite_subject *s)
 {
-    return mbsr_closures_force(s->model, s->data, s->out[0]);
+    return mbsr_closures_lambda(s->model, s->data, s->out[0]);
 }
 
 /* The distance is the second closure. */
@@ -99,9 +102,9 @@ static int run_inverse(finite_subject *s)
 {
     int all[LOOPS_MOST];
     for (int k = 0; k < s->nu; ++k) all[k] = k;
-    return mbsr_closures_inverse_dynamics(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q],
-                                          s->in[FINITE_U], s->in[FINITE_UDOT], s->nu, all,
-                                          s->out[0], s->out[1]);
+    return loops_inverse_dynamics(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q],
+                                  s->in[FINITE_U], s->in[FINITE_UDOT], s->nu, all, s->out[0],
+                                  s->out[1]);
 }
 
 static int run_mobility(finite_subject *s)
@@ -126,7 +129,7 @@ static int of_q(const finite_subject *s, int o)
 
 static int of_held(const finite_subject *s, int o)
 {
-    return o == 0 ? mbsr_model_held(s->model) : 0;
+    return o == 0 ? mbsr_model_position_rows(s->model) : 0;
 }
 
 static int of_rows(const finite_subject *s, int o)
@@ -166,10 +169,10 @@ static const finite_row rows[] = {
     {"mbsr_model_add_loop_joint", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_model_closures", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_model_rows", NULL, NULL, 0, 0, 0, NULL},
-    {"mbsr_model_held", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_model_position_rows", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closures_weight", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_model_find_closure", NULL, NULL, 0, 0, 0, NULL},
-    {"mbsr_closure_place", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closure_indices", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_name", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_definition", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_stiffness", NULL, NULL, 0, 0, 0, NULL},
@@ -177,17 +180,17 @@ static const finite_row rows[] = {
     {"mbsr_closure_mixture", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_assembly_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_of_row", NULL, NULL, 0, 0, 0, NULL},
-    {"mbsr_closures_dropped", NULL, NULL, 0, 0, 0, NULL},
-    {"mbsr_closures_drop", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closures_redundant", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closures_set_redundant", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_assemble", run_assemble, NULL, 0, T | Q, BOTH, of_q},
     {"mbsr_closures_report", run_report, NULL, 0, T | Q, BOTH, of_one},
     {"mbsr_closures_mobility", run_mobility, positions, T | Q, 0, BOTH, of_joints},
     {"mbsr_closure_row_kind", run_kind, positions, T | Q, 0, BOTH, of_one},
-    {"mbsr_closures_load", run_load, velocities, T | Q | U, R, BOTH, of_rows},
-    {"mbsr_closures_force", run_force, forces, T | Q | U, 0, BOTH, of_rows},
+    {"mbsr_closures_set_lambda", run_load, velocities, T | Q | U, R, BOTH, of_rows},
+    {"mbsr_closures_lambda", run_force, forces, T | Q | U, 0, BOTH, of_rows},
     {"mbsr_closure_reaction", run_reaction, forces, T | Q | U, 0, BOTH, of_plane},
     {"mbsr_closure_point", run_point, positions, T | Q, 0, BOTH, of_plane},
-    {"mbsr_closures_inverse_dynamics", run_inverse, NULL, 0, T | Q | U | UDOT, BOTH, of_inverse},
+    {"mbsr_inverse_dynamics", run_inverse, NULL, 0, T | Q | U | UDOT, BOTH, of_inverse},
     {"mbsr_closures_gap", run_gap, positions, T | Q, 0, BOTH, of_held},
     {"mbsr_closures_rate", run_rate, velocities, T | Q | U, 0, BOTH, of_rows},
     {"mbsr_closures_bias", run_bias, velocities, T | Q | U, 0, BOTH, of_rows},

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
+#include <mbsrank/verify.h>
+
 #include <stdbool.h>
 #include <string.h>
 
@@ -95,7 +97,7 @@ static mbsr_force_def strut(void)
 
 static mbsr_force_def bushing(void)
 {
-    const mbsr_frame a = mbsr_frame_turned(NULL, (double[3]){0.0, 0.6, 0.8}, 0.4),
+    const mbsr_frame a = mbsr_frame_rotated(NULL, (double[3]){0.0, 0.6, 0.8}, 0.4),
                      b = mbsr_frame_at(0.1, 0.2, 0.05);
     const double K[6] = {20.0, 30.0, 10.0, 150.0, 80.0, 200.0},
                  D[6] = {0.0, 0.0, 0.0, 5.0, 7.0, 3.0};
@@ -133,8 +135,8 @@ static void random_state(const loops *s, test_rng *rng, double *q, double *u, do
 static void at(loops *s, const double *q, const double *u)
 {
     const mbsr_error *error = mbsr_data_error(s->d);
-    assert_ok(mbsr_positions(s->m, s->d, 0.3, q), error);
-    assert_ok(mbsr_velocities(s->m, s->d, u), error);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.3, q), error);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, u), error);
 }
 
 /* What both report at the state of the data, and the joint forces of a motion. */
@@ -146,7 +148,7 @@ static void take(loops *s, const double *q, const double *u, const double *udot,
 {
     const mbsr_error *error = mbsr_data_error(s->d);
     memset(x, 0, sizeof *x);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.3, q, u, udot, x->tau), error);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.3, q, u, udot, NULL, x->tau), error);
     at(s, q, u);
     assert_ok(mbsr_energy(s->m, s->d, NULL, &x->potential), error);
     assert_ok(mbsr_dissipation(s->m, s->d, &x->power), error);
@@ -196,8 +198,8 @@ static void same_forces(void **state)
     for (size_t k = 0; k < sizeof in_plane / sizeof *in_plane; ++k) compare(true, in_plane[k]);
 }
 
-/* Angular damping acts on theta', as the power says and the moment with it; on small turns it is that
- * of the element. */
+/* Angular damping acts on theta', as the power says and the moment with it; on small turns it is
+ * that of the element. */
 static mbsr_force_def damped_turns(void)
 {
     const double K[6] = {20.0, 30.0, 10.0, 0.0, 0.0, 0.0}, D[6] = {4.0, 1.0, 2.0, 0.0, 0.0, 0.0};

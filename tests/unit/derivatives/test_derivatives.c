@@ -73,7 +73,8 @@ static void cross(const double *a, const double *b, double *c)
         c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
-/* A top on a ball joint without gravity, turned as a whole with its velocity and torque: so turns its acceleration. */
+/* A top on a ball joint without gravity, turned as a whole with its velocity and torque: so turns
+ * its acceleration. */
 static void a_top(void **state)
 {
     (void)state;
@@ -98,8 +99,8 @@ static void a_top(void **state)
     mbsr_model_destroy(m);
 }
 
-/* A point that a rod holds on a circle, at angle a and speed v: along the circle u' = -g sin(a) t - v^2/l n and the force
- * of the rod -m (v^2/l + g cos(a)) change as they do with a. */
+/* A point that a rod holds on a circle, at angle a and speed v: along the circle u' = -g sin(a) t -
+ * v^2/l n and the force of the rod -m (v^2/l + g cos(a)) change as they do with a. */
 static void a_point_on_a_circle(void **state)
 {
     (void)state;

@@ -5,6 +5,8 @@
 #include "rigid_tree.h"
 #include "twins.h"
 
+#include <mbsrank/driver.h>
+
 enum { Q = 1u << FINITE_Q, U = 1u << FINITE_U, TAU = 1u << FINITE_TAU, UDOT = 1u << FINITE_UDOT };
 enum { T = 1u << FINITE_T, OTHER = 1u << FINITE_OTHER, BOTH = FINITE_MODEL | FINITE_DATA };
 
@@ -17,58 +19,58 @@ static double time_of(const finite_subject *s)
 
 static int positions(finite_subject *s)
 {
-    return mbsr_positions(s->model, s->data, time_of(s), s->in[FINITE_Q]);
+    return mbsr_stage_positions(s->model, s->data, time_of(s), s->in[FINITE_Q]);
 }
 
 static int velocities(finite_subject *s)
 {
     const int status = positions(s);
-    return status ? status : mbsr_velocities(s->model, s->data, s->in[FINITE_U]);
+    return status ? status : mbsr_stage_velocities(s->model, s->data, s->in[FINITE_U]);
 }
 
 static int forces(finite_subject *s)
 {
     const int status = velocities(s);
-    return status ? status : mbsr_forces(s->model, s->data, s->in[FINITE_TAU]);
+    return status ? status : mbsr_stage_forces(s->model, s->data, s->in[FINITE_TAU]);
 }
 
 static int backward(finite_subject *s)
 {
     const int status = forces(s);
-    return status ? status : mbsr_backward(s->model, s->data);
+    return status ? status : mbsr_stage_backward(s->model, s->data);
 }
 
 static int accelerations(finite_subject *s)
 {
     const int status = forces(s);
-    return status ? status : mbsr_accelerations(s->model, s->data, s->in[FINITE_UDOT]);
+    return status ? status : mbsr_stage_accelerations(s->model, s->data, s->in[FINITE_UDOT]);
 }
 
 /* ---- the calls ---- */
 
 static int run_positions(finite_subject *s)
 {
-    return mbsr_positions(s->model, s->data, time_of(s), s->in[FINITE_Q]);
+    return mbsr_stage_positions(s->model, s->data, time_of(s), s->in[FINITE_Q]);
 }
 
 static int run_velocities(finite_subject *s)
 {
-    return mbsr_velocities(s->model, s->data, s->in[FINITE_U]);
+    return mbsr_stage_velocities(s->model, s->data, s->in[FINITE_U]);
 }
 
 static int run_forces(finite_subject *s)
 {
-    return mbsr_forces(s->model, s->data, s->in[FINITE_TAU]);
+    return mbsr_stage_forces(s->model, s->data, s->in[FINITE_TAU]);
 }
 
 static int run_backward(finite_subject *s)
 {
-    return mbsr_backward(s->model, s->data);
+    return mbsr_stage_backward(s->model, s->data);
 }
 
 static int run_forward(finite_subject *s)
 {
-    return mbsr_forward(s->model, s->data, s->in[FINITE_UDOT], s->out[0]);
+    return mbsr_stage_forward(s->model, s->data, s->in[FINITE_UDOT], s->out[0]);
 }
 
 static int run_coordinate_rates(finite_subject *s)
@@ -92,7 +94,7 @@ static int run_recursive_residual(finite_subject *s)
 static int run_inverse_dynamics(finite_subject *s)
 {
     return mbsr_inverse_dynamics(s->model, s->data, time_of(s), s->in[FINITE_Q], s->in[FINITE_U],
-                                 s->in[FINITE_UDOT], s->out[0]);
+                                 s->in[FINITE_UDOT], NULL, s->out[0]);
 }
 
 static int run_forward_dynamics(finite_subject *s)
@@ -147,7 +149,7 @@ static int run_tree_momentum(finite_subject *s)
 
 static int run_accelerations(finite_subject *s)
 {
-    return mbsr_accelerations(s->model, s->data, s->in[FINITE_UDOT]);
+    return mbsr_stage_accelerations(s->model, s->data, s->in[FINITE_UDOT]);
 }
 
 static int run_body_pose(finite_subject *s)
@@ -249,11 +251,11 @@ static int of_four(const finite_subject *s, int o)
 }
 
 static const finite_row rows[] = {
-    {"mbsr_positions", run_positions, NULL, 0, T | Q, BOTH, NULL},
-    {"mbsr_velocities", run_velocities, positions, T | Q, U, BOTH, NULL},
-    {"mbsr_forces", run_forces, velocities, T | Q | U, TAU, BOTH, NULL},
-    {"mbsr_backward", run_backward, forces, T | Q | U | TAU, 0, BOTH, NULL},
-    {"mbsr_forward", run_forward, backward, T | Q | U | TAU, UDOT, BOTH, of_u},
+    {"mbsr_stage_positions", run_positions, NULL, 0, T | Q, BOTH, NULL},
+    {"mbsr_stage_velocities", run_velocities, positions, T | Q, U, BOTH, NULL},
+    {"mbsr_stage_forces", run_forces, velocities, T | Q | U, TAU, BOTH, NULL},
+    {"mbsr_stage_backward", run_backward, forces, T | Q | U | TAU, 0, BOTH, NULL},
+    {"mbsr_stage_forward", run_forward, backward, T | Q | U | TAU, UDOT, BOTH, of_u},
     {"mbsr_coordinate_rates", run_coordinate_rates, velocities, T | Q | U, 0, BOTH, of_q},
     {"mbsr_normalise", run_normalise, NULL, 0, Q, BOTH, of_q},
     {"mbsr_recursive_residual", run_recursive_residual, NULL, 0, T | Q | U | UDOT | TAU, BOTH,
@@ -271,7 +273,7 @@ static const finite_row rows[] = {
     {"mbsr_contact_at", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_force_switch", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_tree_momentum", run_tree_momentum, velocities, T | Q | U, OTHER, BOTH, of_totals},
-    {"mbsr_accelerations", run_accelerations, forces, T | Q | U | TAU, UDOT, BOTH, NULL},
+    {"mbsr_stage_accelerations", run_accelerations, forces, T | Q | U | TAU, UDOT, BOTH, NULL},
     {"mbsr_body_pose", run_body_pose, positions, T | Q, 0, BOTH, of_pose},
     {"mbsr_body_twist", run_body_twist, velocities, T | Q | U, 0, BOTH, of_body},
     {"mbsr_body_acceleration", run_body_acceleration, accelerations, T | Q | U | TAU | UDOT, 0,

@@ -1,6 +1,5 @@
-/* Forward dynamics with an estimate of its error, and ranks of trees whose masses and lengths differ
- * by many powers of ten.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Forward dynamics with an estimate of its error, and ranks of trees whose masses and lengths
+ * differ by many powers of ten. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "extreme.h"
 #include "rigid_tree.h"
@@ -123,7 +122,7 @@ static void units_do_not_matter(void **unused)
             body.joint = i ? mbsr_joint_cylindrical(&A, NULL, (double[3]){1.0, 0.2, 0.1})
                            : mbsr_joint_universal(&A, NULL, (double[3]){0.0, 1.0, 0.1},
                                                   (double[3]){1.0, 0.2, 0.3});
-            body.inertia = mbsr_inertia_moved(&at, mbsr_inertia_box(density, edges));
+            body.inertia = mbsr_inertia_in_frame(&at, mbsr_inertia_box(density, edges));
             assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
         }
         const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81 * length, 0.0);

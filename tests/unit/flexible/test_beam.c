@@ -24,7 +24,7 @@ static mbsr_flex *make(const mbsr_beam_def *def, mbsr_flex_def *data)
     mbsr_flex *flex;
     mbsr_error error;
     assert_ok(mbsr_flex_beam(def, &flex, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, data), MBSR_OK);
     return flex;
 }
 
@@ -72,7 +72,8 @@ static void frequencies_are_those_of_a_cantilever(void **state)
     mbsr_flex_destroy(flex);
 }
 
-/* Of a rod that stretches: (k + 1/2) pi, too high as (h omega)^2 / 24, h the length of an element. */
+/* Of a rod that stretches: (k + 1/2) pi, too high as (h omega)^2 / 24, h the length of an element.
+ */
 static void frequencies_of_stretching_converge_slowly(void **state)
 {
     (void)state;
@@ -219,8 +220,8 @@ static void refuse(const mbsr_beam_def *def, int status, const char *words)
     assert_null(flex);
 }
 
-/* Slopes v', w' of mode a at the ends and in the middle of the element before marker k: quadratic, of the
- * cubic through its markers. */
+/* Slopes v', w' of mode a at the ends and in the middle of the element before marker k: quadratic,
+ * of the cubic through its markers. */
 static void slopes(const mbsr_flex_def *data, int k, int a, double h, double x[2][3])
 {
     for (int axis = 1; axis < 3; ++axis) {

@@ -9,7 +9,7 @@
 /* Functions that the trials below call. */
 static const char *const functions[] = {
     "mbsr_default_beam_def",     "mbsr_flex_beam",        "mbsr_default_flex_def",
-    "mbsr_default_flexible_def", "mbsr_flex_create",      "mbsr_flex_data",
+    "mbsr_default_flexible_def", "mbsr_flex_create",      "mbsr_flex_definition",
     "mbsr_flex_destroy",         "mbsr_flex_mass_matrix", "mbsr_force_elastic",
     "mbsr_inertia_flexible",     "mbsr_joint_marker",     "mbsr_joint_mount",
     "mbsr_model_add_flexible",   "mbsr_model_add_marker"};
@@ -44,7 +44,7 @@ static void run(const mbsr_flex *flex, const double s[MODES])
         assert_finite(3, udot);
     else
         assert_true(mbsr_data_error(d)->text[0] != '\0');
-    if (mbsr_positions(m, d, 0.0, q) == MBSR_OK && mbsr_body_pose(m, d, tip, pose) == MBSR_OK)
+    if (mbsr_stage_positions(m, d, 0.0, q) == MBSR_OK && mbsr_body_pose(m, d, tip, pose) == MBSR_OK)
         assert_finite(12, pose);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
@@ -60,7 +60,7 @@ static void nothing_that_is_not_finite_passes(void **state)
     beam.stiffening = 1;
     mbsr_flex *good = test_ritz_make(&beam);
     mbsr_flex_def given;
-    assert_int_equal(mbsr_flex_data(good, &given), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(good, &given), MBSR_OK);
     const int length[] = {1,
                           3,
                           9,
@@ -133,7 +133,7 @@ static void parts_without_data_are_refused(void **state)
     body.inertia = mbsr_inertia_flexible(NULL);
     assert_refused(mbsr_model_add_body(m, &body, NULL), e, MBSR_ERR_NULL, 0, MBSR_NONE, "flex");
     assert_refused(mbsr_model_add_force(m, &elastic, NULL), e, MBSR_ERR_NULL, MBSR_NONE, 0, "flex");
-    assert_int_equal(mbsr_flex_data(NULL, &data), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_flex_definition(NULL, &data), MBSR_ERR_NULL);
     mbsr_model_destroy(m);
     for (size_t k = 0; k < sizeof functions / sizeof *functions; ++k)
         assert_contains(functions[k], "mbsr_");

@@ -8,6 +8,8 @@
 
 #include "algebra/lapack.h"
 
+#include <mbsrank/verify.h>
+
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +29,7 @@ static void open_data(spoilt *w)
 {
     const test_ritz beam = test_ritz_first();
     w->good = test_ritz_make(&beam);
-    assert_int_equal(mbsr_flex_data(w->good, &w->def), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(w->good, &w->def), MBSR_OK);
     memcpy(w->Ct0, w->def.Ct0, sizeof w->Ct0);
     memcpy(w->P0, w->def.P0, sizeof w->P0);
     memcpy(w->P, w->def.P, sizeof w->P);
@@ -140,8 +142,8 @@ static void masses_are_positive_semidefinite_in_every_shape(void **state)
     }
 }
 
-/* The modes y^2, z^2, y^3 of a beam along x: the components of the field that are not zero are 1, x and one of each
- * mode. */
+/* The modes y^2, z^2, y^3 of a beam along x: the components of the field that are not zero are 1, x
+ * and one of each mode. */
 enum { FIELD = 2 + MODES };
 
 /* Scaled to unit diagonal, the lowest eigenvalue of their Gram matrix. */
@@ -187,7 +189,8 @@ static void data_cut_short_are_refused_with_the_number(void **state)
     mbsr_flex_destroy(w.good);
 }
 
-/* Without the terms of second degree in s, sum s_a s_b (tr P_ab 1 - P_ab) of the tensor, M would be indefinite. */
+/* Without the terms of second degree in s, sum s_a s_b (tr P_ab 1 - P_ab) of the tensor, M would be
+ * indefinite. */
 static void masses_of_first_order_would_be_indefinite(void **state)
 {
     (void)state;
@@ -298,7 +301,8 @@ static void refusals_of_models_change_nothing(void **state)
     assert_refused(mbsr_model_add_marker(m, 0, 0, NULL, &rigid), e, MBSR_ERR_SPACE, 0, MBSR_NONE,
                    "body 0 is not flexible");
 
-    /* no matrix is its mass, no point on it is for elements; and other data's marker is none of it */
+    /* no matrix is its mass, no point on it is for elements; and other data's marker is none of it
+     */
     const double added[D * D] = {1.0};
     assert_int_equal(mbsr_model_regularise(m, id, D, added), MBSR_ERR_SPACE);
     mbsr_body_def body = mbsr_default_body_def();

@@ -1,6 +1,6 @@
-/* Flexible bodies in trees: states with published digits of an independent program (dense, in another
- * language), and relations that any such body obeys.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Flexible bodies in trees: states with published digits of an independent program (dense, in
+ * another language), and relations that any such body obeys. SPDX-License-Identifier: BSD-3-Clause
+ */
 #include "flexible.h"
 
 #include "expect.h"
@@ -22,8 +22,8 @@ static const mbsr_error *error_of(const test_flexible *w)
 /* The state up to its velocities. */
 static void place(const test_flexible *w)
 {
-    assert_ok(mbsr_positions(w->model, w->data, 0.0, w->q), error_of(w));
-    assert_ok(mbsr_velocities(w->model, w->data, w->u), error_of(w));
+    assert_ok(mbsr_stage_positions(w->model, w->data, 0.0, w->q), error_of(w));
+    assert_ok(mbsr_stage_velocities(w->model, w->data, w->u), error_of(w));
 }
 
 static void accelerate(const test_flexible *w, double *udot)
@@ -219,8 +219,8 @@ static void without_modes_it_is_a_rigid_body(void **state)
         assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
         assert_ok(mbsr_data_create(m, &d, NULL), NULL);
         assert_ok(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, udot[k]), mbsr_data_error(d));
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
         assert_ok(mbsr_energy(m, d, energy[k], energy[k] + 1), mbsr_data_error(d));
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);
@@ -263,8 +263,8 @@ static void energy_changes_by_what_is_dissipated(void **state)
     test_flexible_free(&w);
 }
 
-/* Inverse dynamics of the accelerations found gives no joint forces; the reaction at the root carries
- * the weight and d(momentum)/dt. */
+/* Inverse dynamics of the accelerations found gives no joint forces; the reaction at the root
+ * carries the weight and d(momentum)/dt. */
 static void inverse_dynamics_agree(void **state)
 {
     (void)state;
@@ -272,7 +272,7 @@ static void inverse_dynamics_agree(void **state)
     double udot[8], tau[8];
     test_flexible_tree(&w, 1, 0);
     accelerate(&w, udot);
-    assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, tau), error_of(&w));
+    assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, NULL, tau), error_of(&w));
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-12);
     test_flexible_free(&w);
 }
@@ -365,7 +365,8 @@ static void modes_may_be_locked(void **state)
         assert_int_equal(nu, 5 - locks);
         for (int k = 0; k < nu; ++k) w.q[k] = 0.03 * (k + 1), w.u[k] = 0.5 - 0.2 * k;
         accelerate(&w, udot);
-        assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, tau), error_of(&w));
+        assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, NULL, tau),
+                  error_of(&w));
         for (int k = 0; k < nu; ++k) assert_close(tau[k], 0.0, 1e-11);
         newton_systems(&w);
         test_flexible_free(&w);

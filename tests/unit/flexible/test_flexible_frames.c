@@ -47,8 +47,8 @@ static int turn(void *user, double t, double *angle, double *rate, double *secon
     return MBSR_OK;
 }
 
-/* Simply supported, L = EI = density = 1, first mode along y and z: in the turning frame whirls have
- * pi^2 - spin, in its sense pi^2 + spin against it. */
+/* Simply supported, L = EI = density = 1, first mode along y and z: in the turning frame whirls
+ * have pi^2 - spin, in its sense pi^2 + spin against it. */
 static void whirls_of_a_shaft(void **state)
 {
     (void)state;
@@ -81,8 +81,8 @@ static void whirls_of_a_shaft(void **state)
 
 enum { MODES = 2, POINTS = 5 };
 
-/* Displacement along y and slope at x of a beam of length 1 bent by x^2, x^3, in a frame that moves with
- * the material at `at`. */
+/* Displacement along y and slope at x of a beam of length 1 bent by x^2, x^3, in a frame that moves
+ * with the material at `at`. */
 static void shape(double at, double x, double y[MODES], double slope[MODES])
 {
     for (int a = 0; a < MODES; ++a) {

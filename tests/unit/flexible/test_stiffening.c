@@ -1,7 +1,6 @@
-/* Geometric stiffening by dependent shapes: digits of an independent program, the mass matrix against the
- * field integrated point by point, forces against differences of the kinetic energy, Newton systems, and
- * what is refused.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Geometric stiffening by dependent shapes: digits of an independent program, the mass matrix
+ * against the field integrated point by point, forces against differences of the kinetic energy,
+ * Newton systems, and what is refused. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "flexible.h"
 #include "newton_system.h"
@@ -58,8 +57,8 @@ static const double gauss_x[POINTS] = {0.033765242898423975, 0.16939530676686776
                                        0.23395696728634546, 0.23395696728634546,
                                        0.18038078652406944, 0.08566224618958525};
 
-/* Place of the material at z = x / L, and what V moves it by: 3 x D. The beam has modes z^2 along y, z^2
- * along z and z^3 along y, and shortens by half the integral of its squared slopes. */
+/* Place of the material at z = x / L, and what V moves it by: 3 x D. The beam has modes z^2 along
+ * y, z^2 along z and z^3 along y, and shortens by half the integral of its squared slopes. */
 static void field(const test_ritz *b, double z, const double s[MODES], double rho[3],
                   double N[3 * D])
 {
@@ -133,14 +132,15 @@ static void energy_changes_by_what_is_dissipated(void **state)
             w.q[k] = at.q[k] + s * at.u[k] + 0.5 * s * s * udot[k];
             w.u[k] = at.u[k] + s * udot[k];
         }
-        assert_ok(mbsr_positions(w.model, w.data, 0.0, w.q), error_of(&w));
-        assert_ok(mbsr_velocities(w.model, w.data, w.u), error_of(&w));
+        assert_ok(mbsr_stage_positions(w.model, w.data, 0.0, w.q), error_of(&w));
+        assert_ok(mbsr_stage_velocities(w.model, w.data, w.u), error_of(&w));
         assert_ok(mbsr_energy(w.model, w.data, &T, &U), error_of(&w));
         E[l] = T + U;
     }
     assert_close((E[0] - 8.0 * E[1] + 8.0 * E[2] - E[3]) / (12.0 * h), work,
                  1e-8 * fabs(work) + 1e-8);
-    assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, at.q, at.u, udot, tau), error_of(&w));
+    assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, at.q, at.u, udot, NULL, tau),
+              error_of(&w));
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-12);
     test_flexible_free(&w);
 }
@@ -164,8 +164,8 @@ static void momenta_change_as_the_momentum_form_says(void **state)
             w.q[k] = at.q[k] + s * at.u[k] + 0.5 * s * s * udot[k];
             w.u[k] = at.u[k] + s * udot[k];
         }
-        assert_ok(mbsr_positions(w.model, w.data, 0.0, w.q), error_of(&w));
-        assert_ok(mbsr_velocities(w.model, w.data, w.u), error_of(&w));
+        assert_ok(mbsr_stage_positions(w.model, w.data, 0.0, w.q), error_of(&w));
+        assert_ok(mbsr_stage_velocities(w.model, w.data, w.u), error_of(&w));
         assert_ok(mbsr_momenta(w.model, w.data, p), error_of(&w));
         for (int k = 0; k < 8; ++k) rate[k] += weight[l] * p[k] / (12.0 * h);
     }
@@ -306,7 +306,7 @@ static void what_does_not_fit_is_refused(void **state)
     mbsr_flex *good = test_ritz_make(&beam);
     mbsr_flex_def data;
     double Y[12];
-    assert_int_equal(mbsr_flex_data(good, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(good, &data), MBSR_OK);
     assert_int_equal(data.dependent, 3); /* (x/L)^3, ^4, ^5 */
     assert_close(data.Y[0], -4.0 / 3.0, 1e-15);
     memcpy(Y, data.Y, sizeof Y);

@@ -47,9 +47,9 @@ static void drop(scene s)
 
 static int evaluate(scene s, double t, const double *q, const double *u)
 {
-    assert_int_equal(mbsr_positions(s.model, s.data, t, q), 0);
-    assert_int_equal(mbsr_velocities(s.model, s.data, u), 0);
-    return mbsr_forces(s.model, s.data, NULL);
+    assert_int_equal(mbsr_stage_positions(s.model, s.data, t, q), 0);
+    assert_int_equal(mbsr_stage_velocities(s.model, s.data, u), 0);
+    return mbsr_stage_forces(s.model, s.data, NULL);
 }
 
 /* The elements' share of f of a body: without the gyroscopic force. */
@@ -63,8 +63,8 @@ static double potential(scene s, const double *q)
 {
     static const double zero[NU] = {0};
     double E = NAN;
-    assert_int_equal(mbsr_positions(s.model, s.data, 0.0, q), 0);
-    assert_int_equal(mbsr_velocities(s.model, s.data, zero), 0);
+    assert_int_equal(mbsr_stage_positions(s.model, s.data, 0.0, q), 0);
+    assert_int_equal(mbsr_stage_velocities(s.model, s.data, zero), 0);
     assert_int_equal(mbsr_energy(s.model, s.data, NULL, &E), 0);
     return E;
 }
@@ -77,13 +77,13 @@ static void generalised(scene s, double t, const double *q, const double *u, dou
     assert_int_equal(evaluate(s, t, q, u), 0);
     for (int id = 0; id < 3; ++id) force_on(s, id, f[id]);
     for (int c = 0; c < NU; ++c) Q[c] = s.data->tau[c];
-    assert_int_equal(mbsr_velocities(s.model, s.data, none), 0);
+    assert_int_equal(mbsr_stage_velocities(s.model, s.data, none), 0);
     for (int id = 0; id < 3; ++id)
         assert_int_equal(mbsr_body_twist(s.model, s.data, id, V0[id]), 0);
     for (int c = 0; c < NU; ++c) {
         double unit[NU] = {0}, V[3];
         unit[c] = 1.0;
-        assert_int_equal(mbsr_velocities(s.model, s.data, unit), 0);
+        assert_int_equal(mbsr_stage_velocities(s.model, s.data, unit), 0);
         for (int id = 0; id < 3; ++id) {
             assert_int_equal(mbsr_body_twist(s.model, s.data, id, V), 0);
             for (int k = 0; k < dims[id]; ++k) Q[c] += (V[k] - V0[id][k]) * f[id][k];
@@ -207,12 +207,14 @@ static void energies_and_losses_of_elements_add_up(void **state)
     mbsr_force_def turned[ELEMENTS];
     for (int k = 0; k < ELEMENTS; ++k) turned[k] = list[ELEMENTS - 1 - k];
     const scene s = make(turned, ELEMENTS);
-    assert_int_equal(mbsr_positions(s.model, s.data, 0.0, q), 0);
+    assert_int_equal(mbsr_stage_positions(s.model, s.data, 0.0, q), 0);
     assert_refused(mbsr_dissipation(s.model, s.data, &P), mbsr_data_error(s.data),
-                   MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE, "mbsr_dissipation|mbsr_velocities");
+                   MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                   "mbsr_dissipation|mbsr_stage_velocities");
     assert_refused(mbsr_force_power(s.model, s.data, 0, &E, &P), mbsr_data_error(s.data),
-                   MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE, "mbsr_force_power|mbsr_velocities");
-    assert_int_equal(mbsr_velocities(s.model, s.data, u), 0);
+                   MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                   "mbsr_force_power|mbsr_stage_velocities");
+    assert_int_equal(mbsr_stage_velocities(s.model, s.data, u), 0);
     for (int k = 0; k < ELEMENTS; ++k) {
         const scene one = make(turned + k, 1);
         double alone[2];
@@ -399,7 +401,7 @@ static void applied_forces_follow_their_functions_and_add_up(void **state)
     assert_close(s.data->tau[5], 0.0, 0.0);
     /* the caller's tau is added to that */
     tau[7] = 10.0;
-    assert_int_equal(mbsr_forces(s.model, s.data, tau), 0);
+    assert_int_equal(mbsr_stage_forces(s.model, s.data, tau), 0);
     assert_close(s.data->tau[7], 10.5, 0.0);
     assert_close(tau[7], 10.0, 0.0);
     drop(s);
@@ -535,10 +537,10 @@ static void a_point_spring_without_direction_says_so(void **state)
         scene s = make(&spring, 1);
         assert_int_equal(evaluate(s, 0.125, q, u), MBSR_DEGENERATE_FORCE);
         assert_true(MBSR_DEGENERATE_FORCE > 0);
-        assert_refused(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data),
+        assert_refused(mbsr_stage_forces(s.model, s.data, NULL), mbsr_data_error(s.data),
                        MBSR_DEGENERATE_FORCE, MBSR_NONE, 0,
                        "force 0 'rope'|point spring-damper|t = 0.125");
-        assert_int_equal(mbsr_backward(s.model, s.data), MBSR_ERR_SEQUENCE);
+        assert_int_equal(mbsr_stage_backward(s.model, s.data), MBSR_ERR_SEQUENCE);
         drop(s);
         /* the same with damping only */
         spring.param[1] = 1.0;
@@ -601,10 +603,10 @@ static void what_a_force_returns_is_passed_on_unchanged(void **state)
                        "force 1 'motor'|moody|dissipation|t = 0.5");
         assert_int_equal(mbsr_force_power(s.model, s.data, 1, &E, NULL), code);
         assert_int_equal(mbsr_force_power(s.model, s.data, 1, NULL, &E), code);
-        assert_refused(mbsr_forces(s.model, s.data, NULL), e, code, MBSR_NONE, 1,
+        assert_refused(mbsr_stage_forces(s.model, s.data, NULL), e, code, MBSR_NONE, 1,
                        "force 1 'motor'|moody|evaluate|t = 0.5");
         assert_int_equal(mbsr_forward_dynamics(s.model, s.data, 0.5, x, x, NULL, F), code);
-        assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.5, x, x, x, F), code);
+        assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.5, x, x, x, NULL, F), code);
         double y[2 * NU] = {0.3, 0.4}, yp[2 * NU] = {0};
         assert_int_equal(mbsr_dae_residual(s.model, s.data, MBSR_DAE_RECURSIVE, 0.5, y, yp, F),
                          code);
@@ -612,8 +614,8 @@ static void what_a_force_returns_is_passed_on_unchanged(void **state)
             mbsr_dae_residual(s.model, s.data, MBSR_DAE_INVERSE_DYNAMICS, 0.5, y, yp, F), code);
         assert_int_equal(
             mbsr_dae_consistent(s.model, s.data, MBSR_DAE_RECURSIVE, 0.5, y, yp, NULL, NULL), code);
-        assert_int_equal(mbsr_positions(cold.model, cold.data, 0.5, x), 0);
-        assert_int_equal(mbsr_velocities(cold.model, cold.data, x), 0);
+        assert_int_equal(mbsr_stage_positions(cold.model, cold.data, 0.5, x), 0);
+        assert_int_equal(mbsr_stage_velocities(cold.model, cold.data, x), 0);
         assert_int_equal(mbsr_force_power(cold.model, cold.data, 0, &E, F), code);
         drop(cold);
         assert_refused(evaluate(applied, 0.5, x, x), mbsr_data_error(applied.data), code, MBSR_NONE,

@@ -3,6 +3,8 @@
 #include "expect.h"
 #include "newton_along.h"
 
+#include <mbsrank/verify.h>
+
 #include <string.h>
 
 static const double X[3] = {0.0, 1.0, 3.0}, V[6] = {0.2, 1.0, -0.5, 0.0, 0.0, 0.0};
@@ -48,8 +50,8 @@ static void tau_of(mbsr_force_def force, double t, const double *q, const double
     mbsr_data *d = NULL;
     mbsr_force_errors errors;
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
-    assert_ok(mbsr_positions(m, d, t, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, t, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     memset(tau, 0, 4 * sizeof *tau);
     for (int k = 0; k < force.bodies; ++k) {
         double one = 0.0;
@@ -163,12 +165,12 @@ static void gears_balance_power(void **state)
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
     for (int side = 0; side < 2; ++side) {
         for (int k = 0; k < 4; ++k) q[k] = Q[k] + (side ? h : -h) * U[k];
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
         assert_ok(mbsr_force_power(m, d, 0, E + side, &heat), mbsr_data_error(d));
     }
-    assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
     assert_ok(mbsr_force_power(m, d, 0, NULL, &heat), mbsr_data_error(d));
     for (int k = 0; k < 2; ++k) {
         assert_ok(mbsr_force_load(m, d, 0, k, NULL, f + k), mbsr_data_error(d));

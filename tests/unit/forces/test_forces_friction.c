@@ -4,6 +4,8 @@
 #include "parts.h"
 #include "newton_along.h"
 
+#include <mbsrank/verify.h>
+
 static mbsr_force_body seen(const mbsr_force_def *def, test_part *part, int k)
 {
     return (mbsr_force_body){.id = def->body[k],
@@ -284,9 +286,9 @@ static void bushings_in_the_plane_are_those_in_space(void **state)
             test_fill(&rng, 2, place);
             at[k] = (mbsr_planar_frame){place[0], place[1], 0.5 * k};
             const double x[3] = {at[k].x, at[k].y, 0.0};
-            in_space[k] = mbsr_frame_turned(x, z, at[k].angle);
+            in_space[k] = mbsr_frame_rotated(x, z, at[k].angle);
             space[k] = test_part_make(MBSR_SPACE_SPATIAL);
-            const mbsr_frame R = mbsr_frame_turned(NULL, z, flat[k].p[2]);
+            const mbsr_frame R = mbsr_frame_rotated(NULL, z, flat[k].p[2]);
             memcpy(space[k].p, R.R, sizeof R.R);
             memcpy(space[k].p + 9, flat[k].p, 2 * sizeof(double));
             memcpy(space[k].V + 3, flat[k].V, 2 * sizeof(double));
@@ -362,7 +364,8 @@ static mbsr_model *machine(void)
     return m;
 }
 
-/* On a shaft that hangs on another, by the absolute speed: the torque on the second acts on both. */
+/* On a shaft that hangs on another, by the absolute speed: the torque on the second acts on both.
+ */
 static void a_bearing_on_the_ground_sees_the_sum_of_the_speeds(void **state)
 {
     (void)state;
@@ -372,8 +375,8 @@ static void a_bearing_on_the_ground_sees_the_sum_of_the_speeds(void **state)
     mbsr_data *d = NULL;
     double f[6];
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     assert_ok(mbsr_force_load(m, d, 4, 0, f, NULL), mbsr_data_error(d));
     assert_close(f[1], -2.0 * 0.8 / hypot(0.8, 0.3) - 0.08, 1e-13);
     mbsr_data_destroy(d);
@@ -412,8 +415,8 @@ static void derivatives_serve_newton_systems(void **state)
     mbsr_data *d = NULL;
     double y[SIZE], yp[SIZE], r[SIZE];
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     for (int k = 0; k < mbsr_model_forces(m); ++k) {
         mbsr_force_errors errors;
         double heat = 0.0;

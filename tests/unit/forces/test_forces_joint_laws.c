@@ -3,7 +3,7 @@
 #include "parts.h"
 #include "space.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 
 /* ---- one coordinate ---- */
 
@@ -54,7 +54,7 @@ static int ask(const mbsr_force_def *def, const double *q, const double *u, doub
 /* q of a rotation by `angle` about `axis`, of length `length`. */
 static void turned(const double axis[3], double angle, double length, double q[4])
 {
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, angle);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, angle);
     mbsr_rotation_quaternion(frame.R, q);
     for (int k = 0; k < 4; ++k) q[k] *= length;
 }
@@ -162,8 +162,8 @@ static void derivatives_are_right(void **state)
         assert_int_equal(mbsr_model_nq(m), 14);
         test_fill(&rng, 14, q);
         test_fill(&rng, 12, u);
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
         for (int k = 0; k < 4; ++k) {
             mbsr_force_errors errors;
             assert_ok(mbsr_force_verify(m, d, k, &errors), mbsr_data_error(d));

@@ -27,7 +27,7 @@ static void body_and_ground(test_part part[2])
 static void turn(test_part *part, double ax, double ay, double az, double angle)
 {
     const double axis[3] = {ax, ay, az};
-    const mbsr_frame at = mbsr_frame_turned(NULL, axis, angle);
+    const mbsr_frame at = mbsr_frame_rotated(NULL, axis, angle);
     memcpy(part->p, at.R, sizeof at.R);
 }
 
@@ -172,8 +172,8 @@ static void a_bushing_holds_as_calculated_by_hand(void **state)
     const double stiffness[6] = {2, 3, 4, 10, 20, 30}, damping[6] = {0.1, 0.2, 0.3, 1, 2, 3};
     /* A at (0, 0, 1), turned by 90 degrees about z: its x axis is the world's y, its y axis -x */
     const double z[3] = {0, 0, 1};
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){0, 0, 1}, z, pi / 2.0),
-                     B = mbsr_frame_turned((const double[3]){0, 1, 0}, z, pi / 2.0);
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){0, 0, 1}, z, pi / 2.0),
+                     B = mbsr_frame_rotated((const double[3]){0, 1, 0}, z, pi / 2.0);
     const mbsr_force_def def = mbsr_force_bushing(MBSR_GROUND, &A, 0, &B, stiffness, damping);
     test_part part[2];
     part[0] = test_part_make(MBSR_SPACE_FIXED);
@@ -192,7 +192,7 @@ static void a_bushing_holds_as_calculated_by_hand(void **state)
     body_and_ground(part);
     turn(part, 1, 0, 0, 0.3);
     const mbsr_force_def centred = mbsr_force_bushing(MBSR_GROUND, &A, 0, NULL, stiffness, damping);
-    const mbsr_frame at = mbsr_frame_turned(NULL, z, pi / 2.0);
+    const mbsr_frame at = mbsr_frame_rotated(NULL, z, pi / 2.0);
     test_part two[2] = {part[1], part[0]};
     mbsr_frame body = mbsr_frame_identity();
     memcpy(body.R, part->p, sizeof body.R);
@@ -251,7 +251,7 @@ static void frames_that_are_slightly_off_are_set_right(void **state)
 {
     (void)state;
     const double stiffness[6] = {1, 1, 1, 10, 10, 10}, none[6] = {0};
-    mbsr_frame frame = mbsr_frame_turned(NULL, (const double[3]){1, 2, 3}, 0.7);
+    mbsr_frame frame = mbsr_frame_rotated(NULL, (const double[3]){1, 2, 3}, 0.7);
     for (int k = 0; k < 9; ++k) frame.R[k] *= 1.0 + 2e-7;
     const mbsr_force_def def = mbsr_force_bushing(MBSR_GROUND, &frame, 0, &frame, stiffness, none);
     test_part part[2];

@@ -42,7 +42,7 @@ static int screw(void *user, double t, double *p, double *V, double *A)
 {
     static const double z[3] = {0, 0, 1};
     const int spatial = *(const int *)user;
-    const mbsr_frame at = mbsr_frame_turned(NULL, z, 2.0 * t);
+    const mbsr_frame at = mbsr_frame_rotated(NULL, z, 2.0 * t);
     (void)A;
     if (spatial) {
         memcpy(p, at.R, sizeof at.R);
@@ -498,8 +498,8 @@ static void elements_on_a_moving_root_follow_it(void **state)
                      u[6] = {0.4, -0.3, 0.2, 0.6, -0.7, 0.1};
         test_part part[2] = {test_part_make(MBSR_SPACE_SPATIAL), test_part_make(space)};
         double sum[6] = {0};
-        assert_int_equal(mbsr_positions(m, d, 0.7, q), 0);
-        assert_int_equal(mbsr_velocities(m, d, u), 0);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.7, q), 0);
+        assert_int_equal(mbsr_stage_velocities(m, d, u), 0);
         assert_int_equal(mbsr_body_pose(m, d, 0, part[0].p), 0);
         assert_int_equal(mbsr_body_twist(m, d, 0, part[0].V), 0);
         assert_int_equal(mbsr_body_pose(m, d, MBSR_GROUND, part[1].p), 0);
@@ -515,7 +515,7 @@ static void elements_on_a_moving_root_follow_it(void **state)
             assert_less(0.1, test_largest(6, two[k == 1].f));
             for (int i = 0; i < 6; ++i) sum[i] += two[k == 1].f[i];
         }
-        assert_int_equal(mbsr_forces(m, d, NULL), 0);
+        assert_int_equal(mbsr_stage_forces(m, d, NULL), 0);
         for (int i = 0; i < 6; ++i)
             assert_close(d->f[m->body[1].v + (size_t)i], sum[i], 1e-13 * (1.0 + fabs(sum[i])));
         mbsr_data_destroy(d);

@@ -437,7 +437,7 @@ static test_part lifted(const test_part *flat)
     if (flat->space == MBSR_SPACE_FIXED || flat->space == MBSR_SPACE_SPATIAL) return *flat;
     const int turns = flat->space == MBSR_SPACE_PLANAR;
     test_part part = test_part_make(MBSR_SPACE_SPATIAL);
-    const mbsr_frame at = mbsr_frame_turned(NULL, z, turns ? flat->p[2] : 0.0);
+    const mbsr_frame at = mbsr_frame_rotated(NULL, z, turns ? flat->p[2] : 0.0);
     memcpy(part.p, at.R, sizeof at.R);
     memcpy(part.p + 9, flat->p, 2 * sizeof(double));
     part.V[2] = turns ? flat->V[2] : 0.0;

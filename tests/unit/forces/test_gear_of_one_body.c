@@ -3,7 +3,7 @@
 #include "expect.h"
 #include "tree.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 #include <mbsrank/newton.h>
 
 #include <stdbool.h>
@@ -49,7 +49,7 @@ static void it_acts_on_both_coordinates(void **state)
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     const double e = q[1] - 1.5 * q[2] - 0.1, rate = u[1] - 1.5 * u[2], T = 30.0 * e + 2.0 * rate;
     double without[4];
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, none, with), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, none, NULL, with), mbsr_data_error(d));
     assert_ok(mbsr_force_load(m, d, 0, 0, f, tau), mbsr_data_error(d));
     assert_ok(mbsr_force_power(m, d, 0, &E, &P), mbsr_data_error(d));
     assert_close(E, 15.0 * e * e, 1e-13);
@@ -60,14 +60,15 @@ static void it_acts_on_both_coordinates(void **state)
     assert_ok(mbsr_force_verify(m, d, 0, &errors), mbsr_data_error(d));
     assert_true(errors.largest < 1e-6);
     assert_ok(mbsr_force_switch(m, d, 0, 0), mbsr_data_error(d));
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, none, without), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, none, NULL, without), mbsr_data_error(d));
     assert_close(with[1] - without[1], T, 1e-12);
     assert_close(with[2] - without[2], -1.5 * T, 1e-12);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }
 
-/* F(y + h delta, y' + c h delta) - F is h times the right-hand side, by the sweeps and by blocks. */
+/* F(y + h delta, y' + c h delta) - F is h times the right-hand side, by the sweeps and by blocks.
+ */
 static void newton_systems_have_it(void **state)
 {
     (void)state;
@@ -142,8 +143,9 @@ static void a_coupling_of_two_axes_holds(void **state)
     assert_ok(mbsr_data_create(open, &other, NULL), NULL);
     assert_ok(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, udot), mbsr_data_error(d));
     assert_close(udot[1] - 1.5 * udot[2], 0.0, 1e-11);
-    assert_ok(mbsr_closures_force(m, d, lambda), mbsr_data_error(d));
-    assert_ok(mbsr_inverse_dynamics(open, other, 0.0, q, u, udot, tau), mbsr_data_error(other));
+    assert_ok(mbsr_closures_lambda(m, d, lambda), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(open, other, 0.0, q, u, udot, NULL, tau),
+              mbsr_data_error(other));
     assert_close(tau[0], 0.0, 1e-10);
     assert_close(tau[1], lambda[0], 1e-10);
     assert_close(tau[2], -1.5 * lambda[0], 1e-10);

@@ -6,6 +6,8 @@
 #include "mixed.h"
 #include "twins.h"
 
+#include <mbsrank/driver.h>
+
 enum { T = 1u << FINITE_T, Q = 1u << FINITE_Q, U = 1u << FINITE_U, Y = 1u << FINITE_Y };
 enum { YP = 1u << FINITE_YP, OTHER = 1u << FINITE_OTHER };
 enum { BOTH = FINITE_MODEL | FINITE_DATA, MOST = 96 };

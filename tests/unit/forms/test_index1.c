@@ -6,6 +6,8 @@
 #include "forms/bases.h"
 #include "assembly/data.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 

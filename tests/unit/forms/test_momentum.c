@@ -12,6 +12,8 @@
 #include "recursion/rank.h"
 #include "recursion/rates.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 
 #define TREES ((uint64_t)test_seeds(48, 120))
@@ -144,8 +146,8 @@ static void move(scene *s, double h)
         q[k] = s->q[k] + h * s->u[k];
         u[k] = s->u[k] + h * s->udot[k];
     }
-    assert_ok(mbsr_positions(s->model, s->data, now + h, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, now + h, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
     free(q);
 }
 
@@ -162,7 +164,7 @@ static void accumulate(size_t n, int point, const double *x, double *sum)
 static void balance_forces(scene *s)
 {
     double *tau = calloc((size_t)s->n + 1, sizeof(double));
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, now, s->q, s->u, s->udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, now, s->q, s->u, s->udot, NULL, tau),
               mbsr_data_error(s->data));
     memcpy(s->tau, tau, (size_t)s->n * sizeof *tau);
     free(tau);
@@ -182,9 +184,9 @@ static void momenta_are_those_of_the_dense_equations(void **state)
         double *p = calloc((size_t)s.n + 1, sizeof(double));
         mbsri_data_poison(tree->data);
         assert_int_equal(mbsr_momenta(tree->model, tree->data, p), MBSR_ERR_SEQUENCE);
-        assert_int_equal(mbsr_positions(tree->model, tree->data, now, s.q), MBSR_OK);
+        assert_int_equal(mbsr_stage_positions(tree->model, tree->data, now, s.q), MBSR_OK);
         assert_int_equal(mbsr_momenta(tree->model, tree->data, p), MBSR_ERR_SEQUENCE);
-        assert_int_equal(mbsr_velocities(tree->model, tree->data, s.u), MBSR_OK);
+        assert_int_equal(mbsr_stage_velocities(tree->model, tree->data, s.u), MBSR_OK);
         assert_int_equal(mbsr_momenta(tree->model, tree->data, NULL), MBSR_ERR_NULL);
         assert_int_equal(mbsr_momenta(tree->model, tree->data, p), MBSR_OK);
         test_oracle o;
@@ -214,8 +216,8 @@ static void momenta_less_mass_times_rates(scene *s, const double *u, double *out
 {
     const size_t n = (size_t)s->n;
     double *matrix = calloc(n * n + 1, sizeof(double));
-    assert_ok(mbsr_positions(s->model, s->data, now, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, now, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
     assert_ok(mbsr_mass_matrix(s->model, s->data, matrix), mbsr_data_error(s->data));
     assert_ok(mbsr_momenta(s->model, s->data, out), mbsr_data_error(s->data));
     for (size_t r = 0; r < n; ++r) {
@@ -446,8 +448,8 @@ static void size_id_and_order_of_y(void **state)
     for (int k = 0; k < 3 * n; ++k) assert_true(id[k] == (k < 2 * n ? 1.0 : 0.0));
     assert_int_equal(mbsr_dae_pack(tree.model, tree.data, MBSR_DAE_MOMENTUM, now, q, u, y),
                      MBSR_OK);
-    assert_int_equal(mbsr_positions(tree.model, tree.data, now, q), MBSR_OK);
-    assert_int_equal(mbsr_velocities(tree.model, tree.data, u), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(tree.model, tree.data, now, q), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(tree.model, tree.data, u), MBSR_OK);
     assert_int_equal(mbsr_momenta(tree.model, tree.data, p), MBSR_OK);
     const size_t bytes = (size_t)n * sizeof(double);
     assert_memory_equal(y, q, bytes);
@@ -542,8 +544,8 @@ static void the_form_holds_where_the_recursive_one_does(void **state)
                *Mz = x + 9 * n;
         test_rng rng = test_seed(seed + 1000);
         test_fill(&rng, 2 * n, x);
-        assert_int_equal(mbsr_positions(tree.model, tree.data, now, q), MBSR_OK);
-        assert_int_equal(mbsr_velocities(tree.model, tree.data, u), MBSR_OK);
+        assert_int_equal(mbsr_stage_positions(tree.model, tree.data, now, q), MBSR_OK);
+        assert_int_equal(mbsr_stage_velocities(tree.model, tree.data, u), MBSR_OK);
         assert_int_equal(mbsr_momenta(tree.model, tree.data, p), MBSR_OK);
         test_oracle o;
         test_oracle_make(&o, &tree, x);

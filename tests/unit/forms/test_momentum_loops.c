@@ -1,14 +1,15 @@
-/* The momentum form with closures: its rows where accelerations and loop forces are those of the dense
- * equations, and what each multiplier does.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The momentum form with closures: its rows where accelerations and loop forces are those of the
+ * dense equations, and what each multiplier does. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
+
+#include <mbsrank/driver.h>
 
 #include <string.h>
 
 enum { Y_MOST = 8 * LOOPS_MOST };
 
-/* A ring in space: ball joint, revolute joint, and a universal loop joint to the ground; a point on a
- * line; one body without mass. */
+/* A ring in space: ball joint, revolute joint, and a universal loop joint to the ground; a point on
+ * a line; one body without mass. */
 static void ring(loops *s)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.2}, z[3] = {0.1, 0.0, 1.0},
@@ -119,8 +120,8 @@ static void what_each_multiplier_does(void **state)
     assert_ok(mbsr_closures_transpose(s.m, s.d, eta, along), error);
     assert_ok(mbsr_closures_weight(s.m, w), NULL);
     for (int k = 0; k < s.nu; ++k) u[k] = s.u[k] + w[k] * along[k];
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), error);
-    assert_ok(mbsr_velocities(s.m, s.d, u), error);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), error);
+    assert_ok(mbsr_stage_velocities(s.m, s.d, u), error);
     assert_ok(mbsr_coordinate_rates(s.m, s.d, qdot), error);
     const double largest = fmax(1.0, test_largest(s.nq, qdot));
     for (int k = 0; k < s.nq; ++k) assert_close(G[k], yp[k] - qdot[k], 1e-14 * largest);
@@ -156,7 +157,8 @@ static void a_stiff_pin(void **state)
     }
     assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), mbsr_data_error(s.d));
     for (int k = 0; k < 4; ++k) assert_close(F[3 + k], 0.0, 1e-12);
-    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, zero, tau), mbsr_data_error(s.d));
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, zero, NULL, tau),
+              mbsr_data_error(s.d));
     assert_close(F[1], tau[0],
                  1e-9); /* p' - (.) with p' = 0, M constant: what is missing at rest */
     double by_hand = 9.81 * 0.5 * cos(0.1);

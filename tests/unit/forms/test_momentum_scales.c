@@ -5,6 +5,7 @@
 #include "rigid_tree.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,10 +13,10 @@
 static void run_to_backward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                             const double *u)
 {
-    assert_ok(mbsr_positions(m, d, t, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, t, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
 }
 
 /* Of the joint of each body; returns the largest. */
@@ -31,8 +32,8 @@ static double scales_of(const mbsr_model *m, mbsr_data *d, double *scale)
     return largest;
 }
 
-/* The scale of the joint, or 3 % of the diagonal entry; ranks are there afterwards as before. Returns how many
- * are the latter. */
+/* The scale of the joint, or 3 % of the diagonal entry; ranks are there afterwards as before.
+ * Returns how many are the latter. */
 static int check(const mbsr_model *m, mbsr_data *d)
 {
     const int nu = mbsr_model_nu(m), bodies = mbsr_model_bodies(m);

@@ -72,8 +72,8 @@ static scene scene_make(units in, bool behind, resistance *law)
         const mbsr_frame at = mbsr_frame_at(0.0, 0.1 * in.m, 0.2 * in.m);
         arm.name = "arm";
         arm.joint = mbsr_joint_revolute(NULL, NULL, (double[3]){0.0, 1.0, 0.0});
-        arm.inertia =
-            mbsr_inertia_moved(&at, mbsr_inertia_box(300.0 * in.kg / (in.m * in.m * in.m), edges));
+        arm.inertia = mbsr_inertia_in_frame(
+            &at, mbsr_inertia_box(300.0 * in.kg / (in.m * in.m * in.m), edges));
         assert_ok(mbsr_model_add_body(s.model, &arm, NULL), mbsr_model_error(s.model));
     }
     mbsr_body_def rod = mbsr_default_body_def();

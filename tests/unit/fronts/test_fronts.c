@@ -1,10 +1,12 @@
-/* Fronts of models with many loops that are open at once: the plan grows with the bodies, and solutions hold.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Fronts of models with many loops that are open at once: the plan grows with the bodies, and
+ * solutions hold. SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "loops_equations.h"
 
 #include "fronts/plan.h"
 #include "model/record.h"
+
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -111,10 +113,11 @@ static void check_solution(loops *s)
     for (size_t k = 0; k < n; ++k) q[k] = 0.1 * test_uniform(&rng);
     for (size_t k = 0; k < n; ++k) u[k] = 0.1 * test_uniform(&rng);
     assert_ok(mbsr_forward_dynamics(s->m, s->d, 0.0, q, u, NULL, udot), mbsr_data_error(s->d));
-    assert_ok(mbsr_closures_force(s->m, s->d, lambda), mbsr_data_error(s->d));
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, q, u, udot, need), mbsr_data_error(s->d));
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, q), mbsr_data_error(s->d));
-    assert_ok(mbsr_velocities(s->m, s->d, u), mbsr_data_error(s->d));
+    assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), mbsr_data_error(s->d));
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, q, u, udot, NULL, need),
+              mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, q), mbsr_data_error(s->d));
+    assert_ok(mbsr_stage_velocities(s->m, s->d, u), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_bias(s->m, s->d, bias), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_apply(s->m, s->d, udot, rate), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_transpose(s->m, s->d, lambda, loads), mbsr_data_error(s->d));

@@ -5,6 +5,8 @@
 
 #include "recursion/inertia.h"
 
+#include <mbsrank/driver.h>
+
 static const mbsr_planar_frame origin = {0.0, 0.0, 0.0};
 
 typedef struct scene {
@@ -35,8 +37,8 @@ static void drop(scene s)
 
 static void move(scene s, const double *q, const double *u)
 {
-    assert_int_equal(mbsr_positions(s.model, s.data, 0.0, q), 0);
-    assert_int_equal(mbsr_velocities(s.model, s.data, u), 0);
+    assert_int_equal(mbsr_stage_positions(s.model, s.data, 0.0, q), 0);
+    assert_int_equal(mbsr_stage_velocities(s.model, s.data, u), 0);
 }
 
 static double kinetic(scene s, const double *q, const double *u)
@@ -138,7 +140,7 @@ static void a_spinning_body_pulls_at_its_axis(void **state)
     double tau[3];
     const scene s =
         make(mbsr_joint_planar_free(origin, origin), mbsr_inertia_planar(2.0, com, 0.7));
-    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau), 0);
+    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau), 0);
     assert_close(tau[0], -2.0 * 0.5 * 9.0, 1e-13);
     assert_close(tau[1], 0.0, 1e-13);
     assert_close(tau[2], 0.0, 1e-13);
@@ -183,8 +185,8 @@ static void zero_and_not_given_count_the_same_but_are_told_apart(void **state)
             const scene s = make(joints[k], given ? zero : not_given);
             assert_close(kinetic(s, q, u), 0.0, 0.0);
             assert_matrix(s, joints[k].d, (const double[9]){0});
-            assert_int_equal(mbsr_forces(s.model, s.data, NULL), 0);
-            assert_int_equal(mbsr_backward(s.model, s.data), 0);
+            assert_int_equal(mbsr_stage_forces(s.model, s.data, NULL), 0);
+            assert_int_equal(mbsr_stage_backward(s.model, s.data), 0);
             assert_int_equal(mbsr_total_rank(s.model, s.data), 0);
             drop(s);
         }
@@ -227,10 +229,10 @@ static void an_inertia_by_function_is_asked_once_a_state(void **state)
     w.calls = 0; /* the model asks when it is finished */
     assert_close(kinetic(s, q, u), 0.5 * (m + 3.0 + 4.0), 1e-14);
     assert_int_equal(w.calls, 1);
-    assert_int_equal(mbsr_velocities(s.model, s.data, u), 0); /* again in the same pose */
+    assert_int_equal(mbsr_stage_velocities(s.model, s.data, u), 0); /* again in the same pose */
     assert_int_equal(w.calls, 2);
     assert_matrix(s, 3, (const double[]){m, 0, 0, 0, 3, 0, 0, 0, 1});
-    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau), 0);
+    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau), 0);
     assert_int_equal(w.calls, 3);
     assert_close(tau[0], m * 0.3 - slope, 1e-14);
     assert_close(tau[1], 3.0 * 0.4 - 0.5 * slope, 1e-14);
@@ -247,9 +249,9 @@ static void what_an_inertia_function_returns_is_passed_on(void **state)
         rotor w = {0, codes[k], 0.0};
         const scene s =
             make(mbsr_joint_planar_free(origin, origin), mbsr_inertia_function(rotor_inertia, &w));
-        assert_int_equal(mbsr_positions(s.model, s.data, 0.0, q), 0);
-        assert_refused(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data), codes[k], 0,
-                       MBSR_NONE, "body 0 'disc'|inertia|function");
+        assert_int_equal(mbsr_stage_positions(s.model, s.data, 0.0, q), 0);
+        assert_refused(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data), codes[k],
+                       0, MBSR_NONE, "body 0 'disc'|inertia|function");
         drop(s);
     }
 }

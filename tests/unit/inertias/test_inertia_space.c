@@ -205,12 +205,12 @@ static void sums_moves_and_reference_points_agree_with_particles(void **state)
         const mbsr_inertia about = mbsr_inertia_rigid_about(mass, com, &frame, tensor);
         assert_same_inertia(&about, &c);
 
-        const mbsr_inertia moved = mbsr_inertia_moved(&frame, rigid);
+        const mbsr_inertia moved = mbsr_inertia_in_frame(&frame, rigid);
         move_cloud(&c, &frame);
         assert_same_inertia(&moved, &c);
 
         /* a particle at the origin of a frame */
-        const mbsr_inertia one = mbsr_inertia_moved(&frame, mbsr_inertia_particle(0.7)),
+        const mbsr_inertia one = mbsr_inertia_in_frame(&frame, mbsr_inertia_particle(0.7)),
                            both = mbsr_inertia_sum(one, moved),
                            swapped = mbsr_inertia_sum(moved, one);
         add_particle(&c, 0.7, frame.x[0], frame.x[1], frame.x[2]);
@@ -247,8 +247,8 @@ static void make_body(body *b, mbsr_inertia inertia, const double *added, test_r
 static void evaluate_body(body *b, const double *V)
 {
     assert_ok(mbsr_bias_forces(b->model, b->data, 0.0, b->q, V, b->h), mbsr_data_error(b->data));
-    assert_ok(mbsr_positions(b->model, b->data, 0.0, b->q), mbsr_data_error(b->data));
-    assert_ok(mbsr_velocities(b->model, b->data, V), mbsr_data_error(b->data));
+    assert_ok(mbsr_stage_positions(b->model, b->data, 0.0, b->q), mbsr_data_error(b->data));
+    assert_ok(mbsr_stage_velocities(b->model, b->data, V), mbsr_data_error(b->data));
     assert_ok(mbsr_mass_matrix(b->model, b->data, b->M), mbsr_data_error(b->data));
 }
 
@@ -449,7 +449,7 @@ static mbsr_inertia random_rigid(test_rng *rng)
 {
     static const double edges[3] = {0.7, 0.4, 1.3};
     const mbsr_frame frame = test_frame(rng, 1.0);
-    return mbsr_inertia_moved(&frame, mbsr_inertia_box(2.0, edges));
+    return mbsr_inertia_in_frame(&frame, mbsr_inertia_box(2.0, edges));
 }
 
 static int by_function(void *user, double t, const double *p, const double *V, double *M, double *h)
@@ -646,12 +646,12 @@ static void what_constructors_cannot_make_is_refused(void **state)
                                  mbsr_inertia_capsule(1.0, -1.0, 1.0),
                                  mbsr_inertia_capsule(1.0, 1.0, -1.0),
                                  mbsr_inertia_rigid_about(1.0, com, &skew, unit),
-                                 mbsr_inertia_moved(&skew, ball),
-                                 mbsr_inertia_moved(&skew, mbsr_inertia_matrix(6, A)),
+                                 mbsr_inertia_in_frame(&skew, ball),
+                                 mbsr_inertia_in_frame(&skew, mbsr_inertia_matrix(6, A)),
                                  mbsr_inertia_sum(ball, mbsr_inertia_matrix(6, A)),
                                  mbsr_inertia_sum(mbsr_inertia_planar(1.0, com, 1.0), ball),
                                  mbsr_inertia_sum(ball, given),
-                                 mbsr_inertia_moved(&skew, given)};
+                                 mbsr_inertia_in_frame(&skew, given)};
     for (size_t k = 0; k < sizeof list / sizeof list[0]; ++k) {
         assert_int_equal(list[k].kind, MBSR_INERTIA_INVALID);
         assert_inertia_refused(list[k], MBSR_ERR_VALUE, "negative dimension|orthonormal|sum");
@@ -689,7 +689,7 @@ static void not_given_is_told_from_zero(void **state)
     assert_int_equal(not_given.kind, MBSR_INERTIA_NOT_GIVEN);
     assert_int_not_equal(zero.kind, MBSR_INERTIA_NOT_GIVEN);
     const mbsr_frame frame = test_frame(&rng, 1.0);
-    const mbsr_inertia moved = mbsr_inertia_moved(&frame, zero),
+    const mbsr_inertia moved = mbsr_inertia_in_frame(&frame, zero),
                        both = mbsr_inertia_sum(zero, zero);
     const mbsr_inertia *const list[] = {&not_given, &zero, &moved, &both};
     const double V[6] = {1, 2, 3, 4, 5, 6};

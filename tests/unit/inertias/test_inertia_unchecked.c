@@ -32,9 +32,9 @@ static void the_triangle_inequality_is_waived(void **state)
     expect(mbsr_inertia_rigid_unchecked(2.0, com, flat), MBSR_OK, "");
     expect(mbsr_inertia_rigid_unchecked(2.0, com, line), MBSR_OK, "");
     expect(mbsr_inertia_rigid_unchecked(0.0, com, flat), MBSR_OK, "");
-    const mbsr_frame frame = mbsr_frame_turned(com, com, 0.7);
-    const mbsr_inertia moved =
-                           mbsr_inertia_moved(&frame, mbsr_inertia_rigid_unchecked(1, com, flat)),
+    const mbsr_frame frame = mbsr_frame_rotated(com, com, 0.7);
+    const mbsr_inertia moved = mbsr_inertia_in_frame(&frame,
+                                                     mbsr_inertia_rigid_unchecked(1, com, flat)),
                        more = mbsr_inertia_sum(mbsr_inertia_particle(0.1), moved);
     expect(moved, MBSR_OK, "");
     expect(more, MBSR_OK, "");

@@ -121,7 +121,7 @@ static void a_tensor_may_be_given_about_any_point_and_axes(void **unused)
         inside = mbsr_inertia_sum(inside, mbsr_inertia_point_mass(mass, x));
     }
     const mbsr_inertia about = mbsr_inertia_rigid_about(whole.mass, whole.com, &frame, tensor),
-                       moved = mbsr_inertia_moved(&frame, inside);
+                       moved = mbsr_inertia_in_frame(&frame, inside);
     assert_same_inertia(&about, &whole);
     assert_same_inertia(&moved, &whole);
 }
@@ -142,8 +142,8 @@ static void what_is_no_solid_is_marked(void **unused)
                                   mbsr_inertia_capsule(1.0, -0.1, 1.0),
                                   mbsr_inertia_capsule(1.0, 0.1, -1.0),
                                   mbsr_inertia_rigid_about(1.0, com, &no_frame, none),
-                                  mbsr_inertia_moved(&no_frame, point),
-                                  mbsr_inertia_moved(&at, planar),
+                                  mbsr_inertia_in_frame(&no_frame, point),
+                                  mbsr_inertia_in_frame(&at, planar),
                                   mbsr_inertia_sum(planar, point),
                                   mbsr_inertia_sum(point, planar)};
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k)

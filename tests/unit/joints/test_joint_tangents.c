@@ -119,7 +119,7 @@ static motion moved(const subject *s, const motion *x, const direction *v, doubl
     if (!(rate > 0.0)) return y;
     mbsr_frame pose = mbsr_frame_identity();
     memcpy(pose.R, x->p_pred + MBSR_POSE_R, sizeof pose.R);
-    const mbsr_frame turn = mbsr_frame_turned(NULL, v->pose, rate * h);
+    const mbsr_frame turn = mbsr_frame_rotated(NULL, v->pose, rate * h);
     const mbsr_frame turned = mbsr_frame_product(&turn, &pose);
     memcpy(y.p_pred + MBSR_POSE_R, turned.R, sizeof turned.R);
     return y;

@@ -434,10 +434,10 @@ static void bodies_masses_and_forces_are_the_same(void **state)
         make_twins(&s, seed, 0, seed % 2 == 0);
         for (int g = 0; g < MODELS; ++g) {
             mbsr_data *d = s.data[g];
-            assert_ok(mbsr_inverse_dynamics(s.model[g], d, now, s.q, s.u, s.x, result[g]),
+            assert_ok(mbsr_inverse_dynamics(s.model[g], d, now, s.q, s.u, s.x, NULL, result[g]),
                       mbsr_data_error(d));
-            assert_ok(mbsr_positions(s.model[g], d, now, s.q), mbsr_data_error(d));
-            assert_ok(mbsr_velocities(s.model[g], d, s.u), mbsr_data_error(d));
+            assert_ok(mbsr_stage_positions(s.model[g], d, now, s.q), mbsr_data_error(d));
+            assert_ok(mbsr_stage_velocities(s.model[g], d, s.u), mbsr_data_error(d));
             assert_ok(mbsr_mass_matrix(s.model[g], d, mass[g]), mbsr_data_error(d));
         }
         assert_twins(s.nu, result, 1e-12);
@@ -474,8 +474,9 @@ static void forward_dynamics_is_the_same(void **state)
     }
 }
 
-/* Whether joints are eliminated one by one, or as blocks, in the same way: what is welded takes part in the decision. Rows of (25)
- * are other combinations of the equations where they are not. Needs mbsr_backward. */
+/* Whether joints are eliminated one by one, or as blocks, in the same way: what is welded takes
+ * part in the decision. Rows of (25) are other combinations of the equations where they are not.
+ * Needs mbsr_stage_backward. */
 static bool eliminated_alike(const twins *s, int g)
 {
     bool alike = true;

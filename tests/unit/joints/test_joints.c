@@ -335,7 +335,7 @@ static void check_chain(const chain *w, double t)
     const double h = 1e-4;
     double q[6], u[6], udot[6], ahead[3], now[3], behind[3], V[3], tau[6], p[3];
     for (int k = 0; k < 6; ++k) q[k] = path(k, t, 0), u[k] = path(k, t, 1), udot[k] = path(k, t, 2);
-    assert_int_equal(mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, tau), 0);
+    assert_int_equal(mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, tau), 0);
     assert_int_equal(mbsr_body_pose(w->model, w->data, 1, p), 0);
     assert_int_equal(mbsr_body_twist(w->model, w->data, 1, V), 0);
     compose_chain(w, q, t, now);
@@ -444,14 +444,14 @@ static void what_a_motion_returns_is_passed_on(void **state)
         assert_int_equal(mbsr_model_finish(m), 0);
         assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
         const double none[1] = {0};
-        assert_int_equal(mbsr_positions(m, d, 0.25, none), 0);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.25, none), 0);
         code = codes[k];
-        assert_refused(mbsr_positions(m, d, 0.25, none), mbsr_data_error(d), code, 0, MBSR_NONE,
-                       "body 0 'crank'|joint 'planar'|position|t = 0.25");
+        assert_refused(mbsr_stage_positions(m, d, 0.25, none), mbsr_data_error(d), code, 0,
+                       MBSR_NONE, "body 0 'crank'|joint 'planar'|position|t = 0.25");
         code = 0;
-        assert_int_equal(mbsr_positions(m, d, 0.25, none), 0);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.25, none), 0);
         code = codes[k];
-        assert_refused(mbsr_velocities(m, d, none), mbsr_data_error(d), code, 0, MBSR_NONE,
+        assert_refused(mbsr_stage_velocities(m, d, none), mbsr_data_error(d), code, 0, MBSR_NONE,
                        "body 0 'crank'|bias");
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);

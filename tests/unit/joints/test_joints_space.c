@@ -155,7 +155,7 @@ static void a_chain_on_a_moving_root_moves_as_its_transforms_do(void **state)
         transform T[5][SAMPLE_JOINTS];
         for (int l = 0; l < 5; ++l) chain_path(c.s, t + (l - 2) * step, T[l]);
         chain_state(&c, t, q, u, udot);
-        assert_ok(mbsr_inverse_dynamics(c.model, c.data, t, q, u, udot, tau),
+        assert_ok(mbsr_inverse_dynamics(c.model, c.data, t, q, u, udot, NULL, tau),
                   mbsr_data_error(c.data));
         for (int k = 0; k < SAMPLE_JOINTS; ++k) {
             transform T1 = {{{0}}}, T2 = {{{0}}};
@@ -201,7 +201,7 @@ static void a_root_at_rest_in_space_is_as_a_fixed_one(void **state)
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     const double none[1] = {0.0};
     double p[MBSR_POSE_SIZE];
-    assert_ok(mbsr_positions(m, d, 0.0, none), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, none), mbsr_data_error(d));
     assert_ok(mbsr_body_pose(m, d, 0, p), mbsr_data_error(d));
     for (int k = 0; k < 9; ++k) assert_close(p[MBSR_POSE_R + k], A.R[k], 1e-15);
     for (int k = 0; k < 3; ++k) assert_close(p[MBSR_POSE_X + k], A.x[k], 0.0);
@@ -371,7 +371,7 @@ static void driven_axes_move_as_free_ones_with_the_same_values(void **state)
                                sample_wave(SAMPLE_DRIVEN + 1, t, l), x[l][2]};
         memcpy(x[l] + 3, all, sizeof all);
     }
-    assert_ok(mbsr_inverse_dynamics(m, d, t, x[0], x[1], x[2], tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, t, x[0], x[1], x[2], NULL, tau), mbsr_data_error(d));
     int (*const result[])(const mbsr_model *, mbsr_data *, int,
                           double *) = {mbsr_body_pose, mbsr_body_twist, mbsr_body_acceleration};
     for (int l = 0; l < 3; ++l) {
@@ -490,13 +490,13 @@ static void zero_quaternions_are_refused_by_name(void **state)
     double q[4] = {0, 0, 0, 0};
     const double u[3] = {0, 0, 0}, one[4] = {1, 0, 0, 0};
     double y[16];
-    assert_refused(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d), MBSR_ZERO_QUATERNION, 1,
+    assert_refused(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d), MBSR_ZERO_QUATERNION, 1,
                    MBSR_NONE, "body 1 'ball'|joint 'spherical'|quaternion has length zero");
     assert_refused(mbsr_normalise(m, d, q), mbsr_data_error(d), MBSR_ZERO_QUATERNION, 1, MBSR_NONE,
                    "body 1 'ball'|normalise");
     assert_refused(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d),
                    MBSR_ZERO_QUATERNION, 1, MBSR_NONE, "body 1 'ball'");
-    assert_ok(mbsr_positions(m, d, 0.0, one), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, one), mbsr_data_error(d));
     const double half[4] = {0.5, -0.5, 0.5, 0.5}; /* is left alone to the last bit */
     memcpy(q, half, sizeof q);
     assert_ok(mbsr_normalise(m, d, q), mbsr_data_error(d));
@@ -524,10 +524,10 @@ static void gimbal_lock_is_refused_by_name(void **state)
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     double q[3] = {0.4, acos(0.0), -0.7};
-    assert_refused(mbsr_positions(m, d, 0.5, q), mbsr_data_error(d), MBSR_RANK_DEFICIENT_J, 0,
+    assert_refused(mbsr_stage_positions(m, d, 0.5, q), mbsr_data_error(d), MBSR_RANK_DEFICIENT_J, 0,
                    MBSR_NONE, "body 0 'rotor'|joint 'compound'|full column rank|t = 0.5");
     q[1] += 1e-5;
-    assert_ok(mbsr_positions(m, d, 0.5, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.5, q), mbsr_data_error(d));
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }

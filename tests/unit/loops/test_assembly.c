@@ -46,7 +46,7 @@ static void random_guesses(void **state)
             test_fill(&rng, s.nq, s.q);
             for (int k = 0; k < s.nq; ++k) s.q[k] *= pi;
             assert_ok(mbsr_assemble(s.m, s.d, 0.0, s.q, NULL, closed, &info), mbsr_data_error(s.d));
-            assert_ok(mbsr_positions(s.m, s.d, 0.0, closed), NULL);
+            assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, closed), NULL);
             assert_ok(mbsr_closures_gap(s.m, s.d, g), NULL);
             assert_less(test_largest(2, g), 1e-10);
             assert_true(info.iterations <= 50);
@@ -94,8 +94,8 @@ static void a_coordinate_stays(void **state)
     loops_free(&s);
 }
 
-/* Crank 0.3, rod 1 and slider; in a rod the joint to the slider has a coordinate, on a body without mass, or the
- * joint to the crank, where the rod hangs on the slider. */
+/* Crank 0.3, rod 1 and slider; in a rod the joint to the slider has a coordinate, on a body without
+ * mass, or the joint to the crank, where the rod hangs on the slider. */
 typedef enum cut { CUT_PIN, CUT_AT_SLIDER, CUT_AT_CRANK } cut;
 
 static void slider_crank(loops *s, const units *of, cut where)
@@ -205,7 +205,7 @@ static void a_weld_in_space(void **state)
 {
     (void)state;
     const double axis[3] = {1.0, 2.0, -1.0}, at[3] = {0.3, 0.2, 0.1};
-    const mbsr_frame there = mbsr_frame_turned(at, axis, 2.0);
+    const mbsr_frame there = mbsr_frame_rotated(at, axis, 2.0);
     loops s;
     loops_begin(&s, NULL);
     mbsr_body_def body = mbsr_default_body_def();
@@ -219,7 +219,7 @@ static void a_weld_in_space(void **state)
         double guess[7], pose[MBSR_POSE_SIZE];
         test_fill(&rng, 7, guess);
         assert_ok(mbsr_assemble(s.m, s.d, 0.0, guess, NULL, s.q, NULL), mbsr_data_error(s.d));
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
         assert_ok(mbsr_body_pose(s.m, s.d, 0, pose), NULL);
         for (int k = 0; k < 9; ++k) assert_close(pose[k], there.R[k], 1e-10);
         for (int k = 0; k < 3; ++k) assert_close(pose[9 + k], there.x[k], 1e-10);
@@ -289,7 +289,7 @@ static void closes_many(int count, size_t *bytes)
     }
     *bytes = 0;
     assert_ok(mbsr_assemble(s.m, s.d, 0.0, q, NULL, closed, &info), mbsr_data_error(s.d));
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, closed), NULL);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, closed), NULL);
     assert_ok(mbsr_closures_gap(s.m, s.d, gap), NULL);
     assert_less(test_largest(s.held, gap), 1e-8);
     assert_true(info.iterations <= 30);

@@ -1,7 +1,8 @@
-/* Closures as they should not be: what contradicts itself is refused by the name of a closure, what is
- * redundant runs.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Closures as they should not be: what contradicts itself is refused by the name of a closure, what
+ * is redundant runs. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
+
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdbool.h>
@@ -119,26 +120,26 @@ static void no_closures(void **state)
     begin(&s, false);
     loops_finish(&s);
     const mbsr_error *error = mbsr_data_error(s.d);
-    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, u, need), error);
-    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 4, all, tau, none), error);
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, u, NULL, need), error);
+    assert_ok(loops_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 4, all, tau, none), error);
     for (int k = 0; k < 4; ++k) assert_close(tau[k], need[k], 1e-12 * test_largest(4, need));
-    assert_int_equal(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 3, all, tau, none),
+    assert_int_equal(loops_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 3, all, tau, none),
                      MBSR_UNDETERMINED);
     assert_contains(error->text, "u0 of body 3 'rocker'|driven by none");
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, q), error);
-    assert_ok(mbsr_velocities(s.m, s.d, u), error);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, q), error);
+    assert_ok(mbsr_stage_velocities(s.m, s.d, u), error);
     assert_ok(mbsr_closures_transpose(s.m, s.d, none, tau), error);
     for (int k = 0; k < 4; ++k) assert_true(fabs(tau[k]) <= 0.0);
     assert_ok(mbsr_closures_apply(s.m, s.d, u, none), error);
     assert_ok(mbsr_closures_rate(s.m, s.d, none), error);
     assert_ok(mbsr_closures_gap(s.m, s.d, none), error);
     assert_ok(mbsr_closures_bias(s.m, s.d, none), error);
-    assert_ok(mbsr_closures_load(s.m, s.d, none), error);
-    assert_ok(mbsr_forces(s.m, s.d, NULL), error);
-    assert_ok(mbsr_closures_force(s.m, s.d, none), error);
+    assert_ok(mbsr_closures_set_lambda(s.m, s.d, none), error);
+    assert_ok(mbsr_stage_forces(s.m, s.d, NULL), error);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, none), error);
     assert_ok(mbsr_closures_mobility(s.m, s.d, tau), error);
-    assert_ok(mbsr_closures_drop(s.m, s.d, idle), error);
-    assert_ok(mbsr_closures_dropped(s.m, s.d, idle), error);
+    assert_ok(mbsr_closures_set_redundant(s.m, s.d, idle), error);
+    assert_ok(mbsr_closures_redundant(s.m, s.d, idle), error);
     assert_ok(mbsr_closures_weight(s.m, tau), error);
     assert_ok(mbsr_assemble(s.m, s.d, 0.0, q, NULL, q, NULL), error);
     for (int lists = 0; lists < 2; ++lists) {

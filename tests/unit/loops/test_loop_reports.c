@@ -1,11 +1,13 @@
-/* Reports and starts of mechanisms that are over-constrained, singular, contradictory, or given in other
- * units; reactions and inverse dynamics.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Reports and starts of mechanisms that are over-constrained, singular, contradictory, or given in
+ * other units; reactions and inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
+
+#include <mbsrank/driver.h>
 
 #include <string.h>
 
-/* Four-bar linkage in units of `unit` metres, with a distance that makes it rigid where asked for. */
+/* Four-bar linkage in units of `unit` metres, with a distance that makes it rigid where asked for.
+ */
 static void four_bar(loops *s, double unit, int rigid)
 {
     loops_begin(s, NULL);
@@ -140,8 +142,8 @@ static void a_singular_position(void **state)
     loops_free(&s);
 }
 
-/* Cranks in a row, each driven by the one before through a rod, all in one line: every loop is singular, and turns its
- * own way near there, so that few positions show all rows independent. */
+/* Cranks in a row, each driven by the one before through a rod, all in one line: every loop is
+ * singular, and turns its own way near there, so that few positions show all rows independent. */
 static void singular_in_every_loop(void **state)
 {
     (void)state;
@@ -166,7 +168,8 @@ static void singular_in_every_loop(void **state)
     }
 }
 
-/* A coupler on three legs, all in one line: one of four rows is redundant for good, and one more here. */
+/* A coupler on three legs, all in one line: one of four rows is redundant for good, and one more
+ * here. */
 static void singular_and_redundant(void **state)
 {
     (void)state;
@@ -189,8 +192,8 @@ static void singular_and_redundant(void **state)
     loops_free(&s);
 }
 
-/* At rest, a weight on a beam between a hinge and a pin: reactions share it, the torque at one joint or
- * another holds the linkage, and too few actuators are refused by name. */
+/* At rest, a weight on a beam between a hinge and a pin: reactions share it, the torque at one
+ * joint or another holds the linkage, and too few actuators are refused by name. */
 static void reactions_and_torques(void **state)
 {
     (void)state;
@@ -200,13 +203,26 @@ static void reactions_and_torques(void **state)
     double udot[3], lambda[2], tau[3], both[3], zero[3] = {0.0}, wrench[3], sum[2] = {0.0};
     assert_ok(mbsr_assemble(s.m, s.d, 0.0, s.q, NULL, s.q, NULL), error);
     /* the crank holds; all forces at the ground carry the weight */
-    assert_ok(
-        mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 1, (int[1]){0}, tau, lambda),
-        error);
+    assert_ok(loops_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 1, (int[1]){0}, tau, lambda),
+              error);
     assert_true(fabs(tau[1]) <= 0.0 && fabs(tau[2]) <= 0.0);
+    /* what is asked for next is that of the motion with these loop forces */
+    double carried = 0.0;
+    for (int body = 0; body < 3; body += 2) {
+        assert_ok(mbsr_joint_reaction(s.m, s.d, body, wrench), error);
+        carried += wrench[1];
+    }
+    assert_close(carried, 9.81 * 5.5, 1e-10);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, both), error);
+    for (int k = 0; k < 2; ++k) assert_close(both[k], lambda[k], 1e-15);
+    /* without motors named every rate has one, and the pin that closes the loop carries nothing */
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, NULL, both), error);
+    assert_true(fabs(both[1]) > 1.0);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, both), error);
+    for (int k = 0; k < 2; ++k) assert_true(fabs(both[k]) <= 0.0);
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, zero, tau, udot), error);
     assert_less(test_largest(3, udot), 1e-10);
-    assert_ok(mbsr_closures_force(s.m, s.d, both), error);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, both), error);
     for (int k = 0; k < 2; ++k) assert_close(both[k], lambda[k], 1e-10);
     for (int body = 0; body < 3; body += 2) {
         assert_ok(mbsr_joint_reaction(s.m, s.d, body, wrench), error);
@@ -215,26 +231,25 @@ static void reactions_and_torques(void **state)
     assert_close(sum[0], 0.0, 1e-10);
     assert_close(sum[1], 9.81 * 5.5, 1e-10);
     /* the same with the loop forces given */
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), error);
-    assert_ok(mbsr_velocities(s.m, s.d, zero), error);
-    assert_ok(mbsr_closures_load(s.m, s.d, lambda), error);
-    assert_ok(mbsr_forces(s.m, s.d, tau), error);
-    assert_ok(mbsr_accelerations(s.m, s.d, zero), error);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), error);
+    assert_ok(mbsr_stage_velocities(s.m, s.d, zero), error);
+    assert_ok(mbsr_closures_set_lambda(s.m, s.d, lambda), error);
+    assert_ok(mbsr_stage_forces(s.m, s.d, tau), error);
+    assert_ok(mbsr_stage_accelerations(s.m, s.d, zero), error);
     assert_ok(mbsr_joint_reaction(s.m, s.d, 0, wrench), error);
     assert_ok(mbsr_joint_reaction(s.m, s.d, 2, both), error);
     assert_close(wrench[1] + both[1], 9.81 * 5.5, 1e-10);
     /* crank and rocker: less torque than either alone */
     double two[3];
-    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 2, (int[2]){0, 2}, two,
-                                             lambda),
-              error);
+    assert_ok(
+        loops_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 2, (int[2]){0, 2}, two, lambda),
+        error);
     assert_true(hypot(two[0], two[2]) < fabs(tau[0]));
-    assert_int_equal(
-        mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 0, NULL, tau, lambda),
-        MBSR_UNDETERMINED);
+    assert_int_equal(loops_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 0, NULL, tau, lambda),
+                     MBSR_UNDETERMINED);
     assert_contains(error->text, "driven by none");
     assert_int_equal(
-        mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 1, (int[1]){7}, tau, lambda),
+        loops_inverse_dynamics(s.m, s.d, 0.0, s.q, zero, zero, 1, (int[1]){7}, tau, lambda),
         MBSR_ERR_VALUE);
     loops_free(&s);
 }

@@ -1,5 +1,5 @@
-/* Starts that load settled springs where the forces that these bear depend on how far they give way.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Starts that load settled springs where the forces that these bear depend on how far they give
+ * way. SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "close.h"
 #include "units.h"
@@ -10,8 +10,8 @@
 
 enum { SLIDES = 4, SIZE = 5 * SLIDES };
 
-/* Slides along one line, each drawn from 0 to `far` by a spring as stiff as `share` says beside that of the row
- * that holds it there; at rest. */
+/* Slides along one line, each drawn from 0 to `far` by a spring as stiff as `share` says beside
+ * that of the row that holds it there; at rest. */
 static mbsr_model *slides(const units *in, const double *share, double *far)
 {
     const double stiffness = 1e4 * in->mass / (in->time * in->time), along[3] = {1.0, 0.0, 0.0};
@@ -32,7 +32,8 @@ static mbsr_model *slides(const units *in, const double *share, double *far)
     return m;
 }
 
-/* x = far share / (1 + share). Gaps found for the forces at one another would miss that by share^n. */
+/* x = far share / (1 + share). Gaps found for the forces at one another would miss that by share^n.
+ */
 static void springs_share_the_way(void **state)
 {
     (void)state;

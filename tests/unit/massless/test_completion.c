@@ -6,11 +6,14 @@
 #include "tree.h"
 #include "units.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 
 /* ---- a mass on a spring on a dashpot or a spring, by hand ---- */
 
-/* Two slides in a row along an axis: the first without mass, on `first` to the ground; then the mass on a spring. */
+/* Two slides in a row along an axis: the first without mass, on `first` to the ground; then the
+ * mass on a spring. */
 typedef struct row {
     mbsr_model *m;
     mbsr_data *d;
@@ -133,7 +136,7 @@ static void expect(const row *r, const units *in, const answer *a)
     answer found = *a;
     found.y[4] = 5.0 * speed; /* no guess that is near */
     found.y[5] = -2.0 * speed;
-    assert_ok(mbsr_complete(c, r->d, MBSR_DAE_MOMENTUM, 0.3 * in->time, found.y, found.yp),
+    assert_ok(mbsr_completion_solve(c, r->d, MBSR_DAE_MOMENTUM, 0.3 * in->time, found.y, found.yp),
               mbsr_completion_error(c));
     for (int k = 0; k < 4; ++k) assert_true(found.y[k] == a->y[k]);
     for (int k = 0; k < 2; ++k) {
@@ -192,7 +195,7 @@ static void joint_forces_accelerate(void **state)
     a.u[0] += 2.0 / r.damping;
     a.udot[1] += 2.0 / r.mass;
     /* the same motion with both joint forces: on the mass and, through it, on the dashpot */
-    assert_ok(mbsr_complete_dynamics(c, r.d, 0.3, a.y, a.u, tau, udot, NULL),
+    assert_ok(mbsr_completion_dynamics(c, r.d, 0.3, a.y, a.u, tau, udot, NULL),
               mbsr_completion_error(c));
     assert_close(udot[0], r.k * a.u[1] / r.damping, 1e-6);
     double s, sdot, sddot;
@@ -215,7 +218,8 @@ static void what_nothing_determines_is_named(void **state)
     answer a;
     for (int k = 0; k < 6; ++k) a.y[k] = 0.1 * k, a.yp[k] = 7.0;
     answer before = a;
-    assert_int_equal(mbsr_complete(c, r.d, MBSR_DAE_MOMENTUM, 0.3, a.y, a.yp), MBSR_UNDETERMINED);
+    assert_int_equal(mbsr_completion_solve(c, r.d, MBSR_DAE_MOMENTUM, 0.3, a.y, a.yp),
+                     MBSR_UNDETERMINED);
     assert_int_equal(mbsr_completion_error(c)->status, MBSR_UNDETERMINED);
     assert_true(mbsr_completion_error(c)->body >= 1);
     assert_memory_equal(&a, &before, sizeof a.y + sizeof a.yp);
@@ -247,7 +251,7 @@ static void compare(comparison *c, mbsr_dae_form form)
     for (int k = 0; k < size; ++k) c->zp[k] = 0.0;
     for (int k = u; form == MBSR_DAE_MOMENTUM && k < u + nu; ++k)
         c->z[k] += 0.01 * test_uniform(&rng);
-    const int status = mbsr_complete(completion, c->d, form, c->t, c->z, c->zp);
+    const int status = mbsr_completion_solve(completion, c->d, form, c->t, c->z, c->zp);
     assert_ok(status, mbsr_completion_error(completion));
     const double size_u = 1.0 + test_largest(nu, c->y + u),
                  size_dot = 1.0 + test_largest(nu, c->yp + u);
@@ -298,8 +302,8 @@ static void trees_in_space(void **state)
     assert_true(c.compared > 50);
 }
 
-/* States near each other: two evaluations for u and two more for the time that motions depend on, the matrix of the
- * last state and then one of this one. */
+/* States near each other: two evaluations for u and two more for the time that motions depend on,
+ * the matrix of the last state and then one of this one. */
 static void the_matrix_of_one_state_serves_the_next(void **state)
 {
     (void)state;
@@ -313,7 +317,7 @@ static void the_matrix_of_one_state_serves_the_next(void **state)
         answer found = on_a_dashpot(&r, in, 1e-3 * k);
         const answer right = found;
         for (int j = 4; j < 6; ++j) found.y[j] += 1e-3;
-        assert_ok(mbsr_complete(c, r.d, MBSR_DAE_MOMENTUM, 1e-3 * k, found.y, found.yp),
+        assert_ok(mbsr_completion_solve(c, r.d, MBSR_DAE_MOMENTUM, 1e-3 * k, found.y, found.yp),
                   mbsr_completion_error(c));
         for (int j = 0; j < 2; ++j) assert_close(found.y[4 + j], right.u[j], 1e-9);
         if (k == 0) assert_int_equal(mbsr_completion_get_info(c, &first), MBSR_OK);
@@ -355,7 +359,8 @@ static void mechanisms(void **state)
 {
     (void)state;
     comparison c = {.tolerance = 1e-6};
-    /* the last ones have loops past points and within groups without mass, and rows that depend on others but for rounding */
+    /* the last ones have loops past points and within groups without mass, and rows that depend on
+     * others but for rounding */
     static const uint64_t others[] = {336, 354, 1258, 1834, 2218, 2861, 5768};
     enum { FIRST = 60, ALL = FIRST + sizeof others / sizeof others[0] };
     for (int k = 0; k < ALL; ++k) {
@@ -394,13 +399,15 @@ static void wrong_arguments_are_refused(void **state)
     assert_refused(mbsr_completion_create(open, NULL, &c, &error), &error, MBSR_ERR_UNFINISHED,
                    MBSR_NONE, MBSR_NONE, "not finished");
     mbsr_model_destroy(open);
-    assert_int_equal(mbsr_complete(NULL, r.d, MBSR_DAE_MOMENTUM, 0.0, y, yp), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_completion_solve(NULL, r.d, MBSR_DAE_MOMENTUM, 0.0, y, yp),
+                     MBSR_ERR_NULL);
     c = make_completion(&r, systems);
-    assert_int_equal(mbsr_complete(c, NULL, MBSR_DAE_MOMENTUM, 0.0, y, yp), MBSR_ERR_NULL);
-    assert_int_equal(mbsr_complete(c, r.d, MBSR_DAE_MOMENTUM, 0.0, NULL, yp), MBSR_ERR_NULL);
-    assert_refused(mbsr_complete(c, r.d, (mbsr_dae_form)9, 0.0, y, yp), mbsr_completion_error(c),
-                   MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "form is 9");
-    assert_int_equal(mbsr_complete(c, r.d, MBSR_DAE_MOMENTUM, NAN, y, yp), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_completion_solve(c, NULL, MBSR_DAE_MOMENTUM, 0.0, y, yp), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_completion_solve(c, r.d, MBSR_DAE_MOMENTUM, 0.0, NULL, yp),
+                     MBSR_ERR_NULL);
+    assert_refused(mbsr_completion_solve(c, r.d, (mbsr_dae_form)9, 0.0, y, yp),
+                   mbsr_completion_error(c), MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "form is 9");
+    assert_int_equal(mbsr_completion_solve(c, r.d, MBSR_DAE_MOMENTUM, NAN, y, yp), MBSR_NOT_FINITE);
     const mbsr_completion_times backwards = {0.0, 1.0, 0.0, 0};
     assert_refused(mbsr_completion_set_times(c, &backwards), mbsr_completion_error(c),
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "from 1 to 0");
@@ -408,9 +415,11 @@ static void wrong_arguments_are_refused(void **state)
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "rate is 0");
     row other;
     make_row(&other, systems, 40.0, 0.0, 5.0);
-    assert_int_equal(mbsr_complete(c, other.d, MBSR_DAE_MOMENTUM, 0.0, y, yp), MBSR_ERR_MISMATCH);
+    assert_int_equal(mbsr_completion_solve(c, other.d, MBSR_DAE_MOMENTUM, 0.0, y, yp),
+                     MBSR_ERR_MISMATCH);
     assert_int_equal(mbsr_completion_motion(c, r.d, NULL, NULL, NULL, NULL), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_complete(c, r.d, MBSR_DAE_MOMENTUM, 0.0, y, yp), mbsr_completion_error(c));
+    assert_ok(mbsr_completion_solve(c, r.d, MBSR_DAE_MOMENTUM, 0.0, y, yp),
+              mbsr_completion_error(c));
     assert_ok(mbsr_completion_get_info(c, &info), NULL);
     assert_true(info.residuals > 0 && info.bytes > 0);
     free_row(&other);

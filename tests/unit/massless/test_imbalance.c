@@ -5,11 +5,12 @@
 #include "units.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
-/* A cart without mass between two springs, a mass on it behind a third; the free lengths are those of the state but
- * for rounding. */
+/* A cart without mass between two springs, a mass on it behind a third; the free lengths are those
+ * of the state but for rounding. */
 static mbsr_model *cart(const units *of)
 {
     const double x[3] = {1.0, 0.0, 0.0}, k = of->mass / (of->time * of->time), L = of->length;

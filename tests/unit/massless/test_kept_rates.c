@@ -9,7 +9,8 @@
 
 enum { MOST = 64, SYSTEMS = sizeof systems / sizeof systems[0] };
 
-/* Of a model in some units: a start from q, u in SI units by kinds of coordinates; results in SI units. */
+/* Of a model in some units: a start from q, u in SI units by kinds of coordinates; results in SI
+ * units. */
 typedef struct scene {
     const units *of;
     mbsr_model *m;
@@ -107,7 +108,8 @@ static double slider_speed(double angle, double rate)
     return -rate * 0.3 * (sin(angle) + cos(angle) * tan(lean));
 }
 
-/* A crank stands at 0.7 rad and turns at 100 rad/s; the slider follows by the textbook's formula. */
+/* A crank stands at 0.7 rad and turns at 100 rad/s; the slider follows by the textbook's formula.
+ */
 static void a_crank_turns_as_told(void **state)
 {
     (void)state;
@@ -126,7 +128,8 @@ static void a_crank_turns_as_told(void **state)
     }
 }
 
-/* Both rates are kept where they agree; otherwise the text has joint, value and row, and nothing changes. */
+/* Both rates are kept where they agree; otherwise the text has joint, value and row, and nothing
+ * changes. */
 static void rates_that_contradict(void **state)
 {
     (void)state;
@@ -175,7 +178,8 @@ static void a_dead_centre(void **state)
     end(&s);
 }
 
-/* Four-bar: crank 1, coupler 2.5, rocker 2, ground 2 (m); its rates by the velocities of the pin. */
+/* Four-bar: crank 1, coupler 2.5, rocker 2, ground 2 (m); its rates by the velocities of the pin.
+ */
 static void a_four_bar(void **state)
 {
     (void)state;
@@ -236,7 +240,8 @@ static void two_masses_at_a_distance(void **state)
     }
 }
 
-/* Masses of 1 and 2 kg on a rail, between them a body without mass that dampers of 5 and 8 N s/m tie to both. */
+/* Masses of 1 and 2 kg on a rail, between them a body without mass that dampers of 5 and 8 N s/m
+ * tie to both. */
 static void chain(scene *s, const units *of, double stiffness)
 {
     const mbsr_planar_frame none = at(of, 0.0, 0.0);
@@ -258,8 +263,8 @@ static void chain(scene *s, const units *of, double stiffness)
     finish(s);
 }
 
-/* The link moves as its dampers, or springs, let it, 5 u_1 = 8 u_2; impulses pass through these, and where nothing but
- * rates between the masses is kept their momentum stays. */
+/* The link moves as its dampers, or springs, let it, 5 u_1 = 8 u_2; impulses pass through these,
+ * and where nothing but rates between the masses is kept their momentum stays. */
 static void a_massless_link_between_kept_rates(void **state)
 {
     (void)state;

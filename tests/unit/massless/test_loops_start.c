@@ -1,5 +1,5 @@
-/* Consistent starts of small models with closures: what balances is taken as it is, what does not is named.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Consistent starts of small models with closures: what balances is taken as it is, what does not
+ * is named. SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "body.h"
 
@@ -19,8 +19,9 @@ static int turn(void *user, double t, double *s, double *sdot, double *sddot)
     return 0;
 }
 
-/* A driven shaft turns another by a universal joint, whose bearing has no mass: rows hold it across, rubber keeps
- * it from turning, with springs of 10 N m/rad and 0.1 N m s/rad. Lengths in `unit` of a metre. */
+/* A driven shaft turns another by a universal joint, whose bearing has no mass: rows hold it
+ * across, rubber keeps it from turning, with springs of 10 N m/rad and 0.1 N m s/rad. Lengths in
+ * `unit` of a metre. */
 static mbsr_model *shafts(double unit, double stiffness)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0},
@@ -32,7 +33,7 @@ static mbsr_model *shafts(double unit, double stiffness)
                  across[6] = {1.0, 0.0, 0.0, 0.0, cos(tilt), sin(tilt)};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4 * unit),
-                     tilted = mbsr_frame_turned(NULL, x, tilt),
+                     tilted = mbsr_frame_rotated(NULL, x, tilt),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     mbsr_model *m = NULL;
     assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
@@ -102,8 +103,8 @@ static int hold(void *user, double t, double *s, double *sdot, double *sddot)
     return 0;
 }
 
-/* The connecting rod of a crank at rest: a beam with two normal modes and, of its end, static ones without mass or
- * damping, which a pin ties to the piston. */
+/* The connecting rod of a crank at rest: a beam with two normal modes and, of its end, static ones
+ * without mass or damping, which a pin ties to the piston. */
 static mbsr_model *crank_with_rod(const mbsr_flex *flex)
 {
     static const double x[3] = {1.0, 0.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, none[3] = {0.0},
@@ -143,7 +144,7 @@ static void a_start_at_rest_of_elastic_modes(void **state)
     def.elements = 16, def.modes = 2, def.damping = 0.02;
     def.loaded = 1, def.node = &loaded;
     assert_ok(mbsr_flex_beam(&def, &damped, NULL), NULL);
-    mbsr_flex_data(damped, &data);
+    mbsr_flex_definition(damped, &data);
     assert_true(data.modes > 2 && data.modes * data.modes <= MOST);
     memcpy(D, data.D, (size_t)(data.modes * data.modes) * sizeof *D);
     for (int k = def.modes; k < data.modes; ++k) D[k * (data.modes + 1)] = 0.0;

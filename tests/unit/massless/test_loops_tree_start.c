@@ -4,6 +4,8 @@
 #include "duration.h"
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,8 +22,8 @@ static void bushing(loops *s, int a, double xa, int b, double xb, double stiffne
     assert_ok(mbsr_model_add_force(s->m, &pin, NULL), mbsr_model_error(s->m));
 }
 
-/* Four-bars on the ground, or each on a spine that hangs on the one before. With a tail, massless and on a
- * damper, the coupler has no mass either. stiffness: of the pins, N/m; 0: rigid. */
+/* Four-bars on the ground, or each on a spine that hangs on the one before. With a tail, massless
+ * and on a damper, the coupler has no mass either. stiffness: of the pins, N/m; 0: rigid. */
 static void make(loops *s, int count, int hub, int tail, double stiffness)
 {
     int last = MBSR_GROUND;
@@ -112,8 +114,8 @@ static void as_one_loop(void **state)
     }
 }
 
-/* Accelerations and loop forces are those of the dense equations, loops are closed from a guess that
- * is not. */
+/* Accelerations and loop forces are those of the dense equations, loops are closed from a guess
+ * that is not. */
 static void as_dense(void **state)
 {
     (void)state;
@@ -132,26 +134,26 @@ static void as_dense(void **state)
               mbsr_data_error(s.d));
     const double size = test_largest(s.nu, udot);
     for (int k = 0; k < s.nu; ++k) assert_close(yp[s.nq + s.nu + k], udot[k], 1e-9 * size);
-    assert_ok(mbsr_closures_force(s.m, s.d, F), NULL);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, F), NULL);
     for (int k = 0; k < s.rows; ++k)
         assert_close(yp[s.nq + 2 * s.nu + k], F[k], 1e-9 * (1.0 + test_largest(s.rows, F)));
     free(y);
     loops_free(&s);
 }
 
-/* The springs of a start bear what the motion asks of them: their forces s are lambda with velocities that
- * stretch none, and the gaps are s / k. */
+/* The springs of a start bear what the motion asks of them: their forces s are lambda with
+ * velocities that stretch none, and the gaps are s / k. */
 static void springs_bear(loops *s, const double *y, const double *yp)
 {
     double *g = calloc((size_t)(s->held + s->rows), sizeof *g), *rate = g + s->held;
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, y), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, y), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
-    assert_ok(mbsr_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
     assert_ok(mbsr_closures_rate(s->m, s->d, rate), NULL);
     double largest = 0.0;
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
         int row, held_row, held;
-        assert_ok(mbsr_closure_place(s->m, c, &row, NULL, &held_row, &held), NULL);
+        assert_ok(mbsr_closure_indices(s->m, c, &row, NULL, &held_row, &held), NULL);
         for (int k = 0; k < held; ++k) {
             const double stiffness = mbsr_closure_stiffness(s->m, c, k),
                          force = entry(s, y, 3, row + k);
@@ -166,7 +168,8 @@ static void springs_bear(loops *s, const double *y, const double *yp)
     free(g);
 }
 
-/* Springs in place of pins: accelerations are those of the dense equations with the springs as forces. */
+/* Springs in place of pins: accelerations are those of the dense equations with the springs as
+ * forces. */
 static void springs_as_dense(void **state)
 {
     (void)state;
@@ -231,8 +234,8 @@ static void make_legs(loops *s, int count)
     loops_build(s);
 }
 
-/* From guesses that are open by some centimetres: rows that are redundant are found, one a mechanism, the rates
- * are those of the dense equations, and thousands of bodies start. */
+/* From guesses that are open by some centimetres: rows that are redundant are found, one a
+ * mechanism, the rates are those of the dense equations, and thousands of bodies start. */
 static void redundant_rows(void **state)
 {
     (void)state;
@@ -250,7 +253,7 @@ static void redundant_rows(void **state)
         assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
         assert_ok(mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
                   mbsr_data_error(s.d));
-        assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
+        assert_ok(mbsr_closures_redundant(s.m, s.d, dropped), NULL);
         for (int k = 0; k < count; ++k) {
             int left_out = 0;
             for (int l = 0; l < 4; ++l) left_out += dropped[4 * k + l];
@@ -258,7 +261,7 @@ static void redundant_rows(void **state)
         }
         assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
         assert_less(test_largest(s.size, F), 1e-11 * (1.0 + test_largest(s.size, yp)));
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, y), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, y), NULL);
         assert_ok(mbsr_closures_gap(s.m, s.d, F), NULL);
         assert_less(test_largest(s.held, F), 1e-9);
         if (count == COUNT) {
@@ -309,8 +312,8 @@ static void rates_that_are_kept(void **state)
     loops_free(&s);
 }
 
-/* Gears between a rod and the next one, which hangs on it, listed twice: what reads the joint of the body where it
- * meets is found redundant, loop by loop as densely. */
+/* Gears between a rod and the next one, which hangs on it, listed twice: what reads the joint of
+ * the body where it meets is found redundant, loop by loop as densely. */
 static void gears(void **state)
 {
     (void)state;
@@ -332,7 +335,7 @@ static void gears(void **state)
         double *y = calloc(2 * (size_t)s.size, sizeof *y);
         const double q[2] = {0.3, 0.2}, u[2] = {1.0, 0.0};
         start(&s, 2, q, u, y, y + s.size);
-        assert_ok(mbsr_closures_dropped(s.m, s.d, redundant), NULL);
+        assert_ok(mbsr_closures_redundant(s.m, s.d, redundant), NULL);
         for (int k = 0; k < count; ++k) {
             const double ratio = 0.4 + 0.01 * k;
             assert_int_equal(redundant[2 * k], 0);
@@ -346,8 +349,8 @@ static void gears(void **state)
     }
 }
 
-/* Springs that are taken as they are, off their lengths, in a row of so many that no dense start has the memory: the
- * state stays, F is zero, and accelerations are those of forward dynamics. */
+/* Springs that are taken as they are, off their lengths, in a row of so many that no dense start
+ * has the memory: the state stays, F is zero, and accelerations are those of forward dynamics. */
 static void loose_springs(void **state)
 {
     (void)state;

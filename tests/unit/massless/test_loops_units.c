@@ -1,5 +1,5 @@
-/* Starts of a closed mechanism with bodies without mass that no loop holds, in four systems of units.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Starts of a closed mechanism with bodies without mass that no loop holds, in four systems of
+ * units. SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "close.h"
 #include "units.h"
@@ -55,8 +55,8 @@ static void hold(mbsr_model *m, const units *of, int body, double stiffness, dou
     add_force(m, &bushing);
 }
 
-/* A four-bar linkage; a slide on its coupler and a swing on its rocker have no mass. The swing is damped, the
- * slide where `damping` is not zero. */
+/* A four-bar linkage; a slide on its coupler and a swing on its rocker have no mass. The swing is
+ * damped, the slide where `damping` is not zero. */
 static mbsr_model *linkage(const units *of, double damping)
 {
     const double L = of->length, gravity = -9.81 * L / (of->time * of->time);

@@ -104,7 +104,7 @@ static void forces_along(setting *s, const double *q, const double *u, double *g
 {
     const int n = s->tree.nu;
     double *tau = calloc((size_t)(2 * n) + 1, sizeof(double)), *rest = tau + n;
-    assert_ok(mbsr_inverse_dynamics(s->tree.model, s->tree.data, now, q, u, rest, tau),
+    assert_ok(mbsr_inverse_dynamics(s->tree.model, s->tree.data, now, q, u, rest, NULL, tau),
               mbsr_data_error(s->tree.data));
     for (int l = 0; l < s->w.k; ++l) {
         gamma[l] = 0.0;

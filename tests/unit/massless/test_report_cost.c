@@ -39,7 +39,8 @@ typedef struct train {
     bool elastic; /* the joints of every other massless cart have no damper */
 } train;
 
-/* Carts on each other with springs, of which `damped` directions are damped and the others elastic. */
+/* Carts on each other with springs, of which `damped` directions are damped and the others elastic.
+ */
 static void report(train x, int damped, int elastic)
 {
     static double q[MOST], u[MOST];

@@ -72,8 +72,8 @@ static void assert_same_motion(const mbsr_model *a, mbsr_data *da, const mbsr_mo
     test_fill(&rng, MOST, udot);
     test_fill(&rng, 3 * MOST, y);
     test_fill(&rng, 3 * MOST, yp);
-    assert_ok(mbsr_inverse_dynamics(a, da, 0.3, q, u, udot, ra), mbsr_data_error(da));
-    assert_ok(mbsr_inverse_dynamics(b, db, 0.3, q, u, udot, rb), mbsr_data_error(db));
+    assert_ok(mbsr_inverse_dynamics(a, da, 0.3, q, u, udot, NULL, ra), mbsr_data_error(da));
+    assert_ok(mbsr_inverse_dynamics(b, db, 0.3, q, u, udot, NULL, rb), mbsr_data_error(db));
     for (int k = 0; k < n; ++k) assert_close(ra[k], rb[k], 1e-12);
     assert_ok(mbsr_forward_dynamics(a, da, 0.3, q, u, NULL, ra), mbsr_data_error(da));
     assert_ok(mbsr_forward_dynamics(b, db, 0.3, q, u, NULL, rb), mbsr_data_error(db));

@@ -1,9 +1,10 @@
-/* Armature: inertia along joint rates, against the dense mass matrix of the same tree without it, and
- * against a rotor behind gears.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Armature: inertia along joint rates, against the dense mass matrix of the same tree without it,
+ * and against a rotor behind gears. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "oracle.h"
 #include "rigid_tree.h"
+
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -63,8 +64,8 @@ static void drop_pair(pair *p)
 
 static void mass_matrix(const test_rigid_tree *s, double *M)
 {
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
     assert_ok(mbsr_mass_matrix(s->model, s->data, M), mbsr_data_error(s->data));
 }
 
@@ -122,8 +123,9 @@ static void accelerations_are_those_of_the_dense_equations(void **state)
             test_solve(p.n, p.plain, p.out);
             const double size = 1.0 + test_largest(p.n, p.out);
             for (int l = 0; l < p.n; ++l) assert_close(s->udot[l], p.out[l], 1e-7 * size);
-            assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->udot, p.out),
-                      mbsr_data_error(s->data));
+            assert_ok(
+                mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->udot, NULL, p.out),
+                mbsr_data_error(s->data));
             for (int l = 0; l < p.n; ++l)
                 assert_close(p.out[l], s->tau[l], 1e-9 * (1.0 + test_largest(p.n, p.bias) + size));
         }
@@ -223,8 +225,8 @@ static void release(mbsr_model *m, mbsr_data *d)
     mbsr_model_destroy(m);
 }
 
-/* A rotor with moment J on the same axis that turns `ratio` times as fast: armature J ratio^2, where
- * the wheel's own tilt does not matter. */
+/* A rotor with moment J on the same axis that turns `ratio` times as fast: armature J ratio^2,
+ * where the wheel's own tilt does not matter. */
 static void a_rotor_behind_gears_is_armature(void **state)
 {
     (void)state;
@@ -274,10 +276,10 @@ static void it_makes_massless_links_determined(void **state)
         const int status = mbsr_forward_dynamics(m, d, 0.0, q, u, tau, udot);
         assert_int_equal(status, k == 0 ? MBSR_UNDETERMINED : MBSR_OK);
         if (k > 0) assert_close(udot[1], 1.0, 1e-12);
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-        assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-        assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+        assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
         rank = mbsr_total_rank(m, d);
         assert_int_equal(rank, k == 0 ? 1 : 2);
         assert_ok(mbsr_index_report_create(m, d, 0.0, q, u, &report), mbsr_data_error(d));

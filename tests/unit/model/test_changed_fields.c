@@ -210,8 +210,8 @@ static void evaluate(const mbsr_model *m, const char *what, const char *change)
         assert_told(mbsr_data_error(d), status, what, change);
     else
         assert_all_finite(mbsr_model_nu(m), udot, what, change, "udot");
-    status = mbsr_positions(m, d, 0.0, q);
-    if (!status) status = mbsr_velocities(m, d, u);
+    status = mbsr_stage_positions(m, d, 0.0, q);
+    if (!status) status = mbsr_stage_velocities(m, d, u);
     if (!status) status = mbsr_energy(m, d, energy, energy + 1);
     if (status)
         assert_told(mbsr_data_error(d), status, what, change);
@@ -398,7 +398,7 @@ static mbsr_inertia stock_inertia(int k)
         mbsr_inertia_sphere(1000.0, 0.1),
         mbsr_inertia_cylinder(1000.0, 0.1, 0.2),
         mbsr_inertia_capsule(1000.0, 0.1, 0.2),
-        mbsr_inertia_moved(&frame, mbsr_inertia_particle(1.0)),
+        mbsr_inertia_in_frame(&frame, mbsr_inertia_particle(1.0)),
         mbsr_inertia_sum(mbsr_inertia_particle(1.0), mbsr_inertia_sphere(1000.0, 0.1)),
         mbsr_inertia_matrix(6, six_by_six),
         mbsr_inertia_function(unit_mass, NULL),

@@ -46,7 +46,8 @@ static void assert_same_dynamics(const mbsr_model *a, const mbsr_model *b)
     for (int k = 0; k < 2; ++k) {
         mbsr_data *d;
         assert_ok(mbsr_data_create(m[k], &d, NULL), NULL);
-        assert_ok(mbsr_inverse_dynamics(m[k], d, 0.3, q, u, udot, tau[k]), mbsr_data_error(d));
+        assert_ok(mbsr_inverse_dynamics(m[k], d, 0.3, q, u, udot, NULL, tau[k]),
+                  mbsr_data_error(d));
         mbsr_data_destroy(d);
     }
     assert_memory_equal(tau[0], tau[1], sizeof tau[0]);
@@ -114,8 +115,8 @@ static void elements_keep_their_bodies(void **unused)
 static void joints_in_space_are_told_by_their_axes(void **unused)
 {
     (void)unused;
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){1.0, 2.0, 3.0},
-                                           (const double[3]){0.0, 0.6, 0.8}, 0.4),
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){1.0, 2.0, 3.0},
+                                            (const double[3]){0.0, 0.6, 0.8}, 0.4),
                      B = mbsr_frame_at(0.0, -1.0, 0.5);
     const double axis[3] = {0.0, 3.0, 4.0};
     mbsr_joint_chain c;

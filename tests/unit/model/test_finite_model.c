@@ -3,6 +3,9 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "finite.h"
 
+#include <mbsrank/driver.h>
+#include <mbsrank/verify.h>
+
 enum { OTHER = 1u << FINITE_OTHER, MOST = 24 };
 
 /* One constructor of a joint, an inertia or a force element, or an amendment, as a function of its
@@ -36,7 +39,7 @@ static mbsr_planar_frame planar_frame(const double *x)
 
 static mbsr_frame frame(const double *x)
 {
-    return mbsr_frame_turned(x, (double[]){0.0, 0.6, 0.8}, x[3]);
+    return mbsr_frame_rotated(x, (double[]){0.0, 0.6, 0.8}, x[3]);
 }
 
 static mbsr_joint planar_weld(const double *x)
@@ -205,7 +208,7 @@ static mbsr_inertia capsule(const double *x)
 static mbsr_inertia moved(const double *x)
 {
     const mbsr_frame at = frame(x + 10);
-    return mbsr_inertia_moved(&at, mbsr_inertia_rigid(x[0], x + 1, x + 4));
+    return mbsr_inertia_in_frame(&at, mbsr_inertia_rigid(x[0], x + 1, x + 4));
 }
 
 static mbsr_inertia sum(const double *x)
@@ -421,7 +424,7 @@ static const part parts[] = {
     {"mbsr_inertia_sphere", 2, {2.0, 0.1}, .inertia = sphere},
     {"mbsr_inertia_cylinder", 3, {2.0, 0.1, 0.2}, .inertia = cylinder},
     {"mbsr_inertia_capsule", 3, {2.0, 0.1, 0.2}, .inertia = capsule},
-    {"mbsr_inertia_moved",
+    {"mbsr_inertia_in_frame",
      14,
      {2.0, 0.1, 0.2, 0.3, 0.5, 0.6, 0.7, 0.1, 0.0, 0.0, 0.2, 0.1, 0.0, 0.5},
      .inertia = moved},
@@ -518,7 +521,7 @@ static const char *const others[] = {
     "mbsr_default_table_def",
     "mbsr_table_value",
     "mbsr_table_kink",
-    "mbsr_table_data",
+    "mbsr_table_definition",
     "mbsr_table_motion",
     "mbsr_table_force",
     "mbsr_held_force",
@@ -538,7 +541,7 @@ static const char *const others[] = {
     "mbsr_default_force_def",
     "mbsr_frame_identity",
     "mbsr_frame_at",
-    "mbsr_frame_turned",
+    "mbsr_frame_rotated",
     "mbsr_frame_quaternion",
     "mbsr_frame_along",
     "mbsr_frame_product",
@@ -600,8 +603,8 @@ static int run_part(finite_subject *s)
     int status = build(current, s->in[FINITE_OTHER], &m);
     if (!status) status = record(mbsr_data_create(m, &d, &last), &last);
     if (!status)
-        status =
-            record(mbsr_inverse_dynamics(m, d, 0.1, q, u, udot, s->out[0]), mbsr_data_error(d));
+        status = record(mbsr_inverse_dynamics(m, d, 0.1, q, u, udot, NULL, s->out[0]),
+                        mbsr_data_error(d));
     if (!status) status = record(mbsr_energy(m, d, s->out[1], s->out[1] + 1), mbsr_data_error(d));
     if (!status) status = record(mbsr_body_pose(m, d, 1, s->out[2]), mbsr_data_error(d));
     mbsr_data_destroy(d);

@@ -47,7 +47,7 @@ static void check_model(mbsr_model *m)
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     assert_in_range(mbsr_model_nq(m), 1, 64);
     test_fill(&rng, mbsr_model_nq(m), q);
-    assert_ok(mbsr_positions(m, d, 0.3, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.3, q), mbsr_data_error(d));
     for (int i = 0; i < mbsr_model_bodies(m); ++i) {
         mbsr_coordinate_kind position[MOST], velocity[MOST];
         int first_q, nq, first_u, n;
@@ -59,7 +59,7 @@ static void check_model(mbsr_model *m)
             assert_int_equal(velocity[k],
                              rotation ? MBSR_COORDINATE_ROTATION : MBSR_COORDINATE_TRANSLATION);
             u[first_u + k] = 1.0;
-            assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+            assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
             u[first_u + k] = 0.0;
             assert_ok(mbsr_coordinate_rates(m, d, rate), mbsr_data_error(d));
             for (int j = 0; j < nq; ++j) {

@@ -1,11 +1,14 @@
-/* Locked coordinates and welded bodies: what is locked moves as what is held by motors, and costs nothing.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Locked coordinates and welded bodies: what is locked moves as what is held by motors, and costs
+ * nothing. SPDX-License-Identifier: BSD-3-Clause
  *
- * The oracle is the same tree without locks, whose locked coordinates stand at their values with u = u' = 0:
- * joint forces of the coordinates left, poses, accelerations and reactions of all bodies are the same. */
+ * The oracle is the same tree without locks, whose locked coordinates stand at their values with u
+ * = u' = 0: joint forces of the coordinates left, poses, accelerations and reactions of all bodies
+ * are the same. */
 #include "expect.h"
 #include "tree.h"
 #include "units.h"
+
+#include <mbsrank/verify.h>
 
 #include <math.h>
 #include <stdbool.h>
@@ -77,9 +80,9 @@ static double spring_stiffness(const units *by, bool slides)
     return 1e10 * force * (slides ? 1.0 / by->length : by->length);
 }
 
-/* An arm with locks at its second joint and at one axis of its third; fingers of which all is locked but the last
- * joint of each but the first. `massless`: links that are locked have no inertia;
- * `acted`: a force of zero on every body. */
+/* An arm with locks at its second joint and at one axis of its third; fingers of which all is
+ * locked but the last joint of each but the first. `massless`: links that are locked have no
+ * inertia; `acted`: a force of zero on every body. */
 static void make(scene *s, const units *by, holding how, bool massless, bool acted)
 {
     static const double axes[3][3] = {{0.2, 1.0, 0.1}, {1.0, 0.0, 0.3}, {0.1, 0.4, 1.0}};
@@ -98,7 +101,7 @@ static void make(scene *s, const units *by, holding how, bool massless, bool act
         last = palm;
         for (int k = 0; k < LINKS; ++k) {
             const mbsr_frame at =
-                mbsr_frame_turned((const double[3]){0.05 * f * L, 0.0, 0.1 * L}, axes[f], 0.3 * k);
+                mbsr_frame_rotated((const double[3]){0.05 * f * L, 0.0, 0.1 * L}, axes[f], 0.3 * k);
             const mbsr_joint joint = k == 1 ? mbsr_joint_cylindrical(&at, NULL, axes[k])
                                             : mbsr_joint_revolute(&at, NULL, axes[k]);
             last = add(m, "finger", last, joint,
@@ -237,9 +240,9 @@ static void what_is_locked_moves_as_what_is_held(void **state)
         take_state(&a, &b);
         assert_int_equal(mbsr_body_locks(a.model, 2), 1);
         assert_int_equal(mbsr_body_locks(a.model, ARM + 1), 2);
-        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, tau),
+        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, NULL, tau),
                   mbsr_data_error(a.data));
-        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, all),
+        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, NULL, all),
                   mbsr_data_error(b.data));
         const double moment = by->mass * by->length * by->length / (by->time * by->time);
         for (int l = 0, left = 0; l < mbsr_model_nu(b.model); ++l) {
@@ -256,8 +259,8 @@ static void what_is_locked_moves_as_what_is_held(void **state)
     }
 }
 
-/* Springs of next to no compliance in the place of locks, bent by what these have to hold: nothing moves there, and
- * reactions are those of the locks. */
+/* Springs of next to no compliance in the place of locks, bent by what these have to hold: nothing
+ * moves there, and reactions are those of the locks. */
 static void very_stiff_springs_react_as_locks(void **state)
 {
     (void)state;
@@ -271,9 +274,9 @@ static void very_stiff_springs_react_as_locks(void **state)
         make(&c, by, SPRINGS, false, false);
         choose_state(&a, by, 31 + (uint64_t)k);
         take_state(&a, &b);
-        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, tau),
+        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, NULL, tau),
                   mbsr_data_error(a.data));
-        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, all),
+        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, NULL, all),
                   mbsr_data_error(b.data));
         for (int l = 0; l < mbsr_model_nu(b.model); ++l) {
             if (isnan(b.value[l])) continue;
@@ -282,7 +285,7 @@ static void very_stiff_springs_react_as_locks(void **state)
         }
         assert_ok(mbsr_forward_dynamics(c.model, c.data, 0.0, b.q, b.u, all, udot),
                   mbsr_data_error(c.data));
-        assert_ok(mbsr_accelerations(c.model, c.data, udot), mbsr_data_error(c.data));
+        assert_ok(mbsr_stage_accelerations(c.model, c.data, udot), mbsr_data_error(c.data));
         for (int id = 0; id < a.bodies; ++id) {
             assert_ok(mbsr_joint_reaction(a.model, a.data, id, x), mbsr_data_error(a.data));
             assert_ok(mbsr_joint_reaction(c.model, c.data, id, y), mbsr_data_error(c.data));
@@ -328,8 +331,8 @@ static void jacobians_of_welded_bodies_give_their_twists(void **state)
     choose_state(&s, systems, 3);
     const int n = mbsr_model_nu(s.model);
     double J[6 * MOST], V[6];
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
     for (int id = 0; id < BODIES; ++id) {
         assert_ok(mbsr_body_jacobian(s.model, s.data, id, J), mbsr_data_error(s.data));
         assert_ok(mbsr_body_twist(s.model, s.data, id, V), mbsr_data_error(s.data));
@@ -342,7 +345,8 @@ static void jacobians_of_welded_bodies_give_their_twists(void **state)
     release(&s);
 }
 
-/* The same welds with a force of zero on each body stay bodies of their own: all evaluations agree. */
+/* The same welds with a force of zero on each body stay bodies of their own: all evaluations agree.
+ */
 static void evaluations_do_not_depend_on_who_is_welded(void **state)
 {
     (void)state;
@@ -427,10 +431,12 @@ static void assert_any_subset(mbsr_joint joint, mbsr_joint outer, bool plane)
         choose_state(s, by, (uint64_t)mask);
         take_state(s, s + 1);
         double tau[MOST], all[MOST], x[12], y[12];
-        assert_ok(mbsr_inverse_dynamics(s[0].model, s[0].data, 0.7, s[0].q, s[0].u, s[0].x, tau),
-                  mbsr_data_error(s[0].data));
-        assert_ok(mbsr_inverse_dynamics(s[1].model, s[1].data, 0.7, s[1].q, s[1].u, s[1].x, all),
-                  mbsr_data_error(s[1].data));
+        assert_ok(
+            mbsr_inverse_dynamics(s[0].model, s[0].data, 0.7, s[0].q, s[0].u, s[0].x, NULL, tau),
+            mbsr_data_error(s[0].data));
+        assert_ok(
+            mbsr_inverse_dynamics(s[1].model, s[1].data, 0.7, s[1].q, s[1].u, s[1].x, NULL, all),
+            mbsr_data_error(s[1].data));
         for (int l = 0, left = 0; l < mbsr_model_nu(s[1].model); ++l) {
             if (isnan(s[1].value[l])) assert_close(all[l], tau[left++], 1e-11);
         }
@@ -455,8 +461,8 @@ static void any_coordinates_of_a_joint_can_be_locked(void **state)
 {
     (void)state;
     static const double x[3] = {1.0, 0.2, 0.1}, y[3] = {-0.2, 1.0, 0.3}, z[3] = {0.1, 0.2, 1.0};
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){0.1, 0.2, 0.3}, x, 0.4),
-                     B = mbsr_frame_turned((const double[3]){-0.1, 0.1, 0.2}, y, 0.5);
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){0.1, 0.2, 0.3}, x, 0.4),
+                     B = mbsr_frame_rotated((const double[3]){-0.1, 0.1, 0.2}, y, 0.5);
     const mbsr_axis every[6] = {{MBSR_AXIS_ROTATION, {0.1, 0.2, 1.0}, 0.0, 0},
                                 {MBSR_AXIS_TRANSLATION, {1.0, 0.2, 0.1}, 0.0, 0},
                                 {MBSR_AXIS_ROTATION, {0.3, 1.0, 0.1}, 0.0, 0},
@@ -489,7 +495,8 @@ static void any_coordinates_of_a_joint_can_be_locked(void **state)
 
 enum { HOLD, DROP, WITHOUT };
 
-/* Three hinges of which the last is locked at 0.5, with one element of every kind on its coordinate. */
+/* Three hinges of which the last is locked at 0.5, with one element of every kind on its
+ * coordinate. */
 static mbsr_model *make_elements(int how)
 {
     static const double z[3] = {0.0, 0.0, 1.0};
@@ -603,7 +610,8 @@ static mbsr_model *make_coupled(const double value[3], double offset)
     return m;
 }
 
-/* The row holds, and what it exerts on the tree without locks and without the coupling moves that likewise. */
+/* The row holds, and what it exerts on the tree without locks and without the coupling moves that
+ * likewise. */
 static void couplings_read_locked_coordinates(void **state)
 {
     (void)state;
@@ -619,7 +627,7 @@ static void couplings_read_locked_coordinates(void **state)
     assert_close(g, q[1] - 0.4 + 0.5 * q[2] - 0.2, 1e-15);
     assert_close(udot[1] + 0.5 * udot[2], 0.0, 1e-11);
     const double w[5] = {udot[0], udot[1], 0.0, udot[2], udot[3]};
-    assert_ok(mbsr_inverse_dynamics(b, db, 0.0, all, v, w, tau), mbsr_data_error(db));
+    assert_ok(mbsr_inverse_dynamics(b, db, 0.0, all, v, w, NULL, tau), mbsr_data_error(db));
     for (int k = 0; k < 3; ++k)
         assert_ok(mbsr_closure_reaction(a, da, 0, k, NULL, t + k), mbsr_data_error(da));
     assert_close(tau[0], 0.0, 1e-10);
@@ -663,8 +671,8 @@ static void couplings_without_free_coordinates_rest_or_are_refused(void **state)
 
 /* ---- loops ---- */
 
-/* A four-bar in the plane whose coupler is of two bodies, locked to each other, or of one; a tail that is locked
- * stands on it. */
+/* A four-bar in the plane whose coupler is of two bodies, locked to each other, or of one; a tail
+ * that is locked stands on it. */
 static mbsr_model *make_fourbar(bool split)
 {
     const mbsr_planar_frame origin = {0.0, 0.0, 0.0}, half = {0.5, 0.0, 0.0}, one = {1.0, 0.0, 0.0};
@@ -704,8 +712,8 @@ static mbsr_model *make_fourbar(bool split)
     return m;
 }
 
-/* Weights of multipliers depend on how masses are split: F without these. Newton systems of the split one by the
- * sweeps, which leave out what is welded, and by blocks, which do not. */
+/* Weights of multipliers depend on how masses are split: F without these. Newton systems of the
+ * split one by the sweeps, which leave out what is welded, and by blocks, which do not. */
 static void bodies_locked_in_loops_are_one_body(void **state)
 {
     (void)state;

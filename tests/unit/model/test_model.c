@@ -3,6 +3,8 @@
 #include "duration.h"
 #include "expect.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -380,7 +382,7 @@ static void the_same_tree_in_another_order_moves_the_same(void **state)
         }
         assert_int_equal(mbsr_model_finish(m), MBSR_OK);
         assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
-        assert_int_equal(mbsr_positions(m, d, 0.0, q), MBSR_OK);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.0, q), MBSR_OK);
         assert_int_equal(mbsr_body_pose(m, d, backwards ? 1 : 1, pose), MBSR_OK);
         assert_close(pose[0], 3.0, 0.0);
         assert_int_equal(mbsr_body_pose(m, d, backwards ? 0 : 2, pose), MBSR_OK);
@@ -771,9 +773,9 @@ static void everything_a_definition_points_to_is_copied(void **state)
     assert_int_equal(mbsr_model_find_body(m, "bead"), 0); /* the first of that name */
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
     const double zero[6] = {0};
-    assert_int_equal(mbsr_positions(m, d, 0.0, zero), MBSR_OK);
-    assert_int_equal(mbsr_velocities(m, d, zero), MBSR_OK);
-    assert_int_equal(mbsr_forces(m, d, NULL), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, zero), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(m, d, zero), MBSR_OK);
+    assert_int_equal(mbsr_stage_forces(m, d, NULL), MBSR_OK);
     assert_int_equal(seen[0], 2);
     assert_int_equal(seen[1], MBSR_GROUND);
     assert_int_equal(seen[2], 0);

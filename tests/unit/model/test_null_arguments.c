@@ -100,7 +100,7 @@ static void inertias(void **state)
     expect_inertia(mbsr_inertia_rod(1.0, NULL, e_x), MBSR_OK, "");
     expect_inertia(mbsr_inertia_rod(1.0, e_x, NULL), MBSR_OK, "");
     expect_inertia(mbsr_inertia_box(1000.0, NULL), wrong, from_null);
-    expect_inertia(mbsr_inertia_moved(NULL, mbsr_inertia_particle(1.0)), MBSR_OK, "");
+    expect_inertia(mbsr_inertia_in_frame(NULL, mbsr_inertia_particle(1.0)), MBSR_OK, "");
     expect_inertia(mbsr_inertia_matrix(6, NULL), MBSR_ERR_NULL, "matrix is NULL");
     expect_inertia(mbsr_inertia_function(NULL, NULL), MBSR_ERR_NULL, "function is NULL");
     expect_body(mbsr_joint_planar_free(flat, flat), mbsr_inertia_planar(1.0, NULL, 0.5), MBSR_OK,
@@ -145,12 +145,12 @@ static void forces(void **state)
 static void frames(void **state)
 {
     (void)state;
-    const mbsr_frame a = mbsr_frame_turned(e_y, e_x, 0.3), same = mbsr_frame_identity();
-    const mbsr_frame none[] = {mbsr_frame_turned(e_x, NULL, 0.3), mbsr_frame_along(e_x, NULL),
+    const mbsr_frame a = mbsr_frame_rotated(e_y, e_x, 0.3), same = mbsr_frame_identity();
+    const mbsr_frame none[] = {mbsr_frame_rotated(e_x, NULL, 0.3), mbsr_frame_along(e_x, NULL),
                                mbsr_frame_quaternion(e_x, NULL)};
     for (int k = 0; k < 3; ++k) {
         expect_joint(mbsr_joint_weld(none + k, NULL), MBSR_ERR_VALUE, "axes of frame A");
-        expect_inertia(mbsr_inertia_moved(none + k, mbsr_inertia_particle(1.0)), MBSR_ERR_VALUE,
+        expect_inertia(mbsr_inertia_in_frame(none + k, mbsr_inertia_particle(1.0)), MBSR_ERR_VALUE,
                        "not orthonormal");
     }
     mbsr_frame c = mbsr_frame_product(&a, NULL);

@@ -7,6 +7,9 @@
 #include "rigid_tree.h"
 #include "twins.h"
 
+#include <mbsrank/driver.h>
+#include <mbsrank/verify.h>
+
 enum { T = 1u << FINITE_T, C = 1u << FINITE_C, Q = 1u << FINITE_Q, U = 1u << FINITE_U };
 enum { TAU = 1u << FINITE_TAU, UDOT = 1u << FINITE_UDOT, Y = 1u << FINITE_Y };
 enum { YP = 1u << FINITE_YP, R = 1u << FINITE_R, MOST = 128, STATES = 5 };
@@ -88,8 +91,8 @@ static int run_batch_inverse(finite_subject *s)
 
 static int velocities(finite_subject *s)
 {
-    const int status = mbsr_positions(s->model, s->data, time_of(s), s->in[FINITE_Q]);
-    return status ? status : mbsr_velocities(s->model, s->data, s->in[FINITE_U]);
+    const int status = mbsr_stage_positions(s->model, s->data, time_of(s), s->in[FINITE_Q]);
+    return status ? status : mbsr_stage_velocities(s->model, s->data, s->in[FINITE_U]);
 }
 
 static const mbsr_error *completion_error(const finite_subject *s)
@@ -104,16 +107,16 @@ static int run_complete(finite_subject *s)
     const size_t size = (size_t)(s->nq + 2 * s->nu) * sizeof *y;
     const bool there = s->in[FINITE_Y] && s->out[0];
     if (there) memcpy(y, s->in[FINITE_Y], size);
-    const int status =
-        mbsr_complete(s->object, s->data, MBSR_DAE_MOMENTUM, time_of(s), there ? y : NULL, yp);
+    const int status = mbsr_completion_solve(s->object, s->data, MBSR_DAE_MOMENTUM, time_of(s),
+                                             there ? y : NULL, yp);
     if (!status) memcpy(s->out[0], y, size);
     return status;
 }
 
 static int run_complete_dynamics(finite_subject *s)
 {
-    return mbsr_complete_dynamics(s->object, s->data, time_of(s), s->in[FINITE_Q], s->in[FINITE_U],
-                                  s->in[FINITE_TAU], s->out[0], NULL);
+    return mbsr_completion_dynamics(s->object, s->data, time_of(s), s->in[FINITE_Q],
+                                    s->in[FINITE_U], s->in[FINITE_TAU], s->out[0], NULL);
 }
 
 static int of_rates(const finite_subject *s, int o)
@@ -171,8 +174,8 @@ static const finite_row completion_rows[] = {
     {"mbsr_completion_relax", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_completion_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_completion_error", NULL, NULL, 0, 0, 0, NULL},
-    {"mbsr_complete", run_complete, NULL, 0, T | Y, FINITE_OBJECT | FINITE_DATA, of_y},
-    {"mbsr_complete_dynamics", run_complete_dynamics, NULL, 0, T | Q | U | TAU,
+    {"mbsr_completion_solve", run_complete, NULL, 0, T | Y, FINITE_OBJECT | FINITE_DATA, of_y},
+    {"mbsr_completion_dynamics", run_complete_dynamics, NULL, 0, T | Q | U | TAU,
      FINITE_OBJECT | FINITE_DATA, of_rates},
 };
 

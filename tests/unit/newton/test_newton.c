@@ -9,6 +9,8 @@
 #include "twins.h"
 #include "web.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdbool.h>
 #include <stdlib.h>
 
@@ -336,7 +338,7 @@ static void factoring_anew_leaves_nothing_behind(void **state)
         fresh = create(x.s.model, NULL);
         assert_ok(factor(fresh, &x, 500.0), mbsr_newton_error(fresh));
         /* the data is not needed any more */
-        assert_ok(mbsr_positions(x.s.model, x.s.data, 9.0, y), mbsr_data_error(x.s.data));
+        assert_ok(mbsr_stage_positions(x.s.model, x.s.data, 9.0, y), mbsr_data_error(x.s.data));
         solve(fresh, x.r, expected);
         assert_same(x.s.n, x.delta, expected);
         solve(newton, x.r, x.delta);
@@ -379,9 +381,9 @@ static void the_data_is_left_at_mbsr_backward(void **state)
         mbsr_rank_info rank;
         open_scene(&x, variants[v]);
         const test_newton_state *s = &x.s;
-        assert_ok(mbsr_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
+        assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
         assert_ok(mbsr_body_pose(s->model, s->data, 3, expected), mbsr_data_error(s->data));
-        assert_ok(mbsr_positions(s->model, s->data, 0.0, x.r), mbsr_data_error(s->data));
+        assert_ok(mbsr_stage_positions(s->model, s->data, 0.0, x.r), mbsr_data_error(s->data));
         mbsr_newton *newton = create(s->model, NULL);
         assert_ok(factor(newton, &x, 3.0), mbsr_newton_error(newton));
         assert_ok(mbsr_body_pose(s->model, s->data, 3, pose), mbsr_data_error(s->data));

@@ -1,8 +1,10 @@
-/* The O(N) Newton solver on mechanisms with closed loops: massless bodies that loops hold, redundant
- * rows, singular loops, many loops, groups of joints inside a loop.
+/* The O(N) Newton solver on mechanisms with closed loops: massless bodies that loops hold,
+ * redundant rows, singular loops, many loops, groups of joints inside a loop.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 #include <string.h>
@@ -72,8 +74,8 @@ static void fourbars(void **state)
     }
 }
 
-/* Steps so short that what moves a joint by the multipliers of position rows is all but lost beside what
- * its rate does. */
+/* Steps so short that what moves a joint by the multipliers of position rows is all but lost beside
+ * what its rate does. */
 static void short_steps(void **state)
 {
     (void)state;
@@ -158,13 +160,13 @@ static void redundant_rows(void **state)
     ladder(&s, 4);
     compare(&s, 1e-10);
     assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
-    assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
-    assert_ok(mbsr_closures_drop(s.m, s.d, none), NULL);
+    assert_ok(mbsr_closures_redundant(s.m, s.d, dropped), NULL);
+    assert_ok(mbsr_closures_set_redundant(s.m, s.d, none), NULL);
     mbsr_newton *newton = newton_solver(s.m, 0);
     assert_refused(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton),
                    MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE, "closure|row|mbsr_closures_report");
     assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_closures_drop(s.m, s.d, dropped), NULL);
+    assert_ok(mbsr_closures_set_redundant(s.m, s.d, dropped), NULL);
     for (int k = 0; k < s.size; ++k) r[k] = cos(k);
     assert_ok(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton));
     assert_ok(mbsr_newton_solve(newton, r, delta), mbsr_newton_error(newton));
@@ -236,8 +238,8 @@ static void groups(void **state)
     }
 }
 
-/* Dummy bodies whose three rates move the rods behind them in two directions; a damper holds the third. Loops close
- * on the last of them, between the rods, or by its coordinate. */
+/* Dummy bodies whose three rates move the rods behind them in two directions; a damper holds the
+ * third. Loops close on the last of them, between the rods, or by its coordinate. */
 static void loops_within_groups(void **state)
 {
     (void)state;
@@ -459,8 +461,8 @@ static void check_products(mbsr_newton *newton, loops *s, double bend)
     free(y);
 }
 
-/* Loops too many to be carried at once go by the front, at a cost in proportion to the bodies, and elements across with
- * them. */
+/* Loops too many to be carried at once go by the front, at a cost in proportion to the bodies, and
+ * elements across with them. */
 static void many_loops(void **state)
 {
     (void)state;

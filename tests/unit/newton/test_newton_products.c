@@ -1,9 +1,11 @@
-/* Products with the Newton matrix: what they refuse, what they leave alone, and cases beside the random
- * trees and loops of property/test_newton.c and test_newton_loops.c.
+/* Products with the Newton matrix: what they refuse, what they leave alone, and cases beside the
+ * random trees and loops of property/test_newton.c and test_newton_loops.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "newton_scene.h"
 #include "rigid_tree.h"
+
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 
@@ -133,8 +135,8 @@ static void what_is_wrong_is_refused(void **state)
 static const test_rigid_choice variants[2] = {
     {.seed = 8}, {.seed = 9, .forces = 2, .massless = 0.3, .many = 0.4, .points = 0.5}};
 
-/* A(c) = A + c B, for any c: that of the dense matrices, the same in place, and forgotten states leave
- * nothing. */
+/* A(c) = A + c B, for any c: that of the dense matrices, the same in place, and forgotten states
+ * leave nothing. */
 static void products_are_linear_in_c(void **state)
 {
     (void)state;
@@ -205,8 +207,8 @@ static void a_factorisation_of_an_earlier_state_preconditions(void **state)
     }
 }
 
-/* Elements across are in the product where the solver leaves them out; elements that are switched off
- * are in neither. */
+/* Elements across are in the product where the solver leaves them out; elements that are switched
+ * off are in neither. */
 static void products_have_all_elements_that_are_on(void **state)
 {
     (void)state;
@@ -234,9 +236,9 @@ static void products_have_all_elements_that_are_on(void **state)
     close_scene(&z);
 }
 
-/* Sliders without mass along y and z and a rod that turns about x, with its mass at the end, where a wheel
- * turns: the block of both
- * sliders has rank 1, and neither alone tells which one lacks it. */
+/* Sliders without mass along y and z and a rod that turns about x, with its mass at the end, where
+ * a wheel turns: the block of both sliders has rank 1, and neither alone tells which one lacks it.
+ */
 static void groups_of_joints_are_taken_together(void **state)
 {
     (void)state;

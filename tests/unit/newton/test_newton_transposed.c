@@ -1,5 +1,5 @@
-/* Solutions and products with the transposed Newton matrix: an oscillator by hand, what they refuse, groups of joints.
- * Mechanisms of everything at once: property/test_newton_medley.c.
+/* Solutions and products with the transposed Newton matrix: an oscillator by hand, what they
+ * refuse, groups of joints. Mechanisms of everything at once: property/test_newton_medley.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "newton_system.h"
@@ -148,7 +148,8 @@ static void what_is_wrong_is_refused(void **state)
 
 /* ---- massless bodies ---- */
 
-/* Sliders without mass along y and z and a rod with its mass at the end: their joints lack rank, together and alone. */
+/* Sliders without mass along y and z and a rod with its mass at the end: their joints lack rank,
+ * together and alone. */
 static void massless_joints_and_groups(void **state)
 {
     (void)state;

@@ -184,8 +184,8 @@ static void the_units_of_the_rows_and_columns_of_K_do_not_matter(void **state)
         /* second row of K and J in other units; the second velocity in others again */
         s.mood.K[0] = 2.0, s.mood.K[1] = 0.5 * r, s.mood.K[2] = 0.25 * r, s.mood.K[3] = 3.0 * r * r;
         s.mood.J[3] = -r;
-        assert_ok(mbsr_positions(s.model, s.data, 0.0, s.y), mbsr_data_error(s.data));
-        assert_ok(mbsr_velocities(s.model, s.data, s.y + 4), mbsr_data_error(s.data));
+        assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.y), mbsr_data_error(s.data));
+        assert_ok(mbsr_stage_velocities(s.model, s.data, s.y + 4), mbsr_data_error(s.data));
         assert_int_equal(mbsr_body_twist(s.model, s.data, 1, V), 0);
         /* K V = V_pred - J u */
         const double first = s.y[4] + s.y[6], second = r * s.y[7];
@@ -256,10 +256,10 @@ static void the_units_of_the_columns_of_J_do_not_matter(void **state)
     make(&s, &moody, NULL, NULL);
     s.mood.J[0] = s.mood.J[1] = 1e-12;
     s.mood.J[2] = 1e12, s.mood.J[3] = -1e12;
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.y), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.y), mbsr_data_error(s.data));
     /* columns at an angle of 1e-5 */
     s.mood.J[0] = 1, s.mood.J[1] = 1, s.mood.J[2] = 1, s.mood.J[3] = 1 + 2e-5;
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.y), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.y), mbsr_data_error(s.data));
     drop(&s);
 }
 

@@ -14,8 +14,8 @@
 
 enum { HINGES = 6 };
 
-/* A ball joint twice over, of hinges without mass, with a point mass `off` its last axis, along which it
- * lies at q = 0. */
+/* A ball joint twice over, of hinges without mass, with a point mass `off` its last axis, along
+ * which it lies at q = 0. */
 static mbsr_model *gimbal(double off)
 {
     mbsr_model *m = NULL;
@@ -66,7 +66,8 @@ static double difference(const mbsr_model *m, mbsr_data *d, const double *q)
     return most;
 }
 
-/* At q = 0 the last hinge moves next to nothing, elsewhere the others move the mass about the same axis. */
+/* At q = 0 the last hinge moves next to nothing, elsewhere the others move the mass about the same
+ * axis. */
 static void null_vectors_are_as_good_as_masses(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* The rank of a joint block by pivots against its eigenvalues: of mounts in chains of beams with massless modes,
- * and of blocks made with eigenvalues where pivots must not tell.
+/* The rank of a joint block by pivots against its eigenvalues: of mounts in chains of beams with
+ * massless modes, and of blocks made with eigenvalues where pivots must not tell.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
@@ -58,10 +58,10 @@ static void open_chain(chain *c, int modes, int loaded, uint64_t seed)
     test_fill(&rng, nu, u);
     for (int k = 0; k < nu; ++k) q[k] *= 0.1;
     const mbsr_error *e = mbsr_data_error(c->data);
-    assert_ok(mbsr_positions(c->model, c->data, 0.0, q), e);
-    assert_ok(mbsr_velocities(c->model, c->data, u), e);
-    assert_ok(mbsr_forces(c->model, c->data, NULL), e);
-    assert_ok(mbsr_backward(c->model, c->data), e);
+    assert_ok(mbsr_stage_positions(c->model, c->data, 0.0, q), e);
+    assert_ok(mbsr_stage_velocities(c->model, c->data, u), e);
+    assert_ok(mbsr_stage_forces(c->model, c->data, NULL), e);
+    assert_ok(mbsr_stage_backward(c->model, c->data), e);
     for (int k = 0; k < LINKS; ++k) {
         int i = 1;
         while (c->model->body[i].id != c->mount[k]) ++i;
@@ -88,7 +88,8 @@ static void projector(const chain *c, int i, int n, int rank, double *P)
     }
 }
 
-/* Rank, D^+ and projector as by eigenvalues; X of the range makes D^-. Returns the rank; -1: it is not clear, or not to pivots. */
+/* Rank, D^+ and projector as by eigenvalues; X of the range makes D^-. Returns the rank; -1: it is
+ * not clear, or not to pivots. */
 static int same_by_pivots(chain *c, int i)
 {
     const mbsri_body *b = c->model->body + i;
@@ -152,7 +153,8 @@ static void pivots_say_what_eigenvalues_say(void **state)
     assert_true(lacking >= 8 && full >= 20);
 }
 
-/* The block of the first mount gets eigenvalues 1, ..., 1, `small` beside its S, the last vector (1, ..., 1). */
+/* The block of the first mount gets eigenvalues 1, ..., 1, `small` beside its S, the last vector
+ * (1, ..., 1). */
 static int decide_with(chain *c, double small, int usual, int *rank)
 {
     const int i = c->mount[0];

@@ -1,6 +1,6 @@
-/* Rods, points and solids on and beside the axes of joints, and light bodies before heavy ones: no mass
- * where by reasoning there is none, the right one where there is, in any position and system of units.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Rods, points and solids on and beside the axes of joints, and light bodies before heavy ones: no
+ * mass where by reasoning there is none, the right one where there is, in any position and system
+ * of units. SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "duration.h"
 #include "body.h"
@@ -31,16 +31,16 @@ static mbsr_data *finish(mbsr_model *m)
 static int rank_of(const mbsr_model *m, mbsr_data *d, const double *q, const double *u)
 {
     mbsr_rank_info info;
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
     assert_ok(mbsr_body_rank(m, d, 0, &info), mbsr_data_error(d));
     return info.rank;
 }
 
-/* A rod from the origin to p, tilted from z by `tilt`, turns about itself or about z; with `carried` it is
- * fixed to a body without mass that does. */
+/* A rod from the origin to p, tilted from z by `tilt`, turns about itself or about z; with
+ * `carried` it is fixed to a body without mass that does. */
 static void try_rod(const double unit[2], double tilt, int beside, int carried)
 {
     const double length = unit[0], mass = 2.0 * unit[1], origin[3] = {0.0, 0.0, 0.0},
@@ -204,23 +204,23 @@ static double moment_of(const thing *x)
     return x->mass * (x->kind == POINT ? p : x->kind == ROD ? (p + r + middle) / 6.0 : p + 0.3 * r);
 }
 
-/* Joint force, energy and momentum of a joint alone that turns with rate 1, or acceleration 1, about the axis
- * of this moment; k: its coordinate among those. */
+/* Joint force, energy and momentum of a joint alone that turns with rate 1, or acceleration 1,
+ * about the axis of this moment; k: its coordinate among those. */
 static void assert_moment(const mbsr_model *m, mbsr_data *d, const double *q, int k, double moment)
 {
     double u[2] = {0.0}, udot[2] = {0.0}, tau[2], p[2], many[2], kinetic;
     mbsr_batch *batch = NULL;
     const int nu = mbsr_model_nu(m);
     udot[k] = 1.0;
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, NULL, tau), mbsr_data_error(d));
     assert_close(tau[k] / moment, 1.0, 2e-9);
     assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
     assert_ok(mbsr_batch_inverse_dynamics(m, batch, 0.0, 1, q, u, udot, many, NULL), NULL);
     assert_close(many[k] / moment, 1.0, 2e-9);
     mbsr_batch_destroy(batch);
     u[k] = 1.0;
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, NULL), mbsr_data_error(d));
     assert_close(kinetic / moment, 0.5, 1e-9);
     assert_int_equal(nu, k + 1);
@@ -236,7 +236,7 @@ static void try_thing(test_rng *rng, const double unit[2])
     double at[3], q = 3.0 * test_uniform(rng), u = 0.0, udot = 0.0;
     test_fill(rng, 3, at);
     for (int k = 0; k < 3; ++k) at[k] *= unit[0];
-    const mbsr_frame frame = mbsr_frame_turned(at, x.across, 3.0 * test_uniform(rng));
+    const mbsr_frame frame = mbsr_frame_rotated(at, x.across, 3.0 * test_uniform(rng));
     mbsr_model *m = begin();
     const mbsr_joint joint = mbsr_joint_revolute(&frame, NULL, x.axis);
     const int first =
@@ -246,7 +246,7 @@ static void try_thing(test_rng *rng, const double unit[2])
     const double tau = x.ratio > 0.0 ? moment_of(&x) : x.mass * unit[0] * unit[0];
     const int status = mbsr_forward_dynamics(m, d, 0.0, &q, &u, &tau, &udot);
     double inertia = 0.0;
-    assert_ok(mbsr_positions(m, d, 0.0, &q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, &q), mbsr_data_error(d));
     assert_ok(mbsr_mass_matrix(m, d, &inertia), mbsr_data_error(d));
     if (x.ratio > 0.0) {
         assert_ok(status, mbsr_data_error(d));
@@ -288,12 +288,12 @@ static void try_oblique(test_rng *rng, const double unit[2])
     d = finish(m);
     const double start[4] = {1.0, 0.0, 0.0, 0.0}, rest[3] = {0.0};
     double tau[3], kinetic;
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, start, rest, x.axis, tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, start, rest, x.axis, NULL, tau), mbsr_data_error(d));
     double about = 0.0;
     for (int k = 0; k < 3; ++k) about += tau[k] * x.axis[k];
     assert_close(about / moment, 1.0, 2e-9);
-    assert_ok(mbsr_positions(m, d, 0.0, start), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, x.axis), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, start), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, x.axis), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, NULL), mbsr_data_error(d));
     assert_close(kinetic / moment, 0.5, 1e-9);
     mbsr_data_destroy(d);
@@ -308,8 +308,8 @@ static void things_beside_oblique_axes(void **state)
     for (int l = 0; l < count; ++l) try_oblique(&rng, units[l % 4]);
 }
 
-/* Two points, two rods, or a cylinder on a ball or universal joint: all rotations move it unless it lies on a
- * line. */
+/* Two points, two rods, or a cylinder on a ball or universal joint: all rotations move it unless it
+ * lies on a line. */
 static void try_turning(test_rng *rng, const double unit[2])
 {
     thing x = random_thing(rng, unit);
@@ -329,7 +329,7 @@ static void try_turning(test_rng *rng, const double unit[2])
         if (on_line) break;
         const mbsr_frame frame = mbsr_frame_along(x.p, x.axis);
         const double density = x.mass / (pi * radius * radius * length);
-        x.inertia = mbsr_inertia_moved(&frame, mbsr_inertia_cylinder(density, radius, length));
+        x.inertia = mbsr_inertia_in_frame(&frame, mbsr_inertia_cylinder(density, radius, length));
     }
     }
     if (on_line) x.inertia = mbsr_inertia_rod(x.mass, x.r, x.p);

@@ -52,8 +52,8 @@ static mbsr_data *data_at(const mbsr_model *m)
 {
     mbsr_data *d = NULL;
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
-    assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
     return d;
 }
 
@@ -65,8 +65,8 @@ static void cross(const double a[3], const double b[3], double c[3])
 
 /* ---- loads ---- */
 
-/* The loads of all elements on all bodies, by the bodies' Jacobians, are what the elements change in
- * the joint forces of inverse dynamics. */
+/* The loads of all elements on all bodies, by the bodies' Jacobians, are what the elements change
+ * in the joint forces of inverse dynamics. */
 static void loads_are_what_the_elements_exert(void **state)
 {
     (void)state;
@@ -172,9 +172,10 @@ static void elements_switched_off_are_not_there(void **state)
             const mbsr_model *of = model[l];
             mbsr_data *at = data[l];
             assert_ok(mbsr_forward_dynamics(of, at, 0.0, Q, U, NULL, udot[l]), mbsr_data_error(at));
-            assert_ok(mbsr_inverse_dynamics(of, at, 0.0, Q, U, U, tau[l]), mbsr_data_error(at));
-            assert_ok(mbsr_positions(of, at, 0.0, Q), mbsr_data_error(at));
-            assert_ok(mbsr_velocities(of, at, U), mbsr_data_error(at));
+            assert_ok(mbsr_inverse_dynamics(of, at, 0.0, Q, U, U, NULL, tau[l]),
+                      mbsr_data_error(at));
+            assert_ok(mbsr_stage_positions(of, at, 0.0, Q), mbsr_data_error(at));
+            assert_ok(mbsr_stage_velocities(of, at, U), mbsr_data_error(at));
             assert_ok(mbsr_energy(of, at, NULL, energy + l), mbsr_data_error(at));
             assert_ok(mbsr_dissipation(of, at, power + l), mbsr_data_error(at));
             assert_ok(mbsr_dae_pack(of, at, MBSR_DAE_MOMENTUM, 0.0, Q, U, y), mbsr_data_error(at));
@@ -196,12 +197,12 @@ static void elements_switched_off_are_not_there(void **state)
             assert_close(delta[0][c], delta[1][c], 1e-9 * (1.0 + fabs(delta[1][c])));
         }
         double f[6], again[7];
-        assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
         assert_ok(mbsr_force_load(m, d, k, 0, f, NULL), mbsr_data_error(d));
         for (int c = 0; c < 6; ++c) assert_true(f[c] == 0.0);
         assert_ok(mbsr_force_switch(m, d, k, 1), mbsr_data_error(d));
-        assert_ok(mbsr_inverse_dynamics(m, d, 0.0, Q, U, U, again), mbsr_data_error(d));
+        assert_ok(mbsr_inverse_dynamics(m, d, 0.0, Q, U, U, NULL, again), mbsr_data_error(d));
         assert_true(memcmp(again, tau[0], sizeof again) != 0);
         mbsr_data_destroy(e);
         mbsr_model_destroy(less);
@@ -219,8 +220,8 @@ static void wrong_questions_are_refused(void **state)
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
     assert_int_equal(mbsr_force_load(m, d, 0, 0, NULL, NULL), MBSR_ERR_SEQUENCE);
     assert_int_equal(mbsr_contact_at(m, d, CONTACT, &touch), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
     assert_refused(mbsr_force_load(m, d, 9, 0, NULL, NULL), mbsr_data_error(d), MBSR_ERR_ID,
                    MBSR_NONE, MBSR_NONE, "mbsr_force_load|no force 9");
     assert_refused(mbsr_force_load(m, d, SPRING, 2, NULL, NULL), mbsr_data_error(d), MBSR_ERR_VALUE,

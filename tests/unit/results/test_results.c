@@ -29,16 +29,16 @@ static void random_state(const mixed *s, test_rng *rng, state *x)
 static void move(mixed *s, double t, const double *q, const double *u)
 {
     mbsri_data_poison(s->data);
-    assert_ok(mbsr_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
 }
 
 /* And accelerations of udot under the joint forces tau. */
 static void accelerate(mixed *s, const state *x)
 {
     move(s, x->t, x->q, x->u);
-    assert_ok(mbsr_forces(s->model, s->data, x->tau), mbsr_data_error(s->data));
-    assert_ok(mbsr_accelerations(s->model, s->data, x->udot), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_forces(s->model, s->data, x->tau), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_accelerations(s->model, s->data, x->udot), mbsr_data_error(s->data));
 }
 
 /* Every scene in `scenes` at a few states. */
@@ -138,7 +138,7 @@ static void check_jacobian(mixed *s, state *x)
     double J[MIXED_BODIES + 1][6 * MIXED_NU], V[6], V0[6];
     for (int id = MBSR_GROUND; id < s->bodies; ++id) { /* poses are enough */
         mbsri_data_poison(s->data);
-        assert_ok(mbsr_positions(s->model, s->data, x->t, x->q), mbsr_data_error(s->data));
+        assert_ok(mbsr_stage_positions(s->model, s->data, x->t, x->q), mbsr_data_error(s->data));
         assert_ok(mbsr_body_jacobian(s->model, s->data, id, J[id + 1]), mbsr_data_error(s->data));
     }
     for (int id = MBSR_GROUND; id < s->bodies; ++id) {
@@ -164,7 +164,8 @@ static void check_jacobian(mixed *s, state *x)
             for (int side = 0; side < 2; ++side) {
                 double q[MIXED_NQ];
                 for (int k = 0; k < s->nq; ++k) q[k] = x->q[k] + (side - 0.5) * step * qdot[k];
-                assert_ok(mbsr_positions(s->model, s->data, x->t, q), mbsr_data_error(s->data));
+                assert_ok(mbsr_stage_positions(s->model, s->data, x->t, q),
+                          mbsr_data_error(s->data));
                 assert_ok(mbsr_body_pose(s->model, s->data, id, pose[side]), NULL);
             }
             displacement(b->space, b->d, pose[0], pose[1], moved);
@@ -379,7 +380,7 @@ static void check_joint_forces(mixed *s, state *x)
 {
     double tau[MIXED_NU], udot[MIXED_NU];
     mbsri_data_poison(s->data);
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, NULL, tau),
               mbsr_data_error(s->data));
     assert_true(test_largest(s->nu, tau) > 0.5);
     compare_with_joint_forces(s, x, tau);
@@ -389,7 +390,7 @@ static void check_joint_forces(mixed *s, state *x)
               mbsr_data_error(s->data));
     assert_refused(mbsr_joint_reaction(s->model, s->data, 0, tau), mbsr_data_error(s->data),
                    MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE, "mbsr_joint_reaction");
-    assert_ok(mbsr_accelerations(s->model, s->data, udot), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_accelerations(s->model, s->data, udot), mbsr_data_error(s->data));
     compare_with_joint_forces(s, x, x->tau);
 }
 
@@ -410,7 +411,7 @@ static void check_bias(mixed *s, state *x)
               mbsr_data_error(s->data));
     assert_ok(mbsr_mass_matrix(s->model, s->data, mass), mbsr_data_error(s->data));
     mbsri_data_poison(s->data);
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, NULL, tau),
               mbsr_data_error(s->data));
     for (int c = 0; c < n; ++c) {
         double sum = bias[c];
@@ -601,8 +602,8 @@ static void a_tree_without_mass_has_its_centre_nowhere(void **unused)
     assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
     mbsri_data_poison(d);
     double mass = NAN, centre[3] = {NAN, NAN, NAN}, P[6] = {NAN, NAN, NAN, NAN, NAN, NAN};
-    assert_int_equal(mbsr_positions(m, d, 0.0, (const double[4]){0.1, 0.2, 0.3, 0.4}), 0);
-    assert_int_equal(mbsr_velocities(m, d, (const double[3]){1.0, 2.0, 3.0}), 0);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, (const double[4]){0.1, 0.2, 0.3, 0.4}), 0);
+    assert_int_equal(mbsr_stage_velocities(m, d, (const double[3]){1.0, 2.0, 3.0}), 0);
     assert_int_equal(mbsr_tree_momentum(m, d, NULL, &mass, centre, P), 0);
     assert_close(mass, 0.0, 0.0);
     assert_close(test_largest(3, centre), 0.0, 0.0);
@@ -653,7 +654,7 @@ static void check_normal_form(mixed *s, state *x)
     assert_normal(s, x->q, q);
     for (int id = 0; id < s->bodies; ++id) { /* no pose depends on what changed */
         for (int side = 0; side < 2; ++side) {
-            assert_int_equal(mbsr_positions(s->model, s->data, x->t, side ? q : x->q), 0);
+            assert_int_equal(mbsr_stage_positions(s->model, s->data, x->t, side ? q : x->q), 0);
             assert_int_equal(mbsr_body_pose(s->model, s->data, id, pose[side]), 0);
         }
         for (int k = 0; k < s->body[id].np; ++k) assert_close(pose[0][k], pose[1][k], 1e-14);
@@ -771,7 +772,7 @@ static void assert_no_reactions(mixed *s, const char *words)
 static void reactions_are_those_of_the_last_accelerations_only(void **unused)
 {
     (void)unused;
-    static const char *const before = "call |before|mbsr_accelerations|mbsr_inverse_dynamics";
+    static const char *const before = "call |before|mbsr_stage_accelerations|mbsr_inverse_dynamics";
     mixed s;
     state x;
     test_rng rng = test_seed(90);
@@ -796,14 +797,14 @@ static void reactions_are_those_of_the_last_accelerations_only(void **unused)
         for (int k = 0; k < 2; ++k) assert_int_equal(queries[k].ask(m, d, 5, first[k]), 0);
         assert_memory_equal(again, first, sizeof first);
         switch (next) { /* a new stage makes them invalid */
-        case 0: assert_int_equal(mbsr_positions(m, d, x.t, x.q), 0); break;
-        case 1: assert_int_equal(mbsr_velocities(m, d, x.u), 0); break;
-        case 2: assert_int_equal(mbsr_forces(m, d, NULL), 0); break;
-        case 3: assert_int_equal(mbsr_backward(m, d), 0); break;
+        case 0: assert_int_equal(mbsr_stage_positions(m, d, x.t, x.q), 0); break;
+        case 1: assert_int_equal(mbsr_stage_velocities(m, d, x.u), 0); break;
+        case 2: assert_int_equal(mbsr_stage_forces(m, d, NULL), 0); break;
+        case 3: assert_int_equal(mbsr_stage_backward(m, d), 0); break;
         case 4:
             assert_int_equal(mbsr_forward_dynamics(m, d, x.t, x.q, x.u, x.tau, out), 0);
-            assert_int_equal(mbsr_accelerations(m, d, x.udot), 0);
-            assert_int_equal(mbsr_forward(m, d, x.tau, out), 0);
+            assert_int_equal(mbsr_stage_accelerations(m, d, x.udot), 0);
+            assert_int_equal(mbsr_stage_forward(m, d, x.tau, out), 0);
             break;
         default:
             assert_int_equal(mbsr_dae_pack(m, d, MBSR_DAE_RECURSIVE, x.t, x.q, x.u, y), 0);
@@ -827,13 +828,13 @@ static void stages_that_are_missing_are_named(void **unused)
     mbsr_data *d = s.data;
     const mbsr_error *error = mbsr_data_error(d);
     assert_refused(mbsr_body_jacobian(m, d, 0, out), error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                   "mbsr_body_jacobian|mbsr_positions");
-    assert_int_equal(mbsr_positions(m, d, x.t, x.q), 0);
+                   "mbsr_body_jacobian|mbsr_stage_positions");
+    assert_int_equal(mbsr_stage_positions(m, d, x.t, x.q), 0);
     assert_refused(mbsr_tree_momentum(m, d, NULL, out, NULL, NULL), error, MBSR_ERR_SEQUENCE,
-                   MBSR_NONE, MBSR_NONE, "mbsr_tree_momentum|mbsr_velocities");
-    assert_int_equal(mbsr_velocities(m, d, x.u), 0);
-    assert_refused(mbsr_accelerations(m, d, x.udot), error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                   "mbsr_accelerations|mbsr_forces");
+                   MBSR_NONE, MBSR_NONE, "mbsr_tree_momentum|mbsr_stage_velocities");
+    assert_int_equal(mbsr_stage_velocities(m, d, x.u), 0);
+    assert_refused(mbsr_stage_accelerations(m, d, x.udot), error, MBSR_ERR_SEQUENCE, MBSR_NONE,
+                   MBSR_NONE, "mbsr_stage_accelerations|mbsr_stage_forces");
     mixed_free(&s);
 }
 
@@ -857,10 +858,10 @@ static void the_mass_matrix_waits_for_inertias_by_function(void **unused)
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
     const double q[2] = {1.0, 2.0};
-    assert_int_equal(mbsr_positions(m, d, 0.0, q), 0);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, q), 0);
     assert_refused(mbsr_mass_matrix(m, d, out), mbsr_data_error(d), MBSR_ERR_SEQUENCE, MBSR_NONE,
-                   MBSR_NONE, "mbsr_mass_matrix|mbsr_velocities");
-    assert_int_equal(mbsr_velocities(m, d, q), 0);
+                   MBSR_NONE, "mbsr_mass_matrix|mbsr_stage_velocities");
+    assert_int_equal(mbsr_stage_velocities(m, d, q), 0);
     assert_ok(mbsr_mass_matrix(m, d, out), mbsr_data_error(d));
     assert_close(out[0], 2.0, 0.0);
     mbsr_data_destroy(d);
@@ -894,8 +895,8 @@ static void wrong_arguments_are_refused(void **unused)
         assert_refused(queries[k].ask(other.model, d, 0, out), error, MBSR_ERR_MISMATCH, MBSR_NONE,
                        MBSR_NONE, queries[k].name);
     }
-    assert_refused(mbsr_accelerations(m, d, NULL), error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
-                   "mbsr_accelerations");
+    assert_refused(mbsr_stage_accelerations(m, d, NULL), error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stage_accelerations");
     assert_refused(mbsr_bias_forces(m, d, 0.0, x.q, x.u, NULL), error, MBSR_ERR_NULL, MBSR_NONE,
                    MBSR_NONE, "mbsr_bias_forces");
     assert_refused(mbsr_normalise(m, d, NULL), error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
@@ -905,8 +906,8 @@ static void wrong_arguments_are_refused(void **unused)
     /* the reactions are still there */
     assert_int_equal(mbsr_joint_reaction(m, d, 0, out), 0);
     x.udot[1] = NAN;
-    assert_refused(mbsr_accelerations(m, d, x.udot), error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                   "not finite");
+    assert_refused(mbsr_stage_accelerations(m, d, x.udot), error, MBSR_NOT_FINITE, MBSR_NONE,
+                   MBSR_NONE, "not finite");
     mixed_free(&s);
     mixed_free(&other);
 }
@@ -942,8 +943,8 @@ static void the_momentum_of_a_general_body_is_refused(void **unused)
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
     const double q[5] = {1.0, 2.0, 3.0, 4.0, 5.0};
-    assert_int_equal(mbsr_positions(m, d, 0.0, q), 0);
-    assert_int_equal(mbsr_velocities(m, d, q), 0);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, q), 0);
+    assert_int_equal(mbsr_stage_velocities(m, d, q), 0);
     assert_ok(mbsr_tree_momentum(m, d, NULL, NULL, NULL, out), mbsr_data_error(d));
     assert_close(out[3], 8.0, 1e-15);
     assert_close(out[4], 10.0, 1e-15);

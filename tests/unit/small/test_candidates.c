@@ -45,7 +45,7 @@ static void compare(int count, const double *mass, const bool *found, bool on_gr
     assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
     assert_ok(mbsr_small_masses_start(small, 0.0, q, (double[MOST]){0.0}),
               mbsr_small_masses_error(small));
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     for (int k = 0; k < count; ++k) {
         bool listed = false;
         for (int l = 0; l < report.masses; ++l) listed = listed || report.mass[l].body == k;

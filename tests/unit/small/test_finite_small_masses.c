@@ -66,7 +66,7 @@ static int run_start(finite_subject *s)
     mbsr_small_masses_report report;
     int status =
         mbsr_small_masses_start(s->object, s->in[FINITE_T][0], s->in[FINITE_Q], s->in[FINITE_U]);
-    if (!status) status = mbsr_small_masses_report_of(s->object, &report);
+    if (!status) status = mbsr_small_masses_get_report(s->object, &report);
     if (!status && s->out[0]) s->out[0][0] = report.error + report.steps + report.share;
     return status;
 }
@@ -76,7 +76,7 @@ static int run_step(finite_subject *s)
     mbsr_small_masses_report report;
     int status =
         mbsr_small_masses_step(s->object, s->in[FINITE_T][0], s->in[FINITE_Y], s->in[FINITE_YP]);
-    if (!status) status = mbsr_small_masses_report_of(s->object, &report);
+    if (!status) status = mbsr_small_masses_get_report(s->object, &report);
     if (!status && s->out[0])
         s->out[0][0] = report.error + report.share + report.steps + report.mass[0].amplitude;
     return status;
@@ -121,9 +121,9 @@ enum { ROWS = sizeof rows / sizeof rows[0] };
 /* These write structures and texts, looked at below and in test_ida_small_masses.c. */
 static const char *const others[] = {
     "mbsr_default_small_masses_opt", "mbsr_small_verdict_text",   "mbsr_small_masses_create",
-    "mbsr_small_masses_destroy",     "mbsr_small_masses_reduced", "mbsr_small_masses_report_of",
+    "mbsr_small_masses_destroy",     "mbsr_small_masses_reduced", "mbsr_small_masses_get_report",
     "mbsr_small_masses_error",       "mbsr_small_masses_run",     "mbsr_simulation_watch_masses",
-    "mbsr_simulation_masses",
+    "mbsr_simulation_get_masses",
 };
 
 static void every_function(void **unused)
@@ -211,7 +211,7 @@ static void what_needs_a_start_says_so(void **unused)
     double y[3 * CARTS] = {0.0}, q[CARTS], u[CARTS], t;
     assert_ok(mbsr_small_masses_create(m, &opt, &small, NULL), NULL);
     const mbsr_error *e = mbsr_small_masses_error(small);
-    assert_refused(mbsr_small_masses_report_of(small, &report), e, MBSR_ERR_SEQUENCE, -2, -2,
+    assert_refused(mbsr_small_masses_get_report(small, &report), e, MBSR_ERR_SEQUENCE, -2, -2,
                    "mbsr_small_masses_start first");
     assert_refused(mbsr_small_masses_step(small, 1.0, y, y), e, MBSR_ERR_SEQUENCE, -2, -2, "start");
     assert_refused(mbsr_small_masses_smooth(small, 1, q, u), e, MBSR_ERR_SEQUENCE, -2, -2, "start");
@@ -240,7 +240,7 @@ static mbsr_small_verdict verdict(double small_mass, double spring, const char *
     mbsr_small_masses_report report;
     assert_ok(mbsr_small_masses_create(m, &opt, &small, NULL), NULL);
     assert_ok(mbsr_small_masses_start(small, 0.0, q0, u0), mbsr_small_masses_error(small));
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     assert_int_equal(report.masses, 1);
     assert_contains(report.text, "doubtful|mass");
     assert_contains(report.text, words);
@@ -277,7 +277,7 @@ static void outputs_have_their_own_unit(void **unused)
     mbsr_small_masses_report report;
     assert_ok(mbsr_small_masses_create(m, &opt, &small, NULL), NULL);
     assert_ok(mbsr_small_masses_start(small, 0.0, q0, u0), mbsr_small_masses_error(small));
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     assert_int_equal(report.masses, 1);
     assert_int_equal(report.mass[0].body, 0);
     assert_close(report.mass[0].ratio, 1e-3 / 2.0, 1e-15);

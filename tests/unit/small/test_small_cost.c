@@ -8,8 +8,8 @@
 
 enum { SMALL = 5 };
 
-/* A chain of blocks on slides, each on the one before with a spring and a damper; `SMALL` of them have
- * little mass. The last is pushed by a force that counts. */
+/* A chain of blocks on slides, each on the one before with a spring and a damper; `SMALL` of them
+ * have little mass. The last is pushed by a force that counts. */
 static int push(void *user, double t, int n, double *value)
 {
     (void)t, (void)n;
@@ -62,7 +62,7 @@ static cost measure(int bodies)
     calls = 0;
     assert_ok(mbsr_small_masses_start(small, 0.0, q, q + n), mbsr_small_masses_error(small));
     cost c = {.start = calls};
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     assert_int_equal(report.masses, SMALL);
     c.factorisations = report.factorisations;
     assert_ok(mbsr_small_masses_state(small, &t, y, y + 3 * n), NULL);

@@ -42,7 +42,7 @@ static void names_of_several_bodies_have_their_ids(void **state)
     opt.part = part;
     assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
     assert_ok(mbsr_small_masses_start(small, 0.0, q, u), mbsr_small_masses_error(small));
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     assert_contains(report.text, "link #0|link #2|tip ");
     assert_null(strstr(report.text, "tip #"));
     mbsr_small_masses_destroy(small);

@@ -15,8 +15,8 @@ static const mbsr_error *stepper_error(const finite_subject *s)
 static int get(finite_subject *s)
 {
     double *out = s->out[0];
-    return out ? mbsr_stepper_get(s->object, out, out + 1, out + 1 + s->nq)
-               : mbsr_stepper_get(s->object, NULL, NULL, NULL);
+    return out ? mbsr_stepper_motion(s->object, out, out + 1, out + 1 + s->nq)
+               : mbsr_stepper_motion(s->object, NULL, NULL, NULL);
 }
 
 static int start(finite_subject *s)
@@ -80,7 +80,7 @@ static const finite_row rows[] = {
     {"mbsr_stepper_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_stepper_error", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_stepper_start", run_start, NULL, 0, T | Q | U, FINITE_OBJECT, of_get},
-    {"mbsr_stepper_get", get, start, T | Q | U, 0, FINITE_OBJECT, of_get},
+    {"mbsr_stepper_motion", get, start, T | Q | U, 0, FINITE_OBJECT, of_get},
     {"mbsr_stepper_state", run_state, start, T | Q | U, 0, FINITE_OBJECT, of_state},
     {"mbsr_stepper_step", run_step, start, T | Q | U, 0, FINITE_OBJECT, of_get},
     {"mbsr_stepper_to", run_to, NULL, 0, T | Q | U, FINITE_OBJECT, of_get},

@@ -6,6 +6,8 @@
 #include "counting.h"
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <string.h>
 
 enum { MOST = 64 };
@@ -203,7 +205,7 @@ static void calls_before_the_start_and_wrong_times_are_refused(void **state)
     assert_refused(mbsr_stepper_step(s), mbsr_stepper_error(s), MBSR_ERR_SEQUENCE, MBSR_NONE,
                    MBSR_NONE, "mbsr_stepper_start");
     assert_int_equal(mbsr_stepper_to(s, 1.0), MBSR_ERR_SEQUENCE);
-    assert_int_equal(mbsr_stepper_get(s, &number, NULL, NULL), MBSR_ERR_SEQUENCE);
+    assert_int_equal(mbsr_stepper_motion(s, &number, NULL, NULL), MBSR_ERR_SEQUENCE);
     assert_int_equal(mbsr_stepper_state(s, &number, NULL, NULL), MBSR_ERR_SEQUENCE);
     assert_int_equal(mbsr_stepper_start(s, 0.0, NULL, x.s.u), MBSR_ERR_NULL);
     assert_int_equal(mbsr_stepper_start(s, NAN, x.s.q, x.s.u), MBSR_NOT_FINITE);
@@ -290,7 +292,7 @@ static void a_step_of_an_oscillator_is_that_of_the_method(void **state)
             x += a * v;
         }
         double q, u;
-        assert_int_equal(mbsr_stepper_get(stepper, NULL, &q, &u), MBSR_OK);
+        assert_int_equal(mbsr_stepper_motion(stepper, NULL, &q, &u), MBSR_OK);
         assert_close(q, x, 1e-14);
         assert_close(u, v, 1e-13);
         mbsr_stepper_destroy(stepper);
@@ -305,11 +307,11 @@ static void times_are_multiples_of_h(void **state)
     double t;
     open_scene(&x);
     go(&x, 1000);
-    mbsr_stepper_get(x.stepper, &t, NULL, NULL);
+    mbsr_stepper_motion(x.stepper, &t, NULL, NULL);
     assert_true(t == 1000 * 1e-3);
     assert_ok(mbsr_stepper_to(x.stepper, 1.0003), mbsr_stepper_error(x.stepper));
     go(&x, 7);
-    mbsr_stepper_get(x.stepper, &t, NULL, NULL);
+    mbsr_stepper_motion(x.stepper, &t, NULL, NULL);
     assert_true(t == 1.0003 + 7 * 1e-3);
     assert_int_equal(info_of(&x).steps, 1008);
     close_scene(&x);
@@ -322,7 +324,7 @@ static void the_data_is_at_velocities_of_the_new_state(void **state)
     double q[2], u[2], pose[3], V[3], expected[3], kinetic, again, p[2];
     open_scene(&x);
     go(&x, 20);
-    mbsr_stepper_get(x.stepper, NULL, q, u);
+    mbsr_stepper_motion(x.stepper, NULL, q, u);
     assert_ok(mbsr_body_pose(x.s.m, x.s.d, 1, pose), mbsr_data_error(x.s.d));
     assert_ok(mbsr_body_twist(x.s.m, x.s.d, 1, V), mbsr_data_error(x.s.d));
     assert_ok(mbsr_energy(x.s.m, x.s.d, &kinetic, NULL), mbsr_data_error(x.s.d));
@@ -330,8 +332,8 @@ static void the_data_is_at_velocities_of_the_new_state(void **state)
     assert_close(pose[0], cos(q[0]), 1e-14);
     assert_close(V[2], u[0] + u[1], 1e-14);
     assert_close(kinetic, 0.5 * (p[0] * u[0] + p[1] * u[1]), 1e-12);
-    mbsr_positions(x.s.m, x.s.d, 0.02, q);
-    mbsr_velocities(x.s.m, x.s.d, u);
+    mbsr_stage_positions(x.s.m, x.s.d, 0.02, q);
+    mbsr_stage_velocities(x.s.m, x.s.d, u);
     mbsr_body_pose(x.s.m, x.s.d, 1, expected);
     mbsr_energy(x.s.m, x.s.d, &again, NULL);
     assert_memory_equal(pose, expected, sizeof pose);
@@ -393,7 +395,7 @@ static void units_do_not_matter(void **state)
         assert_ok(mbsr_stepper_start(stepper, 0.0, zero, zero), mbsr_stepper_error(stepper));
         for (int n = 0; n < 60; ++n)
             assert_ok(mbsr_stepper_step(stepper), mbsr_stepper_error(stepper));
-        mbsr_stepper_get(stepper, NULL, now_q, now_u);
+        mbsr_stepper_motion(stepper, NULL, now_q, now_u);
         mbsr_stepper_get_info(stepper, info + k);
         q[k] = now_q[1], u[k] = now_u[1];
         mbsr_stepper_destroy(stepper);

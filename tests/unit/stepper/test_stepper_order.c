@@ -106,7 +106,7 @@ static void run(const scene *x, int order, int steps, double *q, double *u)
     assert_ok(mbsr_stepper_start(stepper, 0.0, x->s.q, x->s.u), mbsr_stepper_error(stepper));
     for (int k = 0; k < steps; ++k)
         assert_ok(mbsr_stepper_step(stepper), mbsr_stepper_error(stepper));
-    assert_int_equal(mbsr_stepper_get(stepper, NULL, q, u), MBSR_OK);
+    assert_int_equal(mbsr_stepper_motion(stepper, NULL, q, u), MBSR_OK);
     mbsr_stepper_destroy(stepper);
 }
 

@@ -110,12 +110,12 @@ static void a_step_without_an_acceptable_end_is_refused(void **state)
     opt.h = 1.0 / 30.0, opt.halvings = 0, opt.corrections = 2, opt.tolerance = 1e-6;
     start_with(&r, s.model, s.q, s.u, &opt);
     for (int k = 0; k < 60 && !status; ++k) {
-        mbsr_stepper_get(r.stepper, &t, before[0], before[1]);
+        mbsr_stepper_motion(r.stepper, &t, before[0], before[1]);
         status = mbsr_stepper_step(r.stepper);
     }
     assert_refused(status, mbsr_stepper_error(r.stepper), MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                    "mbsr_stepper|by 0.0333 s is refused after 2 attempts|after 8 corrections");
-    mbsr_stepper_get(r.stepper, &t_after, after[0], after[1]);
+    mbsr_stepper_motion(r.stepper, &t_after, after[0], after[1]);
     assert_true(t == t_after);
     assert_memory_equal(before[0], after[0], (size_t)s.nq * sizeof(double));
     assert_memory_equal(before[1], after[1], (size_t)s.nu * sizeof(double));
@@ -146,7 +146,7 @@ static void dry_friction_stops_a_block_where_it_should(void **state)
         s.u[0] = v;
         start(&r, s.m, s.q, s.u, order, 1e-3);
         for (int k = 0; k < 1000; ++k) step(&r);
-        mbsr_stepper_get(r.stepper, NULL, &q, &u);
+        mbsr_stepper_motion(r.stepper, NULL, &q, &u);
         assert_close(q, v * v / (2.0 * mu * g), order == 1 ? 2e-3 : 1e-4);
         assert_close(u, 0.0, 1e-9);
         finish(&r);
@@ -178,7 +178,7 @@ static void springs_and_stops_of_1e10_are_no_trouble(void **state)
         for (int k = 0; k < steps; ++k) {
             step(&r);
             assert_true(r.energy <= most + 1e-3);
-            mbsr_stepper_get(r.stepper, NULL, q, NULL);
+            mbsr_stepper_motion(r.stepper, NULL, q, NULL);
             for (int j = 0; j < 5; ++j) assert_true(fabs(q[j]) < 0.3 + 1e-3);
         }
         for (int j = 0; j < 5; j += 2) assert_close(q[j], -0.3, 1e-6);
@@ -227,7 +227,7 @@ static double gap_of(runner *r)
 {
     mbsr_closure_report report;
     double q[128], t;
-    assert_int_equal(mbsr_stepper_get(r->stepper, &t, q, NULL), MBSR_OK);
+    assert_int_equal(mbsr_stepper_motion(r->stepper, &t, q, NULL), MBSR_OK);
     assert_ok(mbsr_closures_report(r->m, r->d, t, q, &report, NULL, NULL), mbsr_data_error(r->d));
     return report.gap;
 }
@@ -266,7 +266,7 @@ static void a_matrix_may_serve_several_steps(void **state)
         }
         assert_less(gap_of(&r), 1e-8);
         assert_in_range(factorisations, kept ? 20 : 200, kept ? 30 : 200);
-        mbsr_stepper_get(r.stepper, NULL, end[kept], NULL);
+        mbsr_stepper_motion(r.stepper, NULL, end[kept], NULL);
         finish(&r);
     }
     for (int k = 0; k < s.nq; ++k) assert_close(end[1][k], end[0][k], 1e-8);
@@ -354,7 +354,7 @@ static void a_motor_may_feed_energy(void **state)
             torque = k % 20 < 10 ? 3.0 : 1.0;
             step(&r);
         }
-        mbsr_stepper_get(r.stepper, NULL, &q, &u);
+        mbsr_stepper_motion(r.stepper, NULL, &q, &u);
         assert_close(u, 4.0, 1e-9); /* the mean of 2 N m over 0.5 kg m^2 */
         assert_int_equal(r.info.braked, 0);
         finish(&r);
@@ -386,7 +386,7 @@ static void a_spring_that_is_switched_on_is_told(void **state)
         assert_ok(mbsr_force_switch(s.m, r.d, force, 1), mbsr_data_error(r.d));
         if (told) assert_ok(mbsr_stepper_jump(r.stepper), mbsr_stepper_error(r.stepper));
         for (int k = 0; k < 314; ++k) step(&r);
-        mbsr_stepper_get(r.stepper, NULL, &q, NULL);
+        mbsr_stepper_motion(r.stepper, NULL, &q, NULL);
         reached[told] = q;
         assert_int_equal(r.info.braked > 0, !told);
         finish(&r);
@@ -411,7 +411,7 @@ static double ratio_of(const mbsr_model *m, const double *q, const double *u, do
         start(&r, m, q, u, 2, step_of[k]);
         const int steps = (int)(0.2 / step_of[k] + 0.5);
         for (int l = 0; l < steps; ++l) step(&r);
-        mbsr_stepper_get(r.stepper, NULL, end[k], NULL);
+        mbsr_stepper_motion(r.stepper, NULL, end[k], NULL);
         assert_int_equal(r.info.refused, 0);
         finish(&r);
     }
@@ -461,7 +461,7 @@ static void quaternions_keep_their_length(void **state)
     start(&r, s.model, s.q, s.u, 1, 1.0 / 60.0);
     for (int k = 0; k < 60; ++k) {
         step(&r);
-        mbsr_stepper_get(r.stepper, NULL, q, NULL);
+        mbsr_stepper_motion(r.stepper, NULL, q, NULL);
         for (int body = 0; body < 20; ++body) {
             int at, nq, nu;
             mbsr_body_coordinates(s.model, body, &at, &nq, NULL, &nu);
@@ -499,7 +499,7 @@ static void kinks_of_tables_are_passed(void **state)
         start(&r, s.m, s.q, s.u, order, 1e-3);
         for (int k = 1; k <= 500; ++k) {
             step(&r);
-            mbsr_stepper_get(r.stepper, NULL, &q, NULL);
+            mbsr_stepper_motion(r.stepper, NULL, &q, NULL);
             if (k == 100) assert_close(q, 0.5 * 100.0 / 100.3, 0.03);
         }
         assert_close(q, -0.3, 1e-3);

@@ -17,6 +17,8 @@
 #include "sweeps/build.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -81,7 +83,7 @@ static void compare_inverse(const state *s, tally *n)
 {
     const mbsri_sweep_kernels *list[2];
     const test_hidden trees = test_hide_sweeps(s->model);
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, NULL, s->expected),
               mbsr_data_error(s->data));
     test_show_sweeps(s->model, trees);
     for (int k = 0; k < test_kernels(list); ++k) {
@@ -204,7 +206,8 @@ static void trees_in_space(void **unused)
     assert_true(n.forward > 200 && n.momentum > 100 && n.deficient > 50);
 }
 
-/* Few of many bodies are seen in lean data, and the root's acceleration stands behind numbers of theirs. */
+/* Few of many bodies are seen in lean data, and the root's acceleration stands behind numbers of
+ * theirs. */
 static void chains_on_moving_roots(void **unused)
 {
     (void)unused;

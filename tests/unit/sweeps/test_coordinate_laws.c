@@ -91,7 +91,7 @@ static int evaluate(scene *s, int by_blocks, double *out)
     mbsr_data *d = s->data;
     const mbsr_error *error = mbsr_data_error(d);
     assert_ok(mbsr_forward_dynamics(s->model, d, 0.0, s->q, s->u, s->x, out), error);
-    assert_ok(mbsr_inverse_dynamics(s->model, d, 0.0, s->q, s->u, s->x, out + nu), error);
+    assert_ok(mbsr_inverse_dynamics(s->model, d, 0.0, s->q, s->u, s->x, NULL, out + nu), error);
     assert_ok(mbsr_dae_pack(s->model, d, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y), error);
     for (int k = 0; k < nu; ++k) yp[nq + nu + k] = s->x[k];
     assert_ok(mbsr_dae_residual(s->model, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, out + 2 * nu), error);

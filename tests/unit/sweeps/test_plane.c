@@ -181,8 +181,8 @@ static void a_point_between_planar_bodies_is_a_block(void **state)
     }
 }
 
-/* Long chains have so much inertia about x and y, which no joint takes away, that what turns about z
- * is nothing beside it: it must not count. */
+/* Long chains have so much inertia about x and y, which no joint takes away, that what turns about
+ * z is nothing beside it: it must not count. */
 static void long_chains_are_served(void **state)
 {
     (void)state;
@@ -209,7 +209,7 @@ static void long_chains_are_served(void **state)
         tau[k] = sin(2.0 * k);
     }
     assert_ok(mbsri_sweeps_forward_dynamics(m, d, 0.0, q, u, tau, udot), mbsr_data_error(d));
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, back), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, NULL, back), mbsr_data_error(d));
     mbsr_batch *batch;
     assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
     assert_ok(mbsr_batch_forward_dynamics(m, batch, 0.0, 1, q, u, tau, bias, NULL),

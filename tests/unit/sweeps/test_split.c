@@ -37,7 +37,7 @@ typedef struct results {
 static void evaluate(const test_rigid_tree *t, const double *y, const double *yp, results *r)
 {
     r->status[0] = mbsr_forward_dynamics(t->model, t->data, t->t, t->q, t->u, t->tau, r->udot);
-    r->status[1] = mbsr_inverse_dynamics(t->model, t->data, t->t, t->q, t->u, t->tau, r->tau);
+    r->status[1] = mbsr_inverse_dynamics(t->model, t->data, t->t, t->q, t->u, t->tau, NULL, r->tau);
     r->status[2] = mbsr_dae_residual(t->model, t->data, MBSR_DAE_MOMENTUM, t->t, y, yp, r->F);
 }
 
@@ -84,8 +84,8 @@ static int compare(test_rigid_choice choice, int workers, bool *served)
     return pieces;
 }
 
-/* One axis or several, massless bodies, joints without rank, a moving root, springs along joints, ids in any
- * order. */
+/* One axis or several, massless bodies, joints without rank, a moving root, springs along joints,
+ * ids in any order. */
 static void results_are_those_of_one_thread(void **state)
 {
     (void)state;
@@ -132,7 +132,8 @@ static void other_trees_are_not_split(void **state)
     assert_false(served);
 }
 
-/* Chains on a body, or on a chain that is not too long; a chain with short ones on it stays whole. */
+/* Chains on a body, or on a chain that is not too long; a chain with short ones on it stays whole.
+ */
 static int tasks_of(int trunk, int chains, int length)
 {
     mbsr_model *m = NULL;

@@ -11,6 +11,8 @@
 #include "recursion/inverse.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -96,9 +98,9 @@ static void compare_inverse(test_rigid_tree *s)
 {
     const mbsri_sweep_kernels *list[2];
     const int count = test_kernels(list);
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
-    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
     mbsri_inverse(s->model, s->data, s->tau);
     mbsri_scatter(s->model, s->data->out, s->expected);
     for (int l = 0; l < count; ++l) {
@@ -258,15 +260,15 @@ static void lean_data_serves_the_same(void **state)
     assert_ok(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
               mbsr_data_error(lean));
     assert_true(distance(s.nu, s.udot, s.expected) == 0.0);
-    assert_ok(mbsr_inverse_dynamics(s.model, lean, s.t, s.q, s.u, s.expected, s.udot),
+    assert_ok(mbsr_inverse_dynamics(s.model, lean, s.t, s.q, s.u, s.expected, NULL, s.udot),
               mbsr_data_error(lean));
     assert_true(distance(s.nu, s.udot, s.tau) < 1e-10);
     assert_ok(mbsr_bias_forces(s.model, lean, s.t, s.q, s.u, s.udot), mbsr_data_error(lean));
     double pose[MBSR_POSE_SIZE];
     assert_refused(mbsr_body_pose(s.model, lean, 0, pose), mbsr_data_error(lean), MBSR_ERR_LEAN,
                    MBSR_NONE, MBSR_NONE, "full data");
-    assert_refused(mbsr_positions(s.model, lean, s.t, s.q), mbsr_data_error(lean), MBSR_ERR_LEAN,
-                   MBSR_NONE, MBSR_NONE, "mbsr_data_create_lean");
+    assert_refused(mbsr_stage_positions(s.model, lean, s.t, s.q), mbsr_data_error(lean),
+                   MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE, "mbsr_data_create_lean");
     s.q[0] = NAN;
     assert_int_equal(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
                      MBSR_NOT_FINITE);
@@ -304,7 +306,8 @@ static void a_prescribed_motion_that_is_no_number_is_refused(void **state)
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     const double zero[1] = {0.0};
     double out[1];
-    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.0, zero, zero, zero, out), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.0, zero, zero, zero, NULL, out),
+                     MBSR_NOT_FINITE);
     assert_int_equal(mbsr_forward_dynamics(m, d, 0.0, zero, zero, NULL, out), MBSR_NOT_FINITE);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
@@ -329,15 +332,15 @@ static void results_can_be_asked_for_after_every_call(void **state)
               mbsr_data_error(s.data));
     assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[0]), mbsr_data_error(s.data));
     assert_int_equal(mbsr_body_acceleration(s.model, s.data, 7, A[0]), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_inverse_dynamics(s.model, s.data, s.t, s.q, s.u, s.udot, s.expected),
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, s.t, s.q, s.u, s.udot, NULL, s.expected),
               mbsr_data_error(s.data));
     assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[0]), mbsr_data_error(s.data));
-    assert_ok(mbsr_positions(s.model, s.data, s.t, s.q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, s.t, s.q), mbsr_data_error(s.data));
     assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[1]), mbsr_data_error(s.data));
     assert_true(distance(MBSR_POSE_SIZE, pose[0], pose[1]) == 0.0);
-    assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
-    assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
-    assert_ok(mbsr_accelerations(s.model, s.data, s.udot), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_accelerations(s.model, s.data, s.udot), mbsr_data_error(s.data));
     assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[1]), mbsr_data_error(s.data));
     assert_true(distance(6, A[0], A[1]) == 0.0);
     test_rigid_tree_free(&s);
@@ -355,7 +358,7 @@ static void a_hundred_thousand_bodies_lose_no_digits(void **state)
     double *bias = malloc((size_t)s.nu * sizeof *bias);
     assert_ok(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
               mbsr_data_error(lean));
-    assert_ok(mbsr_inverse_dynamics(s.model, lean, s.t, s.q, s.u, s.udot, s.expected),
+    assert_ok(mbsr_inverse_dynamics(s.model, lean, s.t, s.q, s.u, s.udot, NULL, s.expected),
               mbsr_data_error(lean));
     assert_ok(mbsr_bias_forces(s.model, lean, s.t, s.q, s.u, bias), mbsr_data_error(lean));
     double worst = 0.0;
@@ -425,7 +428,8 @@ static void elements_on_every_joint_are_called_for_each(void **state)
     assert_true(!mbsri_sweeps_forward_dynamics(model, data, 0.0, q, u, none, udot));
     assert_close(distance(3, udot, expected), 0.0, 1e-12);
     /* inverse dynamics of these accelerations needs no joint forces beside the damping */
-    assert_ok(mbsr_inverse_dynamics(model, data, 0.0, q, u, udot, damped), mbsr_data_error(data));
+    assert_ok(mbsr_inverse_dynamics(model, data, 0.0, q, u, udot, NULL, damped),
+              mbsr_data_error(data));
     assert_close(largest(3, damped), 0.0, 1e-12);
     mbsr_data_destroy(data);
     mbsr_model_destroy(model);

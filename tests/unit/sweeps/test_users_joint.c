@@ -1,5 +1,5 @@
-/* Joints of a user's own between bodies in space, which the vectorised sweeps take as theirs where H is a
- * translation: which are taken, and that evaluations agree with the stages.
+/* Joints of a user's own between bodies in space, which the vectorised sweeps take as theirs where
+ * H is a translation: which are taken, and that evaluations agree with the stages.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "kernels.h"
@@ -102,7 +102,7 @@ static const double x_axis[3] = {1, 0, 0}, slant[3] = {0.6, 0.0, 0.8};
 static mbsr_frame seat(int i)
 {
     const double x[3] = {0.3, 0.1 * i, -0.2};
-    return mbsr_frame_turned(x, slant, 0.2 * i);
+    return mbsr_frame_rotated(x, slant, 0.2 * i);
 }
 
 /* A motion of the root in every direction. */
@@ -110,7 +110,7 @@ static int shake(void *user, double t, double *p, double *V, double *A)
 {
     (void)user;
     const mbsr_frame frame =
-        mbsr_frame_turned((double[3]){sin(t), 2.0, -t}, slant, 0.5 * t * t + 0.2);
+        mbsr_frame_rotated((double[3]){sin(t), 2.0, -t}, slant, 0.5 * t * t + 0.2);
     for (int k = 0; k < 9; ++k) p[MBSR_POSE_R + k] = frame.R[k];
     for (int k = 0; k < 3; ++k) {
         p[MBSR_POSE_X + k] = frame.x[k];
@@ -143,12 +143,12 @@ static void add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inerti
 static mbsr_inertia brick(int i)
 {
     const double com[3] = {0.1, 0.05 * i, 0.2}, edges[3] = {0.2, 0.3, 0.1 + 0.05 * i};
-    const mbsr_frame at = mbsr_frame_turned(com, x_axis, 0.3);
-    return mbsr_inertia_moved(&at, mbsr_inertia_box(100.0, edges));
+    const mbsr_frame at = mbsr_frame_rotated(com, x_axis, 0.3);
+    return mbsr_inertia_in_frame(&at, mbsr_inertia_box(100.0, edges));
 }
 
-/* A tree in which body `i` has a joint of each kind in turn, between stock joints; the elements act on
- * bodies of both sorts. */
+/* A tree in which body `i` has a joint of each kind in turn, between stock joints; the elements act
+ * on bodies of both sorts. */
 static mbsr_model *make(how h, bool moving, bool loaded)
 {
     mbsr_model *m = start(moving);
@@ -197,7 +197,7 @@ static int evaluate(int what, const mbsr_model *m, mbsr_data *d, const state *s,
 {
     switch (what) {
     case FORWARD: return mbsr_forward_dynamics(m, d, s->t, s->q, s->u, s->tau, x);
-    case INVERSE: return mbsr_inverse_dynamics(m, d, s->t, s->q, s->u, s->tau, x);
+    case INVERSE: return mbsr_inverse_dynamics(m, d, s->t, s->q, s->u, s->tau, NULL, x);
     default: return mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, s->t, s->y, s->yp, x);
     }
 }
@@ -212,8 +212,8 @@ static int evaluate_by_sweeps(int what, const mbsr_model *m, mbsr_data *d, const
     }
 }
 
-/* At a state, every evaluation by the sweeps, for every processor, against the stages; served: what the
- * sweeps are to say. */
+/* At a state, every evaluation by the sweeps, for every processor, against the stages; served: what
+ * the sweeps are to say. */
 static void compare(mbsr_model *m, mbsr_data *d, const state *s, bool served)
 {
     const mbsri_sweep_kernels *list[2];

@@ -380,7 +380,8 @@ static void models_know_the_kinks_of_their_tables(void **state)
     assert_int_equal(mbsr_model_kink(NULL, 0.0, 1, &next), MBSR_ERR_NULL);
     assert_int_equal(mbsr_model_kink(m, 0.0, 1, NULL), MBSR_ERR_NULL);
 
-    /* the slider is pulled by half the way from (1, 0) to (1.5, 1), the table stands at its height */
+    /* the slider is pulled by half the way from (1, 0) to (1.5, 1), the table stands at its height
+     */
     double q = 0.2, u = 0.0, udot = 0.0, pose[MBSR_POSE_SIZE], out[3];
     assert_ok(mbsr_forward_dynamics(m, d, 1.25, &q, &u, NULL, &udot), mbsr_data_error(d));
     assert_close(udot, 0.25, 1e-14);

@@ -4,6 +4,8 @@
 #include "expect.h"
 #include "space.h"
 
+#include <mbsrank/verify.h>
+
 /* An element on two bodies in space: force -(7 + |r|^2) r with r the displacement between their
  * origins, moments 2 (omega_b - omega_a), and a joint force sin(q_0) u_1 on a. */
 typedef struct coupling {
@@ -123,8 +125,8 @@ static void set_up(fixture *s)
     assert_ok(mbsr_data_create(s->model, &s->data, NULL), NULL);
     test_fill(&rng, 14, s->q);
     test_fill(&rng, 12, s->u);
-    assert_ok(mbsr_positions(s->model, s->data, 0.0, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, 0.0, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
 }
 
 static void tear_down(fixture *s)
@@ -208,7 +210,7 @@ static void what_cannot_be_tested_is_refused(void **state)
     s.counting.fail_at = s.counting.calls + 1;
     assert_refused(mbsr_force_verify(s.model, s.data, COUPLING, &errors), error, MBSR_ERR_NO_MEMORY,
                    MBSR_NONE, COUPLING, "no memory");
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), error);
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.q), error);
     assert_refused(mbsr_force_verify(s.model, s.data, COUPLING, &errors), error, MBSR_ERR_SEQUENCE,
                    MBSR_NONE, MBSR_NONE, "mbsr_force_verify");
     tear_down(&s);

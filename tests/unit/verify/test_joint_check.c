@@ -5,6 +5,8 @@
 #include "samples.h"
 #include "tree.h"
 
+#include <mbsrank/verify.h>
+
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>

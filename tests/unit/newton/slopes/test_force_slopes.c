@@ -7,6 +7,8 @@
 
 #include "newton/slopes/force_slopes.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 
 /* ---- a model of all kinds of bodies ---------------------------------------------------------- */
@@ -181,9 +183,9 @@ static void scene_free(scene *s)
 /* The state q, u at t; f and tau of the data are there as well. */
 static void set_state(scene *s, double t, const double *q, const double *u)
 {
-    assert_ok(mbsr_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
-    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
 }
 
 enum { MAX_NQ = 40 };
@@ -268,8 +270,8 @@ static mbsr_force_def bushing(test_rng *rng, int a, int b)
     return mbsr_force_bushing(a, &A, b, &B, stiffness, damping);
 }
 
-/* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. Where slip is
- * small, with so long a lever, differences are rough. */
+/* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. Where
+ * slip is small, with so long a lever, differences are rough. */
 static mbsr_force_def contact(test_rng *rng, int a, int b, int rough, double slip,
                               const int origin[2])
 {
@@ -312,7 +314,8 @@ static int turning_load(void *user, double t, int n, double *value)
     return 0;
 }
 
-/* Contacts, frictions of points and of bearings between every two kinds of bodies that have them. */
+/* Contacts, frictions of points and of bearings between every two kinds of bodies that have them.
+ */
 static int add_frictions(scene *s, mbsr_space root, test_rng *rng)
 {
     static const int ends[] = {SPATIAL_1, SPATIAL_2, PLANAR_1,   PLANAR_2,
@@ -601,8 +604,8 @@ static void springs_of_no_length(void **state)
     scene_finish(&s);
     double q[MAX_NQ], u[MAX_NQ];
     plain_state(&s, q, u);
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, u), mbsr_data_error(s.data));
     compare(&s, 0, 0, 1e-9);
     assert_close(entry(&s.slopes.out, 0, 0), -4.0, 1e-13);
     for (int id = 1; id < 3; ++id) {
@@ -624,8 +627,8 @@ static void bushings_at_all_angles(void **state)
                         damping[6] = {0.2, 0.3, 0.1, 0.4, 0.2, 0.3}, axis[3] = {0.36, -0.48, 0.8};
     for (int k = 0; k < 9; ++k) {
         scene s;
-        const mbsr_frame A = mbsr_frame_turned(NULL, axis, 0.0),
-                         B = mbsr_frame_turned(NULL, axis, angle[k]);
+        const mbsr_frame A = mbsr_frame_rotated(NULL, axis, 0.0),
+                         B = mbsr_frame_rotated(NULL, axis, angle[k]);
         scene_begin(&s, MBSR_SPACE_FIXED);
         scene_add(&s, mbsr_force_bushing(SPATIAL_1, &A, SPATIAL_2, &B, stiffness, damping));
         scene_finish(&s);
@@ -634,7 +637,7 @@ static void bushings_at_all_angles(void **state)
         set_state(&s, 0.0, q, u);
         for (int id = SPATIAL_1; id <= SPATIAL_2; ++id) {
             const mbsri_body *b = s.model->body + s.model->index[id];
-            const mbsr_frame pose = mbsr_frame_turned(NULL, (double[3]){1.0, 0.4, -0.3}, 0.7);
+            const mbsr_frame pose = mbsr_frame_rotated(NULL, (double[3]){1.0, 0.4, -0.3}, 0.7);
             memcpy(s.data->p + b->p, pose.R, sizeof pose.R);
         }
         /* near pi, where theta jumps, higher derivatives are large */

@@ -72,7 +72,7 @@ static void add_bodies(scene *s, const unit *by, bool bare)
     const double L = by->m, density = 500.0 * by->kg / (L * L * L);
     for (int i = 0; i < BODIES; ++i) {
         const double edges[3] = {0.3 * L, 0.5 * L, 0.4 * L};
-        mbsr_frame A = mbsr_frame_turned(NULL, x, 0.4 * i);
+        mbsr_frame A = mbsr_frame_rotated(NULL, x, 0.4 * i);
         A.x[0] = 0.4 * L, A.x[1] = 0.1 * L * i, A.x[2] = -0.2 * L;
         mbsr_body_def def = mbsr_default_body_def();
         def.parent = i == 0 ? MBSR_GROUND : i == 4 ? 1 : i - 1;
@@ -229,7 +229,8 @@ static int saturating(void *user, double x, double v, double *force, double *ene
     return MBSR_OK;
 }
 
-/* A box on a slide with such a damper to the ground: u' of the Newton direction beside the true one. */
+/* A box on a slide with such a damper to the ground: u' of the Newton direction beside the true
+ * one. */
 static double error_of_spring(unit by)
 {
     const double L = by.m, axis[3] = {1.0, 0.0, 0.0}, edges[3] = {0.2 * L, 0.2 * L, 0.2 * L},

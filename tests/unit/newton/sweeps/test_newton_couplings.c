@@ -1,6 +1,5 @@
-/* Newton systems of mechanisms whose joint coordinates are coupled: in vector code, beside the elimination by
- * blocks and the dense matrix.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Newton systems of mechanisms whose joint coordinates are coupled: in vector code, beside the
+ * elimination by blocks and the dense matrix. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 #include "sweeps/tree.h"
@@ -118,7 +117,8 @@ static void mimicking_fingers(void **state)
     }
 }
 
-/* Coordinates of three and four bodies, neighbours or not, that of the body before them among these. */
+/* Coordinates of three and four bodies, neighbours or not, that of the body before them among
+ * these. */
 static void differentials(void **state)
 {
     (void)state;
@@ -138,8 +138,8 @@ static void differentials(void **state)
     }
 }
 
-/* A screw made of two coordinates of one joint, coordinates of other joints of several axes, bodies of these
- * without mass. */
+/* A screw made of two coordinates of one joint, coordinates of other joints of several axes, bodies
+ * of these without mass. */
 static void joints_of_several_axes(void **state)
 {
     (void)state;
@@ -211,7 +211,8 @@ static void motions(void **state)
     compare(&s);
 }
 
-/* Four-bars with gears on the same joints: a freedom that the gear takes, or that it takes again. */
+/* Four-bars with gears on the same joints: a freedom that the gear takes, or that it takes again.
+ */
 static void across_other_loops(void **state)
 {
     (void)state;
@@ -337,7 +338,8 @@ static void laws_of_one_s_own(void **state)
     }
 }
 
-/* Another coupling says the same once more: the start leaves it out. Where nobody did, the solver names it. */
+/* Another coupling says the same once more: the start leaves it out. Where nobody did, the solver
+ * names it. */
 static void redundant_rows(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* Newton systems of mechanisms in space whose loops go through joints of several axes: in vector code, beside
- * the elimination by blocks and the dense matrix.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Newton systems of mechanisms in space whose loops go through joints of several axes: in vector
+ * code, beside the elimination by blocks and the dense matrix. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 
@@ -147,7 +147,8 @@ static void finish(mechanism *m)
 
 static const double x_axis[3] = {1.0, 0.0, 0.0}, z_axis[3] = {0.0, 0.0, 1.0};
 
-/* Crank and rocker about axes that are not parallel, a coupler on a joint of that kind, a tail on the coupler. */
+/* Crank and rocker about axes that are not parallel, a coupler on a joint of that kind, a tail on
+ * the coupler. */
 static void fourbar(mechanism *m, int kind, double coupler, double unit)
 {
     static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.1, 0.3, 0.05},
@@ -161,8 +162,8 @@ static void fourbar(mechanism *m, int kind, double coupler, double unit)
     tie(m, b, c, end);
 }
 
-/* Arms on a chassis, the upright on a ball joint of the lower one, a tie rod on a universal joint. `mass`: of
- * arms and rod. */
+/* Arms on a chassis, the upright on a ball joint of the lower one, a tie rod on a universal joint.
+ * `mass`: of arms and rod. */
 static void suspension(mechanism *m, int chassis, double mass)
 {
     static const double place[3] = {0.0, 0.0, 0.3}, low[3] = {0.0, 0.3, 0.2},
@@ -182,8 +183,8 @@ static void suspension(mechanism *m, int chassis, double mass)
     damp(m, lower, 3.0);
 }
 
-/* Six legs, each a cylinder on a universal joint and a rod that slides in it; the platform on a free joint, or on
- * a ball joint of the first leg. */
+/* Six legs, each a cylinder on a universal joint and a rod that slides in it; the platform on a
+ * free joint, or on a ball joint of the first leg. */
 static void platform(mechanism *m, int free, double leg_mass)
 {
     double foot[6][3], head[6][3];
@@ -237,7 +238,8 @@ static void couplers(void **state)
     }
 }
 
-/* A prescribed axis beside a free one, which the loop leaves its freedom by a rocker on a ball joint. */
+/* A prescribed axis beside a free one, which the loop leaves its freedom by a rocker on a ball
+ * joint. */
 static void prescribed_axes(void **state)
 {
     (void)state;
@@ -336,7 +338,8 @@ static void massless_couplers(void **state)
     }
 }
 
-/* Beside dampers, which determine what the loop does not: a rod between ball joints turns about itself. */
+/* Beside dampers, which determine what the loop does not: a rod between ball joints turns about
+ * itself. */
 static void massless_couplers_in_bushings(void **state)
 {
     (void)state;
@@ -389,8 +392,8 @@ static void nothing_holds(void **state)
     loops_free(&m.s);
 }
 
-/* A parallelogram at an angle from where all its rods lie in one line, and the rows of its loop depend on each
- * other; couplers with mass and without. */
+/* A parallelogram at an angle from where all its rods lie in one line, and the rows of its loop
+ * depend on each other; couplers with mass and without. */
 static void parallelogram(mechanism *m, double mass, double angle)
 {
     static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.3, 0.0, 0.0},

@@ -1,6 +1,6 @@
-/* Newton systems of mechanisms of which some bodies are in vector code and others, on loops too, are not: beside
- * the elimination by blocks and the dense matrix.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Newton systems of mechanisms of which some bodies are in vector code and others, on loops too,
+ * are not: beside the elimination by blocks and the dense matrix. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 
@@ -47,7 +47,8 @@ static void compare(loops *s, const double *q)
 
 /* ---- tests ---- */
 
-/* A rod without mass, whose end stands under that of a pendulum, beside a strut on a user's hinge. */
+/* A rod without mass, whose end stands under that of a pendulum, beside a strut on a user's hinge.
+ */
 static void held_rods(void **state)
 {
     (void)state;
@@ -82,7 +83,8 @@ static int cam_rows(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return 0;
 }
 
-/* A coupling whose ratio turns, beside a user's hinge, and in a tree of which bodies lack inertia. */
+/* A coupling whose ratio turns, beside a user's hinge, and in a tree of which bodies lack inertia.
+ */
 static void cams(void **state)
 {
     (void)state;

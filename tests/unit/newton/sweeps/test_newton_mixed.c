@@ -54,7 +54,8 @@ static mbsr_newton *make_solver(const mbsr_model *model, int by_blocks, int lean
     return newton;
 }
 
-/* own: the body on the user's hinge, which, if it is bare, has no rates; light: one without inertia. */
+/* own: the body on the user's hinge, which, if it is bare, has no rates; light: one without
+ * inertia. */
 static void make_scene(scene *s, int own, bool bare, int light)
 {
     const double edges[3] = {0.3, 0.5, 0.7};

@@ -13,6 +13,8 @@
 #include "assembly/data.h"
 #include "recursion/group.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,8 +49,8 @@ static void open_system(newton_system *s, mbsr_model *model, mbsr_data *data, do
     s->found = s->r + size;
     s->work = s->found + size;
     memcpy(s->y, q, (size_t)nq * sizeof(double));
-    assert_ok(mbsr_positions(model, data, t, q), mbsr_data_error(data));
-    assert_ok(mbsr_velocities(model, data, u), mbsr_data_error(data));
+    assert_ok(mbsr_stage_positions(model, data, t, q), mbsr_data_error(data));
+    assert_ok(mbsr_stage_velocities(model, data, u), mbsr_data_error(data));
     assert_ok(mbsr_momenta(model, data, s->y + nq), mbsr_data_error(data));
     memcpy(s->y + nq + nu, u, (size_t)nu * sizeof(double));
     const size_t bytes = mbsri_newton_sweeps_size(model, false);
@@ -328,8 +330,8 @@ static const mbsr_force_table joint_load_table = {.version = MBSR_FORCE_TABLE_VE
 static void place_all(newton_system *s, double h, double (*pose)[MBSR_POSE_SIZE], double (*V)[6])
 {
     for (int k = 0; k < s->size; ++k) s->work[k] = s->y[k] + h * s->found[k];
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->work), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->work + s->nq + s->nu),
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->work), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->work + s->nq + s->nu),
               mbsr_data_error(s->data));
     for (int i = 1; i <= s->model->bodies; ++i) {
         const mbsri_body *b = s->model->body + i;
@@ -521,7 +523,7 @@ static void add_body(mbsr_model *model, test_rng *rng, int kind, int on, const m
     body.joint = kind == 0   ? mbsr_joint_revolute(A, NULL, axis)
                  : kind == 1 ? mbsr_joint_prismatic(A, NULL, axis)
                              : mbsr_joint_screw(A, NULL, axis, 0.4);
-    body.inertia = mbsr_inertia_moved(&at, mbsr_inertia_box(mass * 30.0, edges));
+    body.inertia = mbsr_inertia_in_frame(&at, mbsr_inertia_box(mass * 30.0, edges));
     assert_ok(mbsr_model_add_body(model, &body, NULL), mbsr_model_error(model));
 }
 
@@ -574,10 +576,10 @@ static mbsr_model *make_cells(int k, bool skew, int *bodies)
 /* Whether joints of a group lack rank such that they are eliminated together. */
 static bool has_coupled(const mbsr_model *model, mbsr_data *data, const double *q, const double *u)
 {
-    assert_ok(mbsr_positions(model, data, 0.0, q), mbsr_data_error(data));
-    assert_ok(mbsr_velocities(model, data, u), mbsr_data_error(data));
-    assert_ok(mbsr_forces(model, data, NULL), mbsr_data_error(data));
-    assert_ok(mbsr_backward(model, data), mbsr_data_error(data));
+    assert_ok(mbsr_stage_positions(model, data, 0.0, q), mbsr_data_error(data));
+    assert_ok(mbsr_stage_velocities(model, data, u), mbsr_data_error(data));
+    assert_ok(mbsr_stage_forces(model, data, NULL), mbsr_data_error(data));
+    assert_ok(mbsr_stage_backward(model, data), mbsr_data_error(data));
     for (int i = 1; i <= model->bodies; ++i) {
         const mbsri_group g = mbsri_group_in_model(model, i);
         if (g.members > 1 && mbsri_coupled(model, data, &g)) return true;

@@ -1,6 +1,6 @@
-/* Newton systems where many loops close on one body, each beside few others: trains of wheels, ladders. As by blocks
- * and as the dense matrix, and in fronts that do not grow with the number of loops.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Newton systems where many loops close on one body, each beside few others: trains of wheels,
+ * ladders. As by blocks and as the dense matrix, and in fronts that do not grow with the number of
+ * loops. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 
@@ -84,7 +84,8 @@ static void wheels_without_mass(void **state)
     }
 }
 
-/* Legs of two rods on a carrier, each pinned to the next; the first also to the ground, past the carrier. */
+/* Legs of two rods on a carrier, each pinned to the next; the first also to the ground, past the
+ * carrier. */
 static void ladders(void **state)
 {
     (void)state;
@@ -105,7 +106,8 @@ static void ladders(void **state)
     compare(&s, 30);
 }
 
-/* A wheel geared to all others leaves nothing to divide: 12 multipliers, and 7 rates that might be delayed. */
+/* A wheel geared to all others leaves nothing to divide: 12 multipliers, and 7 rates that might be
+ * delayed. */
 static void one_front(void **state)
 {
     (void)state;

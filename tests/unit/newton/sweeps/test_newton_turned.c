@@ -1,5 +1,5 @@
-/* Newton systems of stiff closures along the axes of a body, whose forces turn with it: without unknowns beside the
- * multipliers, as by the front and as the dense matrix.
+/* Newton systems of stiff closures along the axes of a body, whose forces turn with it: without
+ * unknowns beside the multipliers, as by the front and as the dense matrix.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
@@ -33,7 +33,8 @@ static void compare(loops *s, int turned)
     loops_free(s);
 }
 
-/* A closure with other springs and dampers in each of the rows from `first` on; wide gaps of soft ones stay as they are. */
+/* A closure with other springs and dampers in each of the rows from `first` on; wide gaps of soft
+ * ones stay as they are. */
 static void add_stiff(loops *s, mbsr_closure_def def, int first, int rows, double stiffness)
 {
     for (int k = first; k < rows; ++k) {

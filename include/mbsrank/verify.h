@@ -1,13 +1,18 @@
-/* A test of a joint's functions against differences of its positions, and of its derivatives.
+/* Tests of joints, force elements and closures of a caller's own: the functions of a table against
+ * differences. For whoever writes one, once, in tests of his own.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRANK_JOINT_CHECK_H
-#define MBSRANK_JOINT_CHECK_H
+#ifndef MBSRANK_VERIFY_H
+#define MBSRANK_VERIFY_H
 
+#include <mbsrank/closure.h>
+#include <mbsrank/dynamics.h>
 #include <mbsrank/joint.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* ---- joints ---- */
 
 /* The state to test at: any state of motion in which nothing is zero by accident. All rates count:
  * with u and V_pred zero, kII and the rates of K, H, J have nothing to show. */
@@ -75,10 +80,57 @@ typedef struct mbsr_joint_errors {
  * Status: MBSR_OK (whatever the errors), MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE or
  * MBSR_ERR_SPACE (what mbsr_model_add_body or the joint's check refuses, and states that cannot be
  * tested), MBSR_NOT_FINITE (a function wrote NaN, or numbers overflow), MBSR_SINGULAR_K,
- * MBSR_ERR_NO_MEMORY, and what a function of the joint returned, unchanged. The reason is in *error,
- * which may be NULL; *errors is then not to be read. */
+ * MBSR_ERR_NO_MEMORY, and what a function of the joint returned, unchanged. The reason is in
+ * *error, which may be NULL; *errors is then not to be read. */
 MBSR_API int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at,
                                mbsr_joint_errors *errors, mbsr_error *error);
+
+/* ---- force elements ---- */
+
+/* What was found. An entry df/dx or dtau/dx is compared with the largest of its block: all
+ * derivatives of f (or tau) of one body with respect to the pose (or V, q, u) of one body. 0 is
+ * perfect, rounding and differences leave about 1e-9, an error in the formulas usually 1e-3 to 2.
+ * Differences beside a point where a force has a kink or jumps show that instead. What is below the
+ * rounding of the forces themselves, 1e-10 of the largest of the body, does not count. */
+typedef struct mbsr_force_errors {
+    double largest;
+    char text[MBSR_TEXT_SIZE]; /* where it was found: entry, bodies, value, value by differences */
+} mbsr_force_errors;
+
+/* Tests the `derivatives` of a force element's table in the state of mbsr_stage_velocities: for
+ * whoever writes an element, once, in tests of his own. A good state has nothing that is zero by
+ * accident, and bodies not farther from the origin than the element is large.
+ *
+ *   mbsr_force_errors errors;
+ *   assert(mbsr_force_verify(model, data, force, &errors) == MBSR_OK && errors.largest < 1e-7);
+ *
+ * Of an element that acts on every body each is tested; those whose derivatives the library does
+ * not ask for, because their mass is given by function (force.h), count as right. The data stays as
+ * it is. Memory is taken from the model's allocator and given back.
+ *
+ * Status: MBSR_OK (whatever the errors), MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID (no such
+ * force), MBSR_ERR_VALUE (it has no derivatives of its own), MBSR_NOT_FINITE (something is NaN),
+ * MBSR_ERR_NO_MEMORY, and what a function of the element returned, unchanged; the reason is in
+ * mbsr_data_error, and *errors is then not to be read. */
+MBSR_API int mbsr_force_verify(const mbsr_model *model, mbsr_data *data, int force,
+                               mbsr_force_errors *errors);
+
+/* ---- closures ---- */
+
+/* What was found by mbsr_closure_verify: the largest errors of C, g_t and the bias against
+ * differences, relative to the largest entry of each. */
+typedef struct mbsr_closure_errors {
+    double jacobian, drift, bias;
+    char text[MBSR_TEXT_SIZE]; /* where the largest was found */
+} mbsr_closure_errors;
+
+/* Tests the functions of a closure's table against differences of g (of the velocity rows for the
+ * bias) in the state of mbsr_stage_velocities: for whoever writes one, in tests of his own. About
+ * 1e-8 where they are right. Rows that are not position rows are tested for their bias alone; the
+ * turns of a weld only where its frames agree. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID,
+ * MBSR_NOT_FINITE, what a table returned. */
+MBSR_API int mbsr_closure_verify(const mbsr_model *model, mbsr_data *data, int closure,
+                                 mbsr_closure_errors *errors);
 
 #ifdef __cplusplus
 }
