@@ -1,7 +1,8 @@
 /* The IDA driver beside an explicit method where nothing is stiff: damped chains of 30 boxes, joint
  * axes in turn y and z, integrated on the tree in the momentum form, and by the classical
  * Runge-Kutta method on forward dynamics. An implicit method has to solve for each step; this is
- * what that costs. SPDX-License-Identifier: BSD-3-Clause
+ * what that costs.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_explicit [samples]      CSV on standard output
  *

@@ -1,5 +1,6 @@
 /* Reduction of solid bars and cubes from finite elements: time by stage, memory, and what the modes
- * are worth. SPDX-License-Identifier: BSD-3-Clause
+ * are worth.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_fe [largest number of dofs]     CSV on standard output; default 110000
  *

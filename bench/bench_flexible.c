@@ -1,5 +1,6 @@
 /* Chains of flexible bodies with massless modes in each: time per body, steps of the driver, and
- * how both grow with bodies and modes. SPDX-License-Identifier: BSD-3-Clause
+ * how both grow with bodies and modes.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_flexible [samples [links]]     CSV on standard output; of chains of so many links alone
  *

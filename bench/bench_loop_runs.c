@@ -1,5 +1,6 @@
 /* Whole runs of mechanisms with closed loops from rest by the driver: steps, CPU time, error, how
- * far loops are open. SPDX-License-Identifier: BSD-3-Clause
+ * far loops are open.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_loop_runs FOLDER           CSV on standard output
  *

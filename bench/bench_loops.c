@@ -1,6 +1,7 @@
 /* Models with closed loops: time per body of the residual of the momentum form, of factoring and
  * solving its Newton system, of forward dynamics, of inverse dynamics with motors on as many joints
- * as move freely, and of a start. SPDX-License-Identifier: BSD-3-Clause
+ * as move freely, and of a start.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_loops [samples]            CSV on standard output
  *   bench_loops --write FOLDER

@@ -1,6 +1,7 @@
 /* Whole runs of stiff trees with parts without mass (runs/stiff.h) in the IDA driver: the linear
  * systems of Newton's method solved on the tree, by GMRES, by a dense matrix of SUNDIALS and of
- * LAPACK, by KLU. SPDX-License-Identifier: BSD-3-Clause
+ * LAPACK, by KLU.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_newton folder [largest number of bodies]      CSV on standard output
  *

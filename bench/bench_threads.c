@@ -1,5 +1,6 @@
 /* Time of one evaluation by several threads beside that by one: subtrees of large trees, states of
- * a batch. SPDX-License-Identifier: BSD-3-Clause
+ * a batch.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_threads [samples [threads]]     CSV on standard output; threads: 2
  *

@@ -1,6 +1,6 @@
 /* The equations of motion of rods in the plane in redundant coordinates, [M G^T; G 0] with three
- * rates a body and two rows a hinge or pin, as a sparse matrix for KLU. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * rates a body and two rows a hinge or pin, as a sparse matrix for KLU.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef BENCH_KKT_H
 #define BENCH_KKT_H
 

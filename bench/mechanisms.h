@@ -1,5 +1,6 @@
 /* Mechanisms whose loops are closed by stiff damped springs, written as force elements or as stiff
- * closures. SPDX-License-Identifier: BSD-3-Clause */
+ * closures.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MECHANISMS_H
 #define MECHANISMS_H
 

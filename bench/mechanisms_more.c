@@ -1,5 +1,6 @@
 /* More mechanisms closed by stiff springs: bushings in the plane and in space, springs in series
- * and as rods, stops, and the end of a chain. SPDX-License-Identifier: BSD-3-Clause */
+ * and as rods, stops, and the end of a chain.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "parts.h"
 
 #include <math.h>

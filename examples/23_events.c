@@ -1,5 +1,6 @@
 /* Events: a ball falls on a floor and jumps, with what a blow leaves of its speed given by a
- * number. SPDX-License-Identifier: BSD-3-Clause
+ * number.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Two event functions: the height, which is zero at a blow, and the speed, which is zero at the
  * top. The driver stops where one of them changes sign and says which way. At a blow u jumps, so

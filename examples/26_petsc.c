@@ -1,5 +1,6 @@
 /* PETSc's time stepper TS, with Newton systems solved on the tree (mbsr_newton): a chain of 30
- * beads, every other one without mass. SPDX-License-Identifier: BSD-3-Clause
+ * beads, every other one without mass.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * TS asks for F and for a matrix dF/dU + shift dF/dU', which is dF/dy + c dF/dy': the residual and
  * mbsr_newton_factor as they are. The matrix is a shell; KSPPREONLY applies the shell

@@ -1,5 +1,6 @@
 /* A robot arm follows points in time: PD control, and the torques that the motion takes fed
- * forward. SPDX-License-Identifier: BSD-3-Clause
+ * forward.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The reference of each joint is a spline through points. A servo reads it, and its rate; inverse
  * dynamics along it, with its second derivative, gives the torques that an arm without error would

@@ -1,5 +1,6 @@
 /* A plate of solid elements becomes a flexible body: frequencies against closed form, and massless
- * static modes at a corner. SPDX-License-Identifier: BSD-3-Clause
+ * static modes at a corner.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Without Poisson's ratio a free plate bends like a beam along either edge, omega = (beta / L)^2 (E
  * h^2 / 12 rho)^1/2, cos beta cosh beta = 1, whatever its width. Meshes of bricks come close with

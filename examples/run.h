@@ -1,5 +1,6 @@
 /* What the examples from 10 to 20 share: running a model with the IDA driver in the momentum form,
- * by simulation.h; a failure ends the program. SPDX-License-Identifier: BSD-3-Clause */
+ * by simulation.h; a failure ends the program.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef EXAMPLES_RUN_H
 #define EXAMPLES_RUN_H
 

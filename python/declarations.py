@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the public headers: declarations for cffi, and for each function its parameters and its text.
+"""Reads the public headers: declarations for cffi, and for each function its parameters and its
+text.
 
     declarations.py INCLUDE_DIR...     writes the declarations to standard output
 
-The compiler's preprocessor expands the headers; comments come from their texts, since the header is the
-specification of a function.
+The compiler's preprocessor expands the headers; comments come from their texts, since the header
+is the specification of a function.
 """
 from __future__ import annotations
 
@@ -17,9 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 #: The headers of the components that the package wraps.
-HEADERS = ("mbsrank/mbsrank.h", "mbsrank/simulation.h", "mbsrank/files.h")
+HEADERS = ("mbsrank/mbsrank.h", "mbsrank/driver.h", "mbsrank/simulation.h", "mbsrank/files.h")
 
-#: Function types that are called by trampolines in Python, with the status that an exception returns.
+#: What trampolines return to C where a function of the caller's raises.
 EXCEPTION = -32000
 
 
@@ -125,7 +126,8 @@ def _texts(folders: list[str], functions: dict[str, Function]) -> None:
 
 def _trampolines(declarations: str) -> dict[str, str]:
     """Named function types: their result, parameters in brackets."""
-    found = re.findall(r"typedef\s+(\w+)\s*\(\s*\*\s*(mbsr_\w+_fn)\s*\)\s*(\([^;]*\))\s*;", declarations)
+    pattern = r"typedef\s+(\w+)\s*\(\s*\*\s*(mbsr_\w+_fn)\s*\)\s*(\([^;]*\))\s*;"
+    found = re.findall(pattern, declarations)
     return {name: f"{result} mbsrank_{name}{parameters}" for result, name, parameters in found
             if re.match(r"\(\s*void \*", parameters)}
 

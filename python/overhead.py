@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a call from Python takes more than the same call from C: medians of processor time, interleaved in one run.
+"""What a call from Python takes more than the same call from C: medians of processor time,
+interleaved in one run.
 
     overhead.py [ROUNDS]     default 300; bench/results/python.csv is what it prints"""
 import os
@@ -38,7 +39,8 @@ def main():
             lambda: lib.mbsr_forward_dynamics(one, of, 0.0, at["q"], at["u"], at["u"], at["out"])),
         "Data.inverse_dynamics": (
             lambda: data.inverse_dynamics(q, u, u, 0.0, out),
-            lambda: lib.mbsr_inverse_dynamics(one, of, 0.0, at["q"], at["u"], at["u"], at["out"])),
+            lambda: lib.mbsr_inverse_dynamics(one, of, 0.0, at["q"], at["u"], at["u"], null,
+                                              at["out"])),
         "Dae.residual": (
             lambda: dae.residual(0.0, y, yp, F),
             lambda: lib.mbsr_dae_residual(one, own, form, 0.0, at["y"], at["yp"], at["F"])),
@@ -46,10 +48,12 @@ def main():
     print("# time of calls from Python and from C, 7 bodies, microseconds of processor time")
     print(f"# date: {time.strftime('%Y-%m-%d %H:%M', time.gmtime())} UTC")
     print(f"# load average at start: {os.getloadavg()[0]:.2f}; {rounds} rounds, interleaved")
-    print(f"# Python {platform.python_version()}, numpy {np.__version__}, libmbsrank {mb.__version__}")
+    versions = platform.python_version(), np.__version__, mb.__version__
+    print("# Python {}, numpy {}, libmbsrank {}".format(*versions))
     print("call,python_us,bare_us,more_us")
     for name, both in pairs.items():
-        times = [[timeit.timeit(call, timer=time.thread_time, number=number) for call in both] for _ in range(rounds)]
+        times = [[timeit.timeit(call, timer=time.thread_time, number=number) for call in both]
+                 for _ in range(rounds)]
         here, bare = (1e6 / number * np.median(each) for each in zip(*times))
         print(f"{name},{here:.2f},{bare:.2f},{here - bare:.2f}")
 

@@ -80,7 +80,7 @@ def version() -> str:
 setup(
     name="mbsrank",
     version=version(),
-    description="O(N) dynamics of multibody systems whose bodies may have zero or rank-deficient mass",
+    description="O(N) dynamics of multibody systems, bodies without mass included",
     license="BSD-3-Clause",
     packages=["mbsrank"],
     package_data={"mbsrank": ["py.typed", "*.pyi"]},

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes what the package takes from the headers: _interface.py with each function's parameters and text,
-and stubs with the types of the constructors of joints, inertias, forces and closures."""
+"""Writes what the package takes from the headers: _interface.py with each function's parameters
+and text, and stubs with the types of the constructors of joints, inertias, forces and closures."""
 from __future__ import annotations
 
 import ast
@@ -33,7 +33,9 @@ def constructors(functions) -> dict[str, list]:
     """The constructors of each module."""
     found = {module: [] for module, _ in VALUES.values()}
     for one in functions:
-        if one.result in VALUES and "default" not in one.name:
+        serves = not any(kind.startswith("const mbsr_") and kind.endswith("_table *")
+                         or kind == "mbsr_inertia_fn" for kind, _ in one.parameters)
+        if one.result in VALUES and "default" not in one.name and serves:
             found[VALUES[one.result][0]].append(one)
     return found
 
@@ -56,7 +58,8 @@ def _stub(one) -> str:
         free -= 1
     parts = [f"{name}: {_type(kind)}" + (" = ..." if k >= free else "")
              for k, (kind, name) in enumerate(taken)]
-    return f"def {python_name(one.result, one.name)}({', '.join(parts)}) -> {VALUES[one.result][1]}: ...\n"
+    name, result = python_name(one.result, one.name), VALUES[one.result][1]
+    return f"def {name}({', '.join(parts)}) -> {result}: ...\n"
 
 
 def _by_hand(path: Path) -> dict[str, str]:

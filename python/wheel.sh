@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Makes a wheel that contains the shared libraries, and what they need but the C library, so that it runs where libmbsrank is
-# not installed. Needs pip, wheel and patchelf.
+# Makes a wheel that contains the shared libraries, and what they need but the C library, so that it
+# runs where libmbsrank is not installed. Needs pip, wheel and patchelf.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: wheel.sh PREFIX [FOLDER]     PREFIX: where libmbsrank is installed; the wheel goes to FOLDER, default: dist
+# Usage: wheel.sh PREFIX [FOLDER]     PREFIX: where libmbsrank is installed; the wheel goes to
+# FOLDER, default: dist
 set -eu
 prefix=$(cd "$1" && pwd)
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -13,7 +14,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 cp -r "$here" "$work/source"
-MBSRANK_PREFIX=$prefix "$python" -m pip wheel -q --no-deps --no-build-isolation -w "$work/plain" "$work/source"
+MBSRANK_PREFIX=$prefix "$python" -m pip wheel -q --no-deps --no-build-isolation \
+    -w "$work/plain" "$work/source"
 "$python" -m wheel unpack -d "$work/open" "$work"/plain/mbsrank-*.whl
 libraries=$(find "$prefix"/lib* -name "libmbsrank*.so" -printf "%h\n" | sort -u | paste -sd:)
 package=$(echo "$work"/open/mbsrank-*/mbsrank)

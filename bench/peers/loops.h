@@ -1,5 +1,6 @@
 /* What the programs that time other libraries on closed loops share: mechanisms from files, checks,
- * timing. SPDX-License-Identifier: BSD-3-Clause
+ * timing.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Mechanisms are rods in the plane, as `bench_loops --write` writes them. A program defines the
  * functions of `namespace library`; loops.cpp has the rest. */

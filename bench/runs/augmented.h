@@ -1,5 +1,6 @@
 /* A stiff tree's Newton systems of the momentum form in sparse augmented form, with analytic
- * entries. SPDX-License-Identifier: BSD-3-Clause
+ * entries.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The unknowns of body i are xi, nu, chi, phi and delta u_i of docs/newton.md, and its rows the
  * equations given there, so that a row has entries for a body and its predecessor only, and for

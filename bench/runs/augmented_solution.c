@@ -1,5 +1,6 @@
 /* The right side of a Newton system in sparse augmented form, and what its solution says of y: see
- * augmented.h. SPDX-License-Identifier: BSD-3-Clause */
+ * augmented.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "augmented.h"
 
 #include <string.h>

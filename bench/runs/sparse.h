@@ -1,5 +1,6 @@
 /* Newton's systems of the momentum form in sparse augmented form, with analytic entries, for KLU,
- * in place of the linear solver of an IDA driver. SPDX-License-Identifier: BSD-3-Clause
+ * in place of the linear solver of an IDA driver.
+ * SPDX-License-Identifier: BSD-3-Clause
  */
 #ifndef SPARSE_H
 #define SPARSE_H

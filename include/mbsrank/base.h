@@ -69,7 +69,8 @@ extern "C" {
     X(MBSR_ERR_LEAN, -1015, "the data is lean and does not hold what this needs")                  \
     X(MBSR_ERR_CLOSURES, -1016, "the model has closures, which this does not serve")               \
     X(MBSR_ERR_FILE, -1017, "a file cannot be read")                                               \
-    X(MBSR_ERR_UNAVAILABLE, -1018, "the library was built without this")
+    X(MBSR_ERR_UNAVAILABLE, -1018, "the library was built without this")                           \
+    X(MBSR_ERR_NUMERICS, -1019, "an iteration over the data of a definition did not converge")
 
 enum mbsr_status {
 #define MBSR_STATUS_ENUM(name, value, text) name = value,

@@ -1,5 +1,6 @@
 /* Derivatives of inverse and forward dynamics: products with their Jacobians and the transposes,
- * O(N). SPDX-License-Identifier: BSD-3-Clause
+ * O(N).
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   inverse dynamics   tau(q, u, u')     mbsr_derivatives_inverse
  *   forward dynamics   u'(q, u, tau)     mbsr_derivatives_forward

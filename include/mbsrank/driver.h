@@ -1,5 +1,6 @@
 /* For whoever writes an integrator, a binding or another driver: what a run needs to know of a
- * model beside what users' programs do. SPDX-License-Identifier: BSD-3-Clause
+ * model beside what users' programs do.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The component ida is written on this header and on the public ones alone. mbsrank.h does not
  * include it. m = mbsr_model_rows, h = mbsr_model_position_rows; arguments, statuses common to all

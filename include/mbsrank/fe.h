@@ -1,5 +1,6 @@
 /* Flexible bodies from finite elements: reduction of K and M to modal data, and SID_FEM files
- * (component fe). SPDX-License-Identifier: BSD-3-Clause
+ * (component fe).
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Given are stiffness and mass matrix of a body that nothing holds, its nodes, and markers: nodes
  * or sets of nodes to which joints and loads go. The first marker, the root, is the frame of the
@@ -130,7 +131,7 @@ typedef struct mbsr_fe_report {
  * *flex is released by mbsr_flex_destroy, *report (NULL: not wanted) by mbsr_fe_report_destroy. On
  * failure both are NULL and the reason, with dof, node, marker and value, is in *error (may be
  * NULL): MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_ERR_UNAVAILABLE (too many
- * dofs without CHOLMOD), MBSR_EIGEN_FAILED, MBSR_NO_CONVERGENCE, what `progress` returned, and
+ * dofs without CHOLMOD), MBSR_ERR_NUMERICS, what `progress` returned, and
  * MBSR_ERR_VALUE: numbers that are not finite, K, M or D that are not symmetric, K that is grounded
  * (a rigid motion costs energy), indefinite or has mechanisms, M that is indefinite or has
  * different mass along different axes, wrong dofs, nodes and markers, more than MBSR_MAX_MODES

@@ -88,7 +88,7 @@ MBSR_API mbsr_flex_def mbsr_default_flex_def(void);
  * threads; they must outlive the models.
  *
  * On failure *flex is NULL and the reason in *error (which may be NULL): MBSR_ERR_NULL,
- * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_EIGEN_FAILED, and MBSR_ERR_VALUE for numbers that
+ * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_ERR_NUMERICS, and MBSR_ERR_VALUE for numbers that
  * are not finite, matrices that are not symmetric (to 1e-9 of what is on the diagonal), axes of a
  * marker that are not orthonormal, and what is indefinite (scaled to unit diagonal, with the
  * eigenvalue in the text, by more than 1e-9): K, D, the Gram matrix of (1, x, Phi_1, ..., Phi_n,

@@ -1,5 +1,6 @@
 /* Flexible bodies in SID_FEM files, Wallrapp's Standard Input Data, read and written (component
- * fe). SPDX-License-Identifier: BSD-3-Clause
+ * fe).
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * A SID file holds Taylor expansions in the modal coordinates: of mass moments (mdCM, J, Ct, Cr,
  * Me), of gyroscopic terms (Gr, Ge, Oe), stiffness and damping (Ke, De), and of the pose of nodes.
@@ -60,7 +61,7 @@ typedef struct mbsr_sid_report {
  * On success *flex is released by mbsr_flex_destroy, *report (NULL: not wanted) by
  * mbsr_sid_report_destroy. On failure both are NULL and the reason, with the line, in *error (may
  * be NULL): MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt; data that are refused, with
- * the eigenvalue and the option that would change them), MBSR_ERR_NO_MEMORY, MBSR_EIGEN_FAILED,
+ * the eigenvalue and the option that would change them), MBSR_ERR_NO_MEMORY, MBSR_ERR_NUMERICS,
  * MBSR_ERR_FILE (what cannot be read; ksigma that is not zero). opt NULL: defaults. */
 MBSR_API int mbsr_sid_read(const char *text, size_t size, const char *name, const mbsr_sid_opt *opt,
                            mbsr_flex **flex, mbsr_sid_report **report, mbsr_error *error);

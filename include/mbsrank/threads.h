@@ -1,5 +1,6 @@
 /* Several threads for one evaluation: the subtrees of a large tree, or the states of a batch, side
- * by side. SPDX-License-Identifier: BSD-3-Clause
+ * by side.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   mbsr_threads *threads;
  *   mbsr_split *split;

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stiffness, damping and mass of a pendulum from a motion that was measured, by scipy's least squares."""
+"""Stiffness, damping and mass of a pendulum from a motion that was measured, by scipy's least
+squares."""
 import numpy as np
 from scipy.optimize import least_squares
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Twenty thousand states of one model in a call, on one thread and on two; and runs of many models in a table."""
+"""Twenty thousand states of one model in a call, on one thread and on two; and runs of many models
+in a table."""
 import time
 
 import numpy as np
@@ -12,7 +13,7 @@ def chain(count, length=1.0):
     model, body = mb.Model(), mb.GROUND
     for k in range(count):
         joint = mb.joint.revolute((0, 0, -length) if k else None, None, (0, 1, 0))
-        bar = mb.inertia.moved((0, 0, -length / 2), mb.inertia.box(100.0, (0.1, 0.1, length)))
+        bar = mb.inertia.in_frame((0, 0, -length / 2), mb.inertia.box(100.0, (0.1, 0.1, length)))
         body = model.add_body(f"bar {k}", joint, bar, body)
     model.add_force(mb.force.gravity(0, 0, -9.81))
     return model

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A quarter of a car drives over a bump: wheel carrier and spring seat have no mass (as examples/10_quarter_car.c)."""
+"""A quarter of a car drives over a bump: wheel carrier and spring seat have no mass (as
+examples/10_quarter_car.c)."""
 import numpy as np
 
 import mbsrank as mb
@@ -21,7 +22,8 @@ def car(small):
     model = mb.Model()
     driven = {"kind": "translation", "direction": UP, "driven": True}
     body = model.add_body("road", mb.joint.compound(axes=[driven], motion=road))
-    parts = [("carrier", small, 2e5, 50.0), ("seat", small, 2e4, 1500.0), ("body", 400.0, 1e6, 50.0)]
+    parts = [("carrier", small, 2e5, 50.0), ("seat", small, 2e4, 1500.0),
+             ("body", 400.0, 1e6, 50.0)]
     for name, mass, stiffness, damping in parts:
         body = model.add_body(name, mb.joint.prismatic(axis=UP), mb.inertia.particle(mass), body)
         model.add_force(mb.force.joint_spring(body, 0, stiffness, damping, 0.0))

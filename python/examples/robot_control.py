@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A robot arm follows a path under computed torques, at 1 kHz: the model of the controller is the robot's own file."""
+"""A robot arm follows a path under computed torques, at 1 kHz: the model of the controller is the
+robot's own file."""
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,8 @@ def main():
         torque[:] = control.inverse_dynamics(sim.q, sim.u, wish)
         sim.sample((k + 1) * PERIOD)
         worst = max(worst, np.abs(path(sim.t, n)[0] - sim.q).max())
-    print(f"{n} joints, 1000 samples, {sim.stats.steps} steps, largest error {1e3 * worst:.3f} mrad")
+    print(f"{n} joints, 1000 samples, {sim.stats.steps} steps, "
+          f"largest error {1e3 * worst:.3f} mrad")
     assert worst < 5e-3
 
 

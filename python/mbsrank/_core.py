@@ -18,8 +18,8 @@ _EXCEPTION = -32000  # what a function of the caller's returns to C when it rais
 
 
 class Error(RuntimeError):
-    """A call failed. `status` is its number, `name` that number's name, `text` what the library says;
-    `body` and `force` are the ids concerned, None where there are none."""
+    """A call failed. `status` is its number, `name` that number's name, `text` what the library
+    says; `body` and `force` are the ids concerned, None where there are none."""
 
     def __init__(self, status: int, text: str = "", body: int | None = None,
                  force: int | None = None):
@@ -30,8 +30,8 @@ class Error(RuntimeError):
 
 
 class StateError(Error):
-    """Depends on the state (status above zero): a rank, a loop that does not close, a number that is
-    not finite. The object stays usable."""
+    """Depends on the state (status above zero): a rank, a loop that does not close, a number that
+    is not finite. The object stays usable."""
 
 
 class UseError(Error, ValueError):
@@ -52,27 +52,31 @@ def _keep_exception(_kind, value, _trace) -> None:
 
 
 def fail(status: int, error=None) -> None:
-    """Raises what a status means: an exception of the caller's own function comes first."""
-    if _raised:
-        own = _raised.pop(threading.get_ident(), None)
-        if own is None and status == _EXCEPTION:
+    """Raises what a status means; where a function of the caller's has raised, that."""
+    own = _raised.pop(threading.get_ident(), None)
+    if status == _EXCEPTION:
+        if own is None and _raised:  # it was called from a thread of the library's
             own = _raised.popitem()[1]
+            alive = {one.ident for one in threading.enumerate()}
+            for stale in set(_raised) - alive:
+                _raised.pop(stale, None)
         if own is not None:
             raise own
     kind = StateError if status > 0 else UseError
     if status == lib.MBSR_ERR_NO_MEMORY:
         raise MemoryError("mbsrank: an allocation failed")
     if error is None or error == ffi.NULL or error.status != status:
-        raise kind(status)
+        raise kind(status) from own
     body, force = (None if at == lib.MBSR_NONE else at for at in (error.body, error.force))
-    raise kind(status, ffi.string(error.text).decode(errors="replace"), body, force)
+    raise kind(status, ffi.string(error.text).decode(errors="replace"), body, force) from own
 
 
 # ---- handles ----
 
 class Handle:
-    """A thing of the library's, freed when nobody holds it any more: neither its object, nor a view, nor what was
-    made from it. `keep` is what must live as long; handles there are freed later, in cycles of garbage too."""
+    """A thing of the library's, freed when nobody holds it any more: neither its object, nor a
+    view, nor what was made from it. `keep` is what must live as long; handles there are freed
+    later, in cycles of garbage too."""
 
     __slots__ = ("pointer", "keep", "_destroy", "_parents", "_children", "_dead", "__weakref__")
 
@@ -122,8 +126,8 @@ class Owner:
         return self._handle is None
 
     def close(self) -> None:
-        """Gives it up: later calls raise ClosedError. Memory is freed as soon as no view and nothing
-        made from it is left."""
+        """Gives it up: later calls raise ClosedError. Memory is freed as soon as no view and
+        nothing made from it is left."""
         self._handle = None
 
     def __enter__(self):
@@ -172,8 +176,8 @@ def taken(array, shape: tuple, name: str):
 
 
 def evaluated(first, shape: tuple, second, third: tuple, out, name: str, other: str):
-    """Pointers to two arrays that are read, of shape and third, and to one that is written, of third: the way of calls
-    that are made often."""
+    """Pointers to two arrays that are read, of shape and third, and to one that is written, of
+    third: the way of calls that are made often."""
     try:
         if (first.dtype is F8 and second.dtype is F8 and out.dtype is F8 and first.shape == shape
                 and second.shape == third and out.shape == third):
@@ -230,6 +234,15 @@ def lent(pointer, count: int) -> np.ndarray:
 def text(pointer) -> str:
     """A text of the library's; "" where there is none."""
     return "" if pointer == ffi.NULL else ffi.string(pointer).decode(errors="replace")
+
+
+def encoded(value, name: str) -> bytes:
+    """A text for the library."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected a text, got {type(value).__name__}")
+    if "\0" in value:
+        raise ValueError(f"{name}: it contains a NUL")
+    return value.encode()
 
 
 # ---- records ----
@@ -354,8 +367,9 @@ def _load(user, path, content, size):
 
 
 class ForceBody:
-    """One body as a force element of the caller's sees it: id, and arrays that are valid during the call
-    alone. p: pose; V: velocity; q, u: of its joint; add to f (conjugate to V) and tau (to u)."""
+    """One body as a force element of the caller's sees it: id, and arrays that are valid during
+    the call alone. p: pose; V: velocity; q, u: of its joint; add to f (conjugate to V) and tau (to
+    u)."""
 
     __slots__ = ("id", "space", "p", "V", "q", "u", "f", "tau")
 

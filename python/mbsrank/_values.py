@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Values that models are built from: frames, joints, inertias, force elements, closures, tables; and what makes
-their constructors from the headers."""
+"""Values that models are built from: frames, joints, inertias, force elements, closures, tables;
+and what makes their constructors from the headers."""
 from __future__ import annotations
 
 import inspect
@@ -10,16 +10,17 @@ from typing import Any, Callable, Mapping, Sequence, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import F8, TRAMPOLINES, Handle, Owner, fail, numbers, text
+from ._core import F8, TRAMPOLINES, Handle, Owner, encoded, fail, numbers, text
 from ._c import ffi, lib
 from ._interface import FUNCTIONS
 
 
 class Frame:
-    """A frame that stands in another: origin x (3, m) and rotation R (3 x 3, its columns are the axes).
+    """A frame that stands in another: origin x (3, m) and rotation R (3 x 3, its columns are the
+    axes).
 
-    Frame(x=None, R=None, axis=None, angle=0.0, quaternion=None): shifted, and turned by R, or by an angle
-    in rad about an axis, or by a quaternion (w, x, y, z)."""
+    Frame(x=None, R=None, axis=None, angle=0.0, quaternion=None): shifted, and turned by R, or by
+    an angle in rad about an axis, or by a quaternion (w, x, y, z)."""
 
     __slots__ = ("x", "R")
 
@@ -29,7 +30,7 @@ class Frame:
         self.x = np.zeros(3) if x is None else numbers(x, 3, "x")
         self.R = np.eye(3) if R is None else np.array(R, dtype=F8).reshape(3, 3)
         if axis is not None:
-            self.R = _rotation(lib.mbsr_frame_turned(ffi.NULL, _doubles(axis, 3, "axis"), angle))
+            self.R = _rotation(lib.mbsr_frame_rotated(ffi.NULL, _doubles(axis, 3, "axis"), angle))
         elif quaternion is not None:
             four = _doubles(quaternion, 4, "quaternion")
             self.R = _rotation(lib.mbsr_frame_quaternion(ffi.NULL, four))
@@ -70,8 +71,8 @@ def _doubles(value, count, name):
 
 
 class Table(Owner):
-    """A function of one number by points: x (n), value (n, or n x columns). kind: "linear", "monotone" (no
-    overshoot) or "spline"; beyond its ends: "constant", "straight" or "refuse"."""
+    """A function of one number by points: x (n), value (n, or n x columns). kind: "linear",
+    "monotone" (no overshoot) or "spline"; beyond its ends: "constant", "straight" or "refuse"."""
 
     def __init__(self, x: ArrayLike, value: ArrayLike, kind: str = "linear",
                  beyond: str = "constant"):
@@ -93,6 +94,8 @@ class Table(Owner):
 
     def __call__(self, x: float, derivative: int = 0) -> Any:
         """The value at x, its first or second derivative."""
+        if derivative not in (0, 1, 2):
+            raise ValueError(f"derivative: expected 0, 1 or 2, got {derivative}")
         outs = [ffi.new("double[]", self.columns) for _ in range(3)]
         status = lib.mbsr_table_value(self._get(), x, *outs)
         if status:
@@ -166,7 +169,8 @@ class Force(Value):
 
 
 class Closure(Value):
-    """A closure of a loop (module closure makes them); `name`, `stiffness`, `damping`, `motion` can be set."""
+    """A closure of a loop (module closure makes them); `name`, `stiffness`, `damping`, `motion`
+    can be set."""
 
     _kind = "mbsr_closure_def"
 
@@ -205,20 +209,19 @@ def fill(struct, values: Mapping[str, Any], keep: list, what: str) -> None:
     kind = ffi.typeof(struct)
     fields = dict((kind.item if kind.kind == "pointer" else kind).fields)
     for name, value in values.items():
-        if name not in fields:
+        if name not in fields or name == "cookie":
             known = ", ".join(one for one in fields if one not in ("cookie", "user"))
             raise TypeError(f"{what}: there is no '{name}', but {known}")
         _set(struct, name, fields[name].type, value, keep, fields)
 
 
 def _set(struct, name, kind, value, keep, fields):
-    if kind.kind == "pointer" and kind.item.kind == "function" or kind.cname.endswith("(*)()"):
-        typedef = _function_type(struct, name)
-        function, user = callback(typedef, value, keep)
+    if kind.kind == "function":
+        function, user = callback(_function_type(kind, name), value, keep)
         setattr(struct, name, function)
         setattr(struct, _user_of(name, fields), user)
     elif kind.kind == "pointer" and kind.item.cname == "char":
-        keep.append(ffi.new("char[]", value.encode()) if value is not None else ffi.NULL)
+        keep.append(ffi.new("char[]", encoded(value, name)) if value is not None else ffi.NULL)
         setattr(struct, name, keep[-1])
     elif kind.kind == "pointer" and isinstance(value, Table):
         keep.append(value._handle)
@@ -241,18 +244,14 @@ def _set(struct, name, kind, value, keep, fields):
         setattr(struct, name, ffi.NULL if value is None else value)
 
 
-_FIELD_FUNCTIONS = {"function": None, "spring": "mbsr_spring_fn", "motion": "mbsr_motion_fn",
-                    "event": "mbsr_event_fn", "progress": "mbsr_ida_progress_fn",
-                    "load": "mbsr_file_load_fn"}
+_BY_TYPE = {ffi.typeof(function): name for name, function in TRAMPOLINES.items()
+            if name != "mbsr_event_fn"}  # which needs sizes: Simulation gives it
 
 
-def _function_type(struct, name):
-    if name not in _FIELD_FUNCTIONS:
+def _function_type(kind, name: str) -> str:
+    if kind not in _BY_TYPE:
         raise TypeError(f"functions of field {name} cannot be written in Python")
-    owner = ffi.typeof(struct)
-    owner = (owner.item if owner.kind == "pointer" else owner).cname
-    known = _FIELD_FUNCTIONS[name]
-    return known or ("mbsr_spring_fn" if owner == "mbsr_spring" else "mbsr_force_fn")
+    return _BY_TYPE[kind]
 
 
 def to_c(kind: str, name: str, value, keep: list):
@@ -282,7 +281,7 @@ def _pointer(kind: str, name: str, value, keep: list):
     elif value is None:
         made = ffi.NULL
     elif kind == "const char *":
-        made = ffi.new("char[]", value.encode())
+        made = ffi.new("char[]", encoded(value, name))
     elif "double" in kind:
         count = int(kind[kind.index("[") + 1:-1]) if "[" in kind else None
         made = _doubles(value, count, name)
@@ -325,13 +324,20 @@ def constructor(name: str, python_name: str) -> Callable[..., Value]:
     return make
 
 
+def _serves(parameters) -> bool:
+    """Whether Python can give what it takes: tables of functions are for C, but for what
+    force.custom makes."""
+    return not any(kind.endswith("_table *") and kind != "mbsr_table *"
+                   or kind.endswith("_fn") and kind not in TRAMPOLINES for kind, _ in parameters)
+
+
 def constructors(result: str) -> dict[str, Callable[..., Value]]:
     """All that make one kind of values, by their names in Python."""
     prefix = {"mbsr_joint": "mbsr_joint_", "mbsr_inertia": "mbsr_inertia_",
               "mbsr_force_def": "mbsr_force_", "mbsr_closure_def": "mbsr_closure_"}[result]
     found = {}
     for name, (kind, _, _) in FUNCTIONS.items():
-        if kind == result and "default" not in name:
+        if kind == result and "default" not in name and _serves(FUNCTIONS[name][1]):
             python_name = name[len(prefix):] if name.startswith(prefix) else name[len("mbsr_"):]
             found[python_name] = constructor(name, python_name)
     return found

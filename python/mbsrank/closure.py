@@ -16,8 +16,8 @@ globals().update(_values.constructors("mbsr_closure_def"))
 
 def coupling(body: Sequence[int], coordinate: Sequence[int], coefficient: Sequence[float],
              offset: float = 0.0) -> Closure:
-    """Sum of coefficient[k] q[coordinate[k]] of body[k] = offset, for up to 8 joint coordinates: gears, rack and
-    pinion, mimicking joints."""
+    """Sum of coefficient[k] q[coordinate[k]] of body[k] = offset, for up to 8 joint coordinates:
+    gears, rack and pinion, mimicking joints."""
     if not len(body) == len(coordinate) == len(coefficient):
         raise ValueError("coupling: body, coordinate and coefficient have different lengths")
     given = (ffi.new("int[]", list(body)), ffi.new("int[]", list(coordinate)),
@@ -38,14 +38,15 @@ def _directions(make, a, point_a, b, point_b, directions) -> Closure:
 
 def rows(a: int, point_a: ArrayLike | None, b: int, point_b: ArrayLike | None,
          directions: ArrayLike) -> Closure:
-    """The vector from point b to point a has no component along `directions` (k x 3), fixed in the root: a point in a
-    plane or on a line."""
+    """The vector from point b to point a has no component along `directions` (k x 3), fixed in the
+    root: a point in a plane or on a line."""
     return _directions(lib.mbsr_closure_rows, a, point_a, b, point_b, directions)
 
 
 def body_rows(a: int, point_a: ArrayLike | None, b: int, point_b: ArrayLike | None,
               directions: ArrayLike) -> Closure:
-    """The same with directions (k x 3) that are fixed in body b: a point in a slot or on a face of it."""
+    """The same with directions (k x 3) that are fixed in body b: a point in a slot or on a face of
+    it."""
     return _directions(lib.mbsr_closure_body_rows, a, point_a, b, point_b, directions)
 
 

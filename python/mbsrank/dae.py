@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The equations of motion for solvers of your own: residuals F(t, y, y') = 0, consistent starts, Newton systems, and the
-explicit right-hand side of the reduced equations."""
+"""The equations of motion for solvers of your own: residuals F(t, y, y') = 0, consistent starts,
+Newton systems, and the explicit right-hand side of the reduced equations."""
 from __future__ import annotations
 
 import numpy as np
@@ -22,8 +22,8 @@ def form_of(name: str) -> int:
 
 
 class Dae(Owner):
-    """F(t, y, y') = 0 with y (size) = (q, p, u) in the form "momentum", with the multipliers of closures behind; (q, u)
-    in "recursive" and "inverse_dynamics", (q, v) in "index1"."""
+    """F(t, y, y') = 0 with y (size) = (q, p, u) in the form "momentum", with the multipliers of
+    closures behind; (q, u) in "recursive" and "inverse_dynamics", (q, v) in "index1"."""
 
     def __init__(self, model: Model, form: str = "momentum"):
         self.form = form_of(form)
@@ -78,8 +78,8 @@ class Dae(Owner):
 
     def consistent(self, q: np.ndarray, u: np.ndarray, t: float = 0.0, **options
                    ) -> tuple[np.ndarray, np.ndarray, Record]:
-        """Consistent y and y' (size each) near a state, and what was found and changed. options: fields of
-        mbsr_consistent_opt."""
+        """Consistent y and y' (size each) near a state, and what was found and changed. options:
+        fields of mbsr_consistent_opt."""
         y, yp = self.pack(q, u, t), np.empty(self._shape)
         define = _values._box("mbsr_consistent_opt", lib.mbsr_default_consistent_opt())
         keep: list = []
@@ -150,8 +150,8 @@ class Newton(Owner):
 
 
 class Ode(Owner):
-    """The reduced equations x' = f(t, x), x (size) = (q, p), for explicit solvers such as scipy's: velocities without
-    mass are found by Newton's method, which dampers determine."""
+    """The reduced equations x' = f(t, x), x (size) = (q, p), for explicit solvers such as scipy's:
+    velocities without mass are found by Newton's method, which dampers determine."""
 
     def __init__(self, model: Model, q: np.ndarray, u: np.ndarray, t: float = 0.0):
         self.data = Data(model)

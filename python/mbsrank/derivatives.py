@@ -10,8 +10,9 @@ from .model import Model, _create
 
 
 class Derivatives(Owner):
-    """Forward dynamics udot(q, u, tau) or inverse dynamics tau(q, u, udot), linearised at a state, in O(N). Directions in
-    q are joint rates (nu): where q' = u, changes of q itself; along a quaternion three rates."""
+    """Forward dynamics udot(q, u, tau) or inverse dynamics tau(q, u, udot), linearised at a state,
+    in O(N). Directions in q are joint rates (nu): where q' = u, changes of q itself; along a
+    quaternion three rates."""
 
     def __init__(self, model: Model):
         model.finish()
@@ -43,7 +44,8 @@ class Derivatives(Owner):
 
     def tangent(self, dq: np.ndarray | None = None, du: np.ndarray | None = None,
                 dload: np.ndarray | None = None) -> np.ndarray:
-        """The change of the result (nu) along changes of q, u and of the load (tau, or udot), nu each; None: zero."""
+        """The change of the result (nu) along changes of q, u and of the load (tau, or udot), nu
+        each; None: zero."""
         out = np.empty(self._nu)
         three = [ffi.NULL if one is None else given(one, self._nu, name)
                  for one, name in ((dq, "dq"), (du, "du"), (dload, "dload"))]
@@ -60,7 +62,8 @@ class Derivatives(Owner):
         return three
 
     def jacobians(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The Jacobians of the result by q, u and the load (nu x nu each), row by row from adjoints."""
+        """The Jacobians of the result by q, u and the load (nu x nu each), row by row from
+        adjoints."""
         rows = [self.adjoint(one) for one in np.eye(*self._nu)]
         by_q, by_u, by_load = (np.array(each).reshape(self._nu * 2) for each in zip(*rows))
         return by_q, by_u, by_load

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs: a model integrated from a consistent start, as an iterator of states; and tables of them."""
+"""Runs: a model integrated from a consistent start, as an iterator of states; and tables of
+them."""
 from __future__ import annotations
 
 from typing import Any, Callable, Iterable, Iterator
@@ -14,8 +15,9 @@ from .model import Model, _create
 
 
 class State:
-    """A state of a run: t (s), q (nq), u (nu), udot (nu), forces of loops (rows); event: the directions in which
-    event functions have changed their sign (+1, -1, 0), None where the state is no event."""
+    """A state of a run: t (s), q (nq), u (nu), udot (nu), forces of loops (rows); event: the
+    directions in which event functions have changed their sign (+1, -1, 0), None where the state
+    is no event."""
 
     __slots__ = ("t", "q", "u", "udot", "loop_forces", "event")
 
@@ -28,15 +30,16 @@ class State:
 
 
 class Simulation(Owner):
-    """A run of a model by IDA, from a consistent state near q (nq; None: all coordinates zero) and u (nu; None: at rest)
-    at time t.
+    """A run of a model by IDA, from a consistent state near q (nq; None: all coordinates zero) and
+    u (nu; None: at rest) at time t.
 
-    events: a function (t, y, yp) -> numbers, `event_count` of them, at whose changes of sign the run stops; progress:
-    a function of a record (t, steps, step, order) between steps, which stops the run by returning True; options:
-    fields of mbsr_ida_opt, such as rtol and atol. What these functions raise reaches the caller of the run.
+    events: a function (t, y, yp) -> numbers, `event_count` of them, at whose changes of sign the
+    run stops; progress: a function of a record (t, steps, step, order) between steps, which stops
+    the run by returning True; options: fields of mbsr_ida_opt, such as rtol and atol. What these
+    functions raise reaches the caller of the run.
 
-    Iterating over `states(times)` gives State objects; `sim.data` is at the last state, so that poses, reactions and
-    energies can be asked for."""
+    Iterating over `states(times)` gives State objects; `sim.data` is at the last state, so that
+    poses, reactions and energies can be asked for."""
 
     def __init__(self, model: Model, q: np.ndarray | None = None, u: np.ndarray | None = None,
                  t: float = 0.0, form: str = "momentum",
@@ -78,7 +81,8 @@ class Simulation(Owner):
         u = np.zeros(self.model.nu) if u is None else u
         y, yp, self.start = self._dae.consistent(q, u, t, **options)
         shape = (self._dae.size,)
-        self._check(lib.mbsr_ida_start(self._get(), t, given(y, shape, "y"), given(yp, shape, "yp")))
+        self._check(lib.mbsr_ida_start(self._get(), t, given(y, shape, "y"),
+                                       given(yp, shape, "yp")))
         self._read()
         return self
 
@@ -104,7 +108,8 @@ class Simulation(Owner):
 
     @property
     def q(self) -> np.ndarray:
-        """Joint position coordinates (nq): a view that follows the run, as u, udot and loop_forces."""
+        """Joint position coordinates (nq): a view that follows the run, as u, udot and
+        loop_forces."""
         return self._view(0)
 
     @property
@@ -135,7 +140,8 @@ class Simulation(Owner):
         return self._go(lib.mbsr_ida_advance, t)
 
     def sample(self, t: float) -> State:
-        """The same over one sampling period, in which forces that the caller holds are constant: steps end at t."""
+        """The same over one sampling period, in which forces that the caller holds are constant:
+        steps end at t."""
         return self._go(lib.mbsr_ida_sample, t)
 
     def _go(self, function, t: float) -> State:
@@ -181,7 +187,8 @@ class Simulation(Owner):
 
 
 class Run:
-    """States of a run, one a row: t (n), q (n, nq), u (n, nu), udot (n, nu), loop_forces (n, rows)."""
+    """States of a run, one a row: t (n), q (n, nq), u (n, nu), udot (n, nu), loop_forces (n,
+    rows)."""
 
     def __init__(self, model: Model, states: list[State]):
         self.states = states
@@ -189,7 +196,8 @@ class Run:
         self.q = np.array([one.q for one in states]).reshape(len(states), model.nq)
         self.u = np.array([one.u for one in states]).reshape(len(states), model.nu)
         self.udot = np.array([one.udot for one in states]).reshape(len(states), model.nu)
-        self.loop_forces = np.array([one.loop_forces for one in states]).reshape(len(states), model.rows)
+        forces = np.array([one.loop_forces for one in states])
+        self.loop_forces = forces.reshape(len(states), model.rows)
         self._names = model.coordinate_names()
 
     def __len__(self):

@@ -11,14 +11,15 @@ import numpy as np
 
 from . import _values
 from ._c import ffi, lib
-from ._core import Handle, Owner, Record, fail, given, plain, taken, text, view
+from ._core import Handle, Owner, Record, encoded, fail, given, plain, taken, text, view
 from .model import Data, Model, _create
 
 _KINDS = ("fixed", "hinge", "slide", "ball", "free")
 
 
 class _Loader:
-    """Reads the files that a model names: from its folder, `meshes` beside that, and folders named."""
+    """Reads the files that a model names: from its folder, `meshes` beside that, and folders
+    named."""
 
     def __init__(self, home: Path, folders: Iterable[str | os.PathLike]):
         self._home = home
@@ -41,8 +42,9 @@ class _Loader:
 
 
 class File(Owner):
-    """What a file has: `model`, and beside it joints, sites, actuators, sensors, keys (named states), shapes and
-    findings, as lists of records; q0 (nq): as drawn; control (actuators): their inputs, to be written."""
+    """What a file has: `model`, and beside it joints, sites, actuators, sensors, keys (named
+    states), shapes and findings, as lists of records; q0 (nq): as drawn; control (actuators):
+    their inputs, to be written."""
 
     def __init__(self, source: str | os.PathLike, *, folders: Iterable[str | os.PathLike] = (),
                  packages: Mapping[str, str] | None = None,
@@ -71,7 +73,8 @@ class File(Owner):
         if given_values:
             array = ffi.new(f"{kind}[]", len(given_values))
             for to, (name, one) in zip(array, given_values.items()):
-                keep.extend((ffi.new("char[]", name.encode()), ffi.new("char[]", str(one).encode())))
+                keep.extend((ffi.new("char[]", encoded(name, field)),
+                             ffi.new("char[]", encoded(str(one), field))))
                 to.name = keep[-2]
                 setattr(to, value, keep[-1])
             keep.append(array)
@@ -106,8 +109,10 @@ class File(Owner):
         return (view(self._handle, one.q, (f.nq,)), view(self._handle, one.u, (f.nu,)),
                 view(self._handle, one.control, (f.actuators,)))
 
-    def sense(self, name: str, data: Data, q: np.ndarray, u: np.ndarray, t: float = 0.0) -> np.ndarray:
-        """The numbers of a sensor at a state at which the data are (Data.accelerations for forces)."""
+    def sense(self, name: str, data: Data, q: np.ndarray, u: np.ndarray,
+              t: float = 0.0) -> np.ndarray:
+        """The numbers of a sensor at a state at which the data are (Data.accelerations for
+        forces)."""
         f = self._get()
         at = lib.mbsr_file_find_sensor(f, name.encode())
         if at < 0:
@@ -148,15 +153,15 @@ class File(Owner):
 def read(source: str | os.PathLike, **options) -> File:
     """Reads a file of URDF, xacro, MJCF or SDF.
 
-    options: folders (where files that it names may be, beside its own folder and ../meshes), packages (name: folder),
-    arguments (of xacro), and the fields of mbsr_file_opt: strict, floating, gravity, closures, actuators, passive,
-    limits, friction and others."""
+    options: folders (where files that it names may be, beside its own folder and ../meshes),
+    packages (name: folder), arguments (of xacro), and the fields of mbsr_file_opt: strict,
+    floating, gravity, closures, actuators, passive, limits, friction and others."""
     return File(source, **options)
 
 
 def to_mjcf(model: Model, file: File | None = None) -> tuple[str, list[Record]]:
-    """A model as a text of MJCF, and findings: what MJCF cannot say. `file`: what it was read from, for names, sites,
-    actuators, keys and shapes."""
+    """A model as a text of MJCF, and findings: what MJCF cannot say. `file`: what it was read
+    from, for names, sites, actuators, keys and shapes."""
     model.finish()
     made = _create("mbsr_written", lib.mbsr_file_write_mjcf, model._get(),
                    ffi.NULL if file is None else file._get(), ffi.NULL)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Force elements. Points and directions stand in the axes of their bodies, m (None: the origin); laws of several
-numbers are mappings with the fields of their struct. Functions of time take t and return numbers; they may be tables."""
+"""Force elements. Points and directions stand in the axes of their bodies, m (None: the origin);
+laws of several numbers are mappings with the fields of their struct. Functions of time take t and
+return numbers; they may be tables."""
 from __future__ import annotations
 
 from typing import Callable, Sequence
@@ -29,4 +30,4 @@ def custom(evaluate: Callable[[float, Sequence[ForceBody]], None], bodies: Seque
     return Force(element, [called, table, handle, ids, evaluate, energy])
 
 
-__all__ = sorted(_values.constructors("mbsr_force_def"))
+__all__ = sorted([*_values.constructors("mbsr_force_def"), "custom"])

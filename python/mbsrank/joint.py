@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Joints: what a body may do relative to its predecessor. Frames A stand in the predecessor, frames B in the body
-(None: its own); directions have any length but zero; m and rad. Functions of time may be tables."""
+"""Joints: what a body may do relative to its predecessor. Frames A stand in the predecessor,
+frames B in the body (None: its own); directions have any length but zero; m and rad. Functions of
+time may be tables."""
 from __future__ import annotations
 
 from typing import Any, Callable, Mapping, Sequence
@@ -20,8 +21,9 @@ def compound(A: FrameLike = None, B: FrameLike = None, axes: Sequence[Mapping[st
              motion: Callable[[float], Any] | Table | None = None) -> Joint:
     """Several axes in one body, up to 6: from A, each moves what follows it.
 
-    axes: mappings with kind ("rotation", "translation", "screw"), direction (3), pitch (m/rad) and driven
-    (True: it follows `motion`, a function of t that returns values, first and second derivatives)."""
+    axes: mappings with kind ("rotation", "translation", "screw"), direction (3), pitch (m/rad) and
+    driven (True: it follows `motion`, a function of t that returns values, first and second
+    derivatives)."""
     keep: list = []
     given = ffi.new("mbsr_axis[]", max(len(axes), 1))
     for to, one in zip(given, axes):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Models, and what is evaluated at a state of them.
 
-Shapes: q (nq) joint position coordinates, u (nu) joint rates, udot their derivatives, tau joint forces conjugate to u.
-Arrays are C-contiguous float64 of exactly these shapes; others are refused by name. What a method returns is a new
-array, or the one given as `out`."""
+Shapes: q (nq) joint position coordinates, u (nu) joint rates, udot their derivatives, tau joint
+forces conjugate to u. Arrays are C-contiguous float64 of exactly these shapes; others are refused
+by name. What a method returns is a new array, or the one given as `out`."""
 from __future__ import annotations
 
 from typing import Iterator, Sequence
@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from . import _values
 from ._c import ffi, lib
-from ._core import (F8, Handle, Owner, Record, evaluated, fail, given, given_ints, numbers, plain, taken, text)
+from ._core import (F8, Handle, Owner, Record, encoded, evaluated, fail, given, given_ints,
+                    numbers, plain, taken, text)
 from ._values import Closure, Force, FrameLike, Inertia, Joint
 
 GROUND = lib.MBSR_GROUND
@@ -31,10 +32,12 @@ def _create(what: str, function, *arguments):
 
 
 class Model(Owner):
-    """A multibody system: a tree of bodies with joints, inertias, force elements and closures of loops.
+    """A multibody system: a tree of bodies with joints, inertias, force elements and closures of
+    loops.
 
-    It is built by calls and finished: by `finish`, or by what is made of it first (data, a batch, a run). Then it can be
-    read, does not change any more, and any number of data, solvers and runs may use it. rank_tolerance: what counts as zero mass, relative (default 1e-12)."""
+    It is built by calls and finished: by `finish`, or by what is made of it first (data, a batch,
+    a run). Then it can be read, does not change any more, and any number of data, solvers and runs
+    may use it. rank_tolerance: what counts as zero mass, relative (default 1e-12)."""
 
     def __init__(self, rank_tolerance: float | None = None):
         define = _values._box("mbsr_model_def", lib.mbsr_default_model_def())
@@ -67,8 +70,8 @@ class Model(Owner):
 
     def add_body(self, name: str | None, joint: Joint, inertia: Inertia | None = None,
                  parent: int = GROUND) -> int:
-        """Adds a body that hangs by a joint on its predecessor (an id, default the ground), and returns its id.
-        Without an inertia its mass is zero, and zero is honoured."""
+        """Adds a body that hangs by a joint on its predecessor (an id, default the ground), and
+        returns its id. Without an inertia its mass is zero, and zero is honoured."""
         define = _values._box("mbsr_body_def", lib.mbsr_default_body_def())
         keep: list = []
         define.name = _values.to_c("const char *", "name", name, keep)
@@ -101,8 +104,8 @@ class Model(Owner):
 
     def add_loop_joint(self, name: str | None, body: int, joint: Joint, other: int,
                        frame_other: FrameLike = None) -> tuple[int, int]:
-        """Closes a loop by a joint of any kind between two bodies; returns the closure and the cut body, whose
-        coordinates are those of the joint."""
+        """Closes a loop by a joint of any kind between two bodies; returns the closure and the cut
+        body, whose coordinates are those of the joint."""
         keep: list = []
         made = ffi.new("int[2]")
         self._check(lib.mbsr_model_add_loop_joint(
@@ -142,7 +145,8 @@ class Model(Owner):
         return Model._of(made, self._handle)
 
     def finish(self) -> "Model":
-        """Checks and numbers all of it; after this it does not change. Called again it does nothing."""
+        """Checks and numbers all of it; after this it does not change. Called again it does
+        nothing."""
         pointer = self._get()
         if not self._finished:
             self._check(lib.mbsr_model_finish(pointer))
@@ -156,6 +160,12 @@ class Model(Owner):
         pointer = self._get()
         if not self._finished:
             fail(lib.MBSR_ERR_UNFINISHED)
+        return pointer
+
+    def _body(self, body: int):
+        pointer = self._read()
+        if not 0 <= body < lib.mbsr_model_bodies(pointer):
+            raise IndexError(f"there is no body {body}")
         return pointer
 
     def _numbers(self) -> tuple:
@@ -194,7 +204,7 @@ class Model(Owner):
 
     def body_name(self, body: int) -> str:
         """Its name, "" without."""
-        return text(lib.mbsr_body_name(self._read(), body))
+        return text(lib.mbsr_body_name(self._body(body), body))
 
     @property
     def body_names(self) -> list[str]:
@@ -203,14 +213,14 @@ class Model(Owner):
 
     def find_body(self, name: str) -> int:
         """The id of the body of that name; KeyError: there is none."""
-        found = lib.mbsr_model_find_body(self._read(), name.encode())
+        found = lib.mbsr_model_find_body(self._read(), encoded(name, "name"))
         if found < 0:
             raise KeyError(name)
         return found
 
     def parent(self, body: int) -> int:
         """The predecessor of a body: an id, or GROUND."""
-        return lib.mbsr_body_parent(self._read(), body)
+        return lib.mbsr_body_parent(self._body(body), body)
 
     def coordinates(self, body: int) -> tuple[slice, slice]:
         """Where the coordinates of its joint stand in q, and its rates in u."""
@@ -222,7 +232,8 @@ class Model(Owner):
         return slice(four[0], four[0] + four[1]), slice(four[2], four[2] + four[3])
 
     def coordinate_names(self) -> tuple[list[str], list[str]]:
-        """Names of the numbers in q and in u: of the body, with a number where its joint has several."""
+        """Names of the numbers in q and in u: of the body, with a number where its joint has
+        several."""
         names: tuple[list[str], list[str]] = ([], [])
         for body in range(self.bodies):
             name = self.body_name(body) or f"body {body}"
@@ -259,7 +270,8 @@ class Model(Owner):
         return Batch(self, threads)
 
     def index_report(self, q: np.ndarray, u: np.ndarray, t: float = 0.0) -> "IndexReport":
-        """Which joint directions move no mass at a state, what determines them, and the differential index."""
+        """Which joint directions move no mass at a state, what determines them, and the
+        differential index."""
         return IndexReport(self, q, u, t)
 
 
@@ -282,7 +294,8 @@ class Data(Owner):
 
     def forward_dynamics(self, q: np.ndarray, u: np.ndarray, tau: np.ndarray | None = None,
                          t: float = 0.0, out: np.ndarray | None = None) -> np.ndarray:
-        """udot (nu) of the motion at (t, q, u) under joint forces tau (nu, None: none) and all force elements."""
+        """udot (nu) of the motion at (t, q, u) under joint forces tau (nu, None: none) and all
+        force elements."""
         nu = self._nu
         if out is None:
             out = np.empty(nu)
@@ -294,21 +307,29 @@ class Data(Owner):
         return out
 
     def inverse_dynamics(self, q: np.ndarray, u: np.ndarray, udot: np.ndarray, t: float = 0.0,
-                         out: np.ndarray | None = None) -> np.ndarray:
-        """tau (nu) that makes the motion (q, u, udot)."""
+                         out: np.ndarray | None = None,
+                         motors: Sequence[int] | None = None) -> np.ndarray:
+        """tau (nu) that makes the motion (q, u, udot). motors: numbers of the joint rates that are
+        driven, the others are not, and closures carry the rest (None: all are driven, and closures
+        exert nothing)."""
         nu = self._nu
         if out is None:
             out = np.empty(nu)
         at_q, at_u, to = evaluated(q, self._nq, u, nu, out, "q", "u")
+        driven = _NULL
+        if motors is not None:
+            rates = ffi.new("int[]", list(motors))
+            driven = ffi.new("mbsr_motors *", {"count": len(motors), "rate": rates})
         status = lib.mbsr_inverse_dynamics(self._model, self._get(), t, at_q, at_u,
-                                           given(udot, nu, "udot"), to)
+                                           given(udot, nu, "udot"), driven, to)
         if status:
             self._check(status)
         return out
 
     def bias_forces(self, q: np.ndarray, u: np.ndarray, t: float = 0.0,
                     out: np.ndarray | None = None) -> np.ndarray:
-        """tau (nu) at udot = 0: with the mass matrix M the equations of motion are M udot + bias = tau."""
+        """tau (nu) at udot = 0: with the mass matrix M the equations of motion are M udot + bias =
+        tau."""
         if out is None:
             out = np.empty(self._nu)
         self._check(lib.mbsr_bias_forces(self._model, self._get(), t, given(q, self._nq, "q"),
@@ -329,30 +350,32 @@ class Data(Owner):
 
     def positions(self, q: np.ndarray, t: float = 0.0) -> "Data":
         """Evaluates poses at q (nq)."""
-        self._check(lib.mbsr_positions(self._model, self._get(), t, given(q, self._nq, "q")))
+        self._check(lib.mbsr_stage_positions(self._model, self._get(), t, given(q, self._nq, "q")))
         return self
 
     def velocities(self, q: np.ndarray, u: np.ndarray, t: float = 0.0) -> "Data":
         """Evaluates poses and twists at q (nq) and u (nu)."""
         self.positions(q, t)
-        self._check(lib.mbsr_velocities(self._model, self._get(), given(u, self._nu, "u")))
+        self._check(lib.mbsr_stage_velocities(self._model, self._get(), given(u, self._nu, "u")))
         return self
 
     def accelerations(self, q: np.ndarray, u: np.ndarray, udot: np.ndarray,
                       tau: np.ndarray | None = None, t: float = 0.0) -> "Data":
-        """Evaluates all that a motion under joint forces tau (nu, None: none) has: accelerations of bodies, reactions of
-        joints."""
+        """Evaluates all that a motion under joint forces tau (nu, None: none) has: accelerations
+        of bodies, reactions of joints."""
         self.velocities(q, u, t)
-        self._check(lib.mbsr_forces(self._model, self._get(),
+        self._check(lib.mbsr_stage_forces(self._model, self._get(),
                                     _NULL if tau is None else given(tau, self._nu, "tau")))
-        self._check(lib.mbsr_accelerations(self._model, self._get(), given(udot, self._nu, "udot")))
+        self._check(lib.mbsr_stage_accelerations(self._model, self._get(),
+                                                 given(udot, self._nu, "udot")))
         return self
 
     def coordinate_rates(self, q: np.ndarray, u: np.ndarray, t: float = 0.0) -> np.ndarray:
         """q' (nq), which differs from u where joints have quaternions."""
         self.velocities(q, u, t)
         out = np.empty(self._nq)
-        self._check(lib.mbsr_coordinate_rates(self._model, self._get(), taken(out, self._nq, "out")))
+        self._check(lib.mbsr_coordinate_rates(self._model, self._get(),
+                                              taken(out, self._nq, "out")))
         return out
 
     # ---- results at the state evaluated ----
@@ -381,7 +404,8 @@ class Data(Owner):
         return _values.Frame(pose[9:12], pose[:9].reshape(3, 3).T)
 
     def twist(self, body: int) -> np.ndarray:
-        """Its velocity (d): in space angular velocity, then that of its origin, along the world's axes."""
+        """Its velocity (d): in space angular velocity, then that of its origin, along the world's
+        axes."""
         return self._numbers(lib.mbsr_body_twist, body, self._dimension(body))
 
     def acceleration(self, body: int) -> np.ndarray:
@@ -389,14 +413,16 @@ class Data(Owner):
         return self._numbers(lib.mbsr_body_acceleration, body, self._dimension(body))
 
     def reaction(self, body: int) -> np.ndarray:
-        """What its joint exerts on it (d): in space the moment about its origin (N m) and the force (N)."""
+        """What its joint exerts on it (d): in space the moment about its origin (N m) and the
+        force (N)."""
         return self._numbers(lib.mbsr_joint_reaction, body, self._dimension(body))
 
     def jacobian(self, body: int) -> np.ndarray:
         """J (d x nu) with twist = J u + what moves by itself."""
         shape = (self._nu[0], self._dimension(body))
         out = np.empty(shape)
-        self._check(lib.mbsr_body_jacobian(self._model, self._get(), body, taken(out, shape, "out")))
+        self._check(lib.mbsr_body_jacobian(self._model, self._get(), body,
+                                           taken(out, shape, "out")))
         return out.T
 
     def point(self, body: int, at: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
@@ -421,7 +447,8 @@ class Data(Owner):
         return out[0]
 
     def momentum(self, about: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[float, np.ndarray, np.ndarray]:
-        """Mass, centre of mass (3), and momentum (6: angular about a point, linear) of the whole tree."""
+        """Mass, centre of mass (3), and momentum (6: angular about a point, linear) of the whole
+        tree."""
         mass, centre, six = ffi.new("double *"), np.empty(3), np.empty(6)
         place = numbers(about, 3, "about")
         self._check(lib.mbsr_tree_momentum(
@@ -440,13 +467,13 @@ class Data(Owner):
     def assemble(self, q: np.ndarray, t: float = 0.0) -> tuple[np.ndarray, Record]:
         """Positions near q (nq) in which all loops close, and what was found on the way."""
         out, info = np.empty(self._nq), ffi.new("mbsr_assembly_info *")
-        self._check(lib.mbsr_assemble(self._model, self._get(), t, given(q, self._nq, "q"), ffi.NULL,
-                                      taken(out, self._nq, "out"), info))
+        self._check(lib.mbsr_assemble(self._model, self._get(), t, given(q, self._nq, "q"),
+                                      _NULL, taken(out, self._nq, "out"), info))
         return out, plain(info)
 
     def gaps(self, q: np.ndarray, t: float = 0.0) -> np.ndarray:
         """What the loops are open by at q, one number a position row."""
-        out = np.empty(lib.mbsr_model_held(self._model))
+        out = np.empty(lib.mbsr_model_position_rows(self._model))
         self.positions(q, t)
         self._check(lib.mbsr_closures_gap(self._model, self._get(),
                                           taken(out, out.shape, "out")))
@@ -454,13 +481,14 @@ class Data(Owner):
 
 
 class Batch(Owner):
-    """One model at many states in a call. The interpreter's lock is released, so that threads go on; `threads` > 1
-    shares a call out among as many of the library's own. States are rows: q (states, nq), u (states, nu)."""
+    """One model at many states in a call. The interpreter's lock is released, so that threads go
+    on; `threads` > 1 shares a call out among as many of the library's own. States are rows: q
+    (states, nq), u (states, nu)."""
 
     def __init__(self, model: Model, threads: int = 1):
         model.finish()
         keep = [model._handle]
-        if threads > 1:
+        if threads != 1:
             crew = _create("mbsr_threads", lib.mbsr_threads_create, threads)
             keep.append(Handle(crew, lib.mbsr_threads_destroy))
             parallel = ffi.new("mbsr_parallel *", lib.mbsr_threads_parallel(crew))
@@ -497,8 +525,8 @@ class Batch(Owner):
     def forward_dynamics(self, q: np.ndarray, u: np.ndarray, tau: np.ndarray | None = None,
                          t: float = 0.0, out: np.ndarray | None = None,
                          status: np.ndarray | None = None) -> np.ndarray:
-        """udot (states, nu). status (states, int32), where it is given, receives what becomes of each state, and states
-        that fail (NaN there) do not raise."""
+        """udot (states, nu). status (states, int32), where it is given, receives what becomes of
+        each state, and states that fail (NaN there) do not raise."""
         return self._run(lib.mbsr_batch_forward_dynamics, q, u, tau, "tau", t, out, status)
 
     def inverse_dynamics(self, q: np.ndarray, u: np.ndarray, udot: np.ndarray, t: float = 0.0,
@@ -509,8 +537,8 @@ class Batch(Owner):
 
 
 class Direction:
-    """A combination of joint rates that moves no mass: kind ("damped", "elastic", "undetermined"), terms
-    (body, coordinate, weight) and the force elements and closures that determine it."""
+    """A combination of joint rates that moves no mass: kind ("damped", "elastic", "undetermined"),
+    terms (body, coordinate, weight) and the force elements and closures that determine it."""
 
     _KINDS = {lib.MBSR_DIRECTION_DAMPED: "damped", lib.MBSR_DIRECTION_ELASTIC: "elastic",
               lib.MBSR_DIRECTION_UNDETERMINED: "undetermined"}
@@ -526,14 +554,16 @@ class Direction:
     def __repr__(self):
         sums = " + ".join(f"{weight:g} {self._names[body]}[{coordinate}]"
                           for body, coordinate, weight in self.terms)
-        by = ", ".join([f"force {k}" for k in self.forces] + [f"closure {k}" for k in self.closures])
+        by = ", ".join([*(f"force {k}" for k in self.forces),
+                        *(f"closure {k}" for k in self.closures)])
         return f"{self.kind}: {sums}" + (f" (by {by})" if by else "")
 
 
 class IndexReport:
-    """Which joint directions move no mass, and what determines them. index: differential index of the equations of
-    motion (0, 1, 2; -1 with undetermined directions); dynamic, damped, elastic, undetermined, held: how many there are
-    of each kind; directions: those without mass; conditioning; text: what to do about undetermined ones."""
+    """Which joint directions move no mass, and what determines them. index: differential index of
+    the equations of motion (0, 1, 2; -1 with undetermined directions); dynamic, damped, elastic,
+    undetermined, held: how many there are of each kind; directions: those without mass;
+    conditioning; text: what to do about undetermined ones."""
 
     def __init__(self, model: Model, q: np.ndarray, u: np.ndarray, t: float = 0.0):
         data = model.data()
@@ -563,4 +593,5 @@ class IndexReport:
     def _repr_html_(self):
         rows = "".join(f"<tr><td>{one.kind}</td><td>{one!r}</td></tr>" for one in self.directions)
         return (f"<p>index {self.index}: {self.dynamic} dynamic, {self.damped} damped, "
-                f"{self.elastic} elastic, {self.undetermined} undetermined</p><table>{rows}</table>")
+                f"{self.elastic} elastic, {self.undetermined} undetermined</p>"
+                f"<table>{rows}</table>")

@@ -13,8 +13,9 @@ from .model import Model, _create
 
 
 class SmallMasses(Owner):
-    """Looks at the small masses of a model at a state (t, q, u), for a run of `duration` s: what a zero in the place of
-    each would do. Iterating gives a record for each; printed it is the table of the library.
+    """Looks at the small masses of a model at a state (t, q, u), for a run of `duration` s: what a
+    zero in the place of each would do. Iterating gives a record for each; printed it is the table
+    of the library.
 
     options: fields of mbsr_small_masses_opt, such as tolerance, ratio, time_scale."""
 
@@ -37,7 +38,7 @@ class SmallMasses(Owner):
 
     def _read(self) -> None:
         report = ffi.new("mbsr_small_masses_report *")
-        self._check(lib.mbsr_small_masses_report_of(self._get(), report))
+        self._check(lib.mbsr_small_masses_get_report(self._get(), report))
         self.summary = plain(report, skip=("masses", "directions"))
         self.masses = [plain(ffi.addressof(report.mass[k])) for k in range(report.masses)]
         for one in self.masses:
@@ -45,7 +46,8 @@ class SmallMasses(Owner):
             vars(one).update(name=self._names[one.body], verdict=verdict)
 
     def run(self, t_end: float) -> "SmallMasses":
-        """Integrates the model without these masses to t_end and takes every step into the report."""
+        """Integrates the model without these masses to t_end and takes every step into the
+        report."""
         error = ffi.new("mbsr_error *")
         status = lib.mbsr_small_masses_run(self._get(), ffi.NULL, t_end, ffi.NULL, error)
         if status:

@@ -11,8 +11,9 @@ from .model import Data, Model, _create
 
 
 class Stepper(Owner):
-    """Steps of h s from a consistent state near q (nq; None: all coordinates zero) and u (nu; None: at rest). `q` and `u`
-    are views that follow the steps. options: fields of mbsr_stepper_opt."""
+    """Steps of h s from a consistent state near q (nq; None: all coordinates zero) and u (nu;
+    None: at rest). `q` and `u` are views that follow the steps. options: fields of
+    mbsr_stepper_opt."""
 
     def __init__(self, model: Model, q: np.ndarray | None = None, u: np.ndarray | None = None,
                  t: float = 0.0, h: float = 1e-3, **options):
@@ -32,7 +33,7 @@ class Stepper(Owner):
     def _read(self, status: int) -> None:
         self._check(status)
         t = self._state
-        self._check(lib.mbsr_stepper_get(self._get(), t, t + 1, t + 1 + self.model.nq))
+        self._check(lib.mbsr_stepper_motion(self._get(), t, t + 1, t + 1 + self.model.nq))
 
     def restart(self, q: np.ndarray | None = None, u: np.ndarray | None = None,
                 t: float = 0.0) -> "Stepper":

@@ -38,7 +38,8 @@ def _program() -> str:
     found = os.environ.get("MBSRANK_PROGRAM") or (str(own) if own.exists() else None) \
         or shutil.which("mbsrank")
     if found is None:
-        raise FileNotFoundError("the program mbsrank is not on the path, nor named by MBSRANK_PROGRAM")
+        raise FileNotFoundError("the program mbsrank is not on the path, and MBSRANK_PROGRAM "
+                                "names none")
     return found
 
 
@@ -51,9 +52,10 @@ def _write_run(run: Run, file: File, to: Path) -> None:
             writer.writerow([repr(state.t), *map(repr, state.q.tolist())])
 
 
-def view(model: Model | File | str | os.PathLike, run: Run | None = None, height: int = 480) -> Page:
-    """The page of a model, a file that was read, or the path of one; with a run of a file whose joints have one axis each,
-    moving as in it."""
+def view(model: Model | File | str | os.PathLike, run: Run | None = None,
+         height: int = 480) -> Page:
+    """The page of a model, a file that was read, or the path of one; with a run of a file whose
+    joints have one axis each, moving as in it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "model.xml"
         if isinstance(model, Model):

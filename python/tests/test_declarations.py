@@ -19,7 +19,8 @@ FOLDERS = os.environ["MBSRANK_INCLUDE"].split(os.pathsep)
 
 
 def headers():
-    """The texts of the headers that are wrapped, and of those that they include, without comments."""
+    """The texts of the headers that are wrapped, and of those that they include, without
+    comments."""
     texts, ahead = {}, list(declarations.HEADERS)
     while ahead:
         name = ahead.pop()

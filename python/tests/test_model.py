@@ -91,6 +91,16 @@ class Dynamics(unittest.TestCase):
         self.assertEqual(status.tolist(), [0, mb.lib.MBSR_ZERO_QUATERNION])
         self.assertTrue((udot[0] == 0).all() and np.isnan(udot[1]).all())
 
+    def test_exceptions_in_threads_of_the_library(self):
+        model = chain(6, push=lambda t: 1 / 0, massless=-1).finish()
+        batch, q = model.batch(2), np.zeros((64, 6))
+        for _ in range(3):
+            with self.assertRaises(ZeroDivisionError):
+                batch.forward_dynamics(q, q)
+        with self.assertRaises(mb.UseError) as caught:
+            mb.Model().add_body("x", mb.joint.revolute())
+        self.assertIsNone(caught.exception.__cause__)
+
     def test_threads_go_on_during_a_batch(self):
         model = chain(40, massless=-1).finish()
         q, u = (np.zeros((20000, model.nu)) for _ in range(2))
@@ -119,10 +129,10 @@ class Dynamics(unittest.TestCase):
 
     def test_small_masses(self):
         model = mb.Model()
-        light = model.add_body("light", mb.joint.prismatic(axis=(1, 0, 0)), mb.inertia.particle(1e-6))
+        slide = mb.joint.prismatic(axis=(1, 0, 0))
+        light = model.add_body("light", slide, mb.inertia.particle(1e-6))
         model.add_force(mb.force.joint_spring(light, 0, 1e4, 100.0, 0.0))
-        heavy = model.add_body("heavy", mb.joint.prismatic(axis=(1, 0, 0)), mb.inertia.particle(1.0),
-                               light)
+        heavy = model.add_body("heavy", slide, mb.inertia.particle(1.0), light)
         model.add_force(mb.force.joint_spring(heavy, 0, 10.0, 1.0, 0.0))
         report = mb.SmallMasses(model, np.array([0.0, 1.0]), np.zeros(2), 3.0)
         self.assertEqual([one.name for one in report], ["light"])
@@ -147,6 +157,37 @@ class Dynamics(unittest.TestCase):
         energies = [one.data().velocities(q, u).energy() for one in models]
         np.testing.assert_allclose(*energies, rtol=1e-14)
 
+    def test_laws_by_functions(self):
+        """A spring, a servo and a closure whose laws are functions, against those of the
+        library."""
+        def two(spring, servo):
+            model = pendulum()
+            model.add_body("other", mb.joint.revolute((1, 0, 0), None, Y),
+                           mb.inertia.point_mass(1.0, (0, 0, -0.5)))
+            model.add_force(mb.force.spring(0, (0, 0, -0.5), 1, (0, 0, -0.5), spring))
+            model.add_force(mb.force.joint_servo(1, 0, servo))
+            return model.data()
+
+        numbers = two({"stiffness": 40.0, "damping": 2.0, "free_length": 0.7},
+                      {"kp": 30.0, "kd": 3.0, "table": mb.Table([0.0, 2.0], [0.0, 1.0])})
+        functions = two({"function": lambda x, v: (40 * (x - 0.7) + 2 * v, 20 * (x - 0.7) ** 2,
+                                                   2 * v * v)},
+                        {"kp": 30.0, "kd": 3.0, "function": lambda t: (t / 2, 0.5)})
+        gc.collect()
+        q, u = np.array([0.3, -0.2]), np.array([0.5, 1.0])
+        a, b = (one.forward_dynamics(q, u, t=0.8) for one in (numbers, functions))
+        np.testing.assert_allclose(a, b, rtol=1e-13)
+        energies = [one.velocities(q, u).energy() for one in (numbers, functions)]
+        np.testing.assert_allclose(*energies, rtol=1e-13)
+        powers = [one.velocities(q, u).dissipation() for one in (numbers, functions)]
+        np.testing.assert_allclose(*powers, rtol=1e-13)
+        model = pendulum()
+        held = mb.closure.coupling([0], [0], [1.0], 0.25)
+        held.motion = lambda t: (0.1 * t, 0.1, 0.0)
+        model.add_closure(held, "driven")
+        sim = mb.Simulation(model, np.array([0.25]))
+        self.assertAlmostEqual(sim.to(1.0).q[0], 0.35, 6)
+
     def test_loops(self):
         model = mb.Model()
         cranks = [model.add_body(None, mb.joint.revolute((x, 0, 0), None, Y),
@@ -158,7 +199,12 @@ class Dynamics(unittest.TestCase):
         q, info = data.assemble(np.array([0.3, 0.25, -0.2]))
         self.assertLess(np.abs(data.gaps(q)).max(), 1e-11)
         self.assertGreater(info.gap_before, 1e-3)
-        self.assertEqual(mb.Simulation(model, q).to(0.1).loop_forces.shape, (model.rows,))
+        sim = mb.Simulation(model, q)
+        self.assertEqual(sim.to(0.1).loop_forces.shape, (model.rows,))
+        at = [one.copy() for one in (sim.q, sim.u, sim.udot)]
+        np.testing.assert_allclose(data.inverse_dynamics(*at, motors=[0]), 0.0, atol=1e-6)
+        with self.assertRaises(mb.UseError):
+            data.inverse_dynamics(*at, motors=[7])
 
 
 class Refused(unittest.TestCase):
@@ -184,7 +230,8 @@ class Refused(unittest.TestCase):
         fixed.flags.writeable = False
         self.refused(ValueError, "out: .*can be written", call, q, u, out=fixed)
         self.refused(TypeError, "q: .*got complex128", call, q.astype(complex), u)
-        self.refused(TypeError, "q: .*got float64 of the other byte order", call, q.astype(">f8"), u)
+        self.refused(TypeError, "q: .*got float64 of the other byte order", call, q.astype(">f8"),
+                     u)
         batch = self.model.batch()
         self.refused(ValueError, "q: .*another order", batch.forward_dynamics, np.zeros((4, 3)).T,
                      np.zeros((3, 4)))
@@ -208,6 +255,17 @@ class Refused(unittest.TestCase):
         self.refused(TypeError, "no 'rtoll'", mb.Simulation, pendulum(), rtoll=1.0)
         self.refused(ValueError, "form 'moment'", mb.Dae, self.model, "moment")
         self.refused(KeyError, "nobody", self.model.find_body, "nobody")
+        for call in (self.model.body_name, self.model.parent, self.data.pose, self.data.jacobian):
+            self.refused(IndexError, "no body 99", call, 99)
+        self.refused(ValueError, "name: it contains a NUL", model.add_body, "a\0b", mb.joint.weld())
+        self.refused(TypeError, "name: expected a text, got int", model.add_body, 5,
+                     mb.joint.weld())
+        self.refused(TypeError, "no 'cookie'", mb.Simulation, pendulum(), cookie=1)
+        self.refused(ValueError, "48 numbers at most", setattr, mb.joint.weld(), "param", range(99))
+        self.refused(AttributeError, "no parm", setattr, mb.joint.weld(), "parm", 1)
+        self.refused(mb.UseError, "from 1 to 256", self.model.batch, 0)
+        self.refused(mb.UseError, "states is 0", self.model.batch().forward_dynamics,
+                     np.zeros((0, 4)), np.zeros((0, 4)))
         with self.assertRaises(mb.UseError) as caught:
             model.add_force(mb.force.joint_spring(5, 0, 1.0, 0.0, 0.0))
             model.finish()

@@ -1,5 +1,5 @@
-/* A run of a chain whose last body has no mass, as test_driver.py makes it: all numbers in hexadecimal.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* A run of a chain whose last body has no mass, as test_driver.py makes it: all numbers in
+ * hexadecimal. SPDX-License-Identifier: BSD-3-Clause */
 #include <mbsrank/simulation.h>
 
 #include <stdio.h>
@@ -33,7 +33,9 @@ int main(void)
         for (int l = 0; l < 4 && !s.status; ++l) printf("%a %a %a\n", s.q[l], s.u[l], s.udot[l]);
     }
     if (s.status) puts(s.error.text);
-    printf("%ld\n", mbsr_simulation_stats(&s).steps);
+    mbsr_ida_stats stats = {0};
+    mbsr_simulation_get_stats(&s, &stats);
+    printf("%ld\n", stats.steps);
     mbsr_simulation_end(&s);
     return 0;
 }

@@ -1,6 +1,7 @@
 /* BLAS and LAPACK by their Fortran interface: integers are int, characters carry hidden lengths at
  * the end. With MBSR_OWN_LAPACK these are the routines of own_lapack.c, by names that meet no other
- * library's. SPDX-License-Identifier: BSD-3-Clause */
+ * library's.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FORTRAN_H
 #define MBSRI_FORTRAN_H
 

@@ -10,7 +10,8 @@
  *       (Hestenes)
  *   dgelsy  one right side, by singular values: the rank is that of sigma_k > rcond sigma_1
  *
- * Golub and Van Loan, Matrix Computations. SPDX-License-Identifier: BSD-3-Clause */
+ * Golub and Van Loan, Matrix Computations.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSR_OWN_LAPACK
 #define MBSR_OWN_LAPACK
 #endif

@@ -15,14 +15,14 @@
 #define MBSRI_PIVOTS_ROUNDING 1e-13
 
 typedef struct mbsri_pivots {
-    int size, complete, d; /* unknowns in all, those complete, accelerations behind them */
-    int pivots;            /* eliminated: the first ones */
-    int left;              /* behind them those that nothing is left of: zero, but for `idle` */
+    int size, complete, d; /* unknowns; complete ones, which come first; accelerations behind all */
+    int pivots;            /* unknowns eliminated, which come first then */
+    int left;              /* unknowns behind them without a pivot: zero, but for `idle` */
     int *id;               /* size: the unknowns, as eliminated */
     double *A;      /* (size + d) squared: L below the diagonal of the first `pivots` columns */
-    double *sizes;  /* likewise: what was added up in each number of A */
+    double *sizes;  /* (size + d) squared: size of what was added up in each number of A */
     double *across; /* pivots: entry beside the diagonal of a pair, at its first; else zero */
-    double *scale;  /* size: of the unknowns, for pivots */
+    double *scale;  /* size: scale of each unknown in the choice of pivots */
     double *value;  /* size: scratch */
     int shared;     /* ids below this have a part in norms of solutions: */
     const double *share; /* by id, what one of the unknown counts there, or 0: as 1 */

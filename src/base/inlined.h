@@ -1,6 +1,7 @@
 /* Small functions that are to be part of their callers, as the compiler alone would not always have
  * it. Not where nothing is optimised: whole sweeps are made of them, and would be compiled ten to
- * twenty times as long for the same checks. SPDX-License-Identifier: BSD-3-Clause */
+ * twenty times as long for the same checks.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_INLINED_H
 #define MBSRI_INLINED_H
 

@@ -1,6 +1,6 @@
 /* Past joints, leaves to root: U = Mbar S, D = S^T U, e = tau - S^T (L, p), then Mbar - U D^-1 U^T,
- * the force (L, p) + U D^-1 e, and the bound of rounding errors with them. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * the force (L, p) + U D^-1 e, and the bound of rounding errors with them.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_BATCH_ELIMINATE_H
 #define MBSRI_BATCH_ELIMINATE_H
 
@@ -44,7 +44,7 @@ MBSRI_INLINE lane_bits is_known(const mbsri_batch_run *run, const carry *c, lane
 /* S = (z, 0) without armature: U is a column of Mbar, and behind the joint what I and G have about
  * z is zero, and L.z = tau. */
 typedef struct hinge {
-    lanes U_x, U_y, g_x, g_y, e; /* of U_L and U_L D^-1 */
+    lanes U_x, U_y, g_x, g_y, e; /* x and y of U_L and of U_L D^-1; e */
     vec U_p, g_p;
     turn theta, alpha;
 } hinge;

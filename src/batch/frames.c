@@ -1,5 +1,6 @@
 /* Frames of the bodies of a batch: two rotations by constants and one by the coordinate from each
- * to the next. SPDX-License-Identifier: BSD-3-Clause */
+ * to the next.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "batch/frames.h"
 
 #include <math.h>

@@ -35,7 +35,7 @@ enum {
  * (frames.c). */
 typedef struct mbsri_batch_body {
     double twist[5]; /* cos, sin, cos^2, sin^2, sin cos of beta */
-    double tilt[5];  /* of alpha */
+    double tilt[5];  /* cosine and sine of alpha, and products of them */
     double base[2];  /* cos, sin of the offset */
     double offset;
     double
@@ -55,7 +55,7 @@ typedef struct mbsri_batch_run {
     int bodies;
     double area, per_area; /* L^2 and its inverse */
     mbsri_rank_rule rule;
-    double R[9], omega[3];      /* of the root */
+    double R[9], omega[3];      /* rotation and angular velocity of the root */
     double A[6];                /* its acceleration, gravity taken away */
     double r[4], v[3];          /* its origin and angle, and velocity */
     double *drive;              /* prescribed coordinates, their first and second derivatives */
@@ -69,7 +69,7 @@ typedef struct mbsri_batch_run {
     const int *origin;     /* bodies + 1: the model's body of which it is the last part */
     void *place;           /* bodies + 1, likewise */
     int count;             /* lanes with states */
-    unsigned served;       /* those that are served so far */
+    unsigned served;       /* bit k: state k is served so far */
 } mbsri_batch_run;
 
 /* The sweeps, compiled once for every kind of processor. Results are sets of states, bit by bit. */
@@ -103,19 +103,19 @@ extern const mbsri_batch_kernels mbsri_batch_v4;
 
 struct mbsr_batch {
     const mbsr_model *model;
-    const mbsri_batch_kernels *kernels; /* NULL: all states go one by one */
-    mbsr_data *data;                    /* for those */
+    const mbsri_batch_kernels *kernels; /* code of the lanes; NULL: all states go one by one */
+    mbsr_data *data;                    /* data of states that go one by one */
     mbsr_error error;
-    int failed, single; /* of the last call: the first state that failed, states gone one by one */
+    int failed, single; /* first state of the last call that failed; states that went one by one */
     mbsri_batch_run run;
-    mbsri_batch_body *body; /* these are writable and the run's */
+    mbsri_batch_body *body; /* the run's bodies, writable */
     double *q, *u, *load;
     int *q_place,
         *u_place; /* where the caller's coordinates stand in the order of the sweeps, or NULL */
     int *origin;
     mbsr_allocator allocator;
     void *block; /* where all of this was allocated */
-    int result;  /* of the last call, or of this share of it */
+    int result;  /* status of the last call, or of this share of it */
     /* of a batch whose calls are shared out: */
     mbsr_parallel parallel;
     int shares;         /* 1: they are not */

@@ -1,5 +1,6 @@
 /* Bodies that others than the lanes look at, state by state: with the kernels, since every number
- * of theirs is a vector there. SPDX-License-Identifier: BSD-3-Clause
+ * of theirs is a vector there.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Blocks (sweeps/block.h) and force elements on bodies have functions for one state. Each lane has
  * data of its own for them, with what the sweeps in one state keep of the bodies that are seen

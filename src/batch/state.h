@@ -1,5 +1,6 @@
 /* What the sweeps over several states keep of a body, and hand on; along the body's own axes,
- * unless said otherwise. SPDX-License-Identifier: BSD-3-Clause */
+ * unless said otherwise.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_BATCH_STATE_H
 #define MBSRI_BATCH_STATE_H
 

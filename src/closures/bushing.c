@@ -22,7 +22,7 @@ enum { ROWS = 0, ENTRY = 1 };       /* in option: how many, and which entries of
 
 typedef struct bushing {
     double axes[9], theta[3], e[3]; /* axes of A in the world */
-    double arm_b[3], arm_a[3];      /* of the place of B's origin */
+    double arm_b[3], arm_a[3];      /* arms to B's origin, from each body's origin, m */
 } bushing;
 
 static void prepare_bushing(const mbsr_closure_args *args, bushing *w)

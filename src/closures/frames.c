@@ -484,10 +484,11 @@ enum {
 };
 
 /* clang-format off */
-#define TABLE(kind, promises) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = (promises),         \
-                               .name = (kind), .position = position, .jacobian = jacobian, .tangent = tangent, \
-                               .drift = drift, .bias = bias, .count = count, .check = check,       \
-                               .check_fields = check_fields, .row = row, .point = mbsri_point_of_first}
+#define TABLE(kind, promises) {                                                                    \
+    .version = MBSR_CLOSURE_TABLE_VERSION, .flags = (promises), .name = (kind),                    \
+    .position = position, .jacobian = jacobian, .tangent = tangent, .drift = drift, .bias = bias,  \
+    .count = count, .check = check, .check_fields = check_fields, .row = row,                      \
+    .point = mbsri_point_of_first}
 /* clang-format on */
 static const mbsr_closure_table tables[] = {TABLE("weld", CLOSED), TABLE("ball", CLOSED),
                                             TABLE("rows", FIXED)};

@@ -204,10 +204,10 @@ static int touching(const mbsr_closure_args *args, double x[3])
 enum { FLAGS = MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_BALANCED };
 
 /* clang-format off */
-#define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = FLAGS, .name = (kind),        \
-                     .position = position, .jacobian = jacobian, .drift = drift, .bias = bias,     \
-                     .count = count, .check = check, .check_fields = check_fields, .row = row,      \
-                     .point = touching}
+#define TABLE(kind) {                                                                              \
+    .version = MBSR_CLOSURE_TABLE_VERSION, .flags = FLAGS, .name = (kind),                         \
+    .position = position, .jacobian = jacobian, .drift = drift, .bias = bias,                      \
+    .count = count, .check = check, .check_fields = check_fields, .row = row, .point = touching}
 /* clang-format on */
 static const mbsr_closure_table tables[] = {TABLE("rolling ball"), TABLE("rolling disc")};
 

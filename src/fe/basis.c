@@ -139,7 +139,7 @@ static int orthonormalise(stage *t, int *c, double *W)
         mbsri_sparse_multiply(&t->body->K, m, W, t->KW);
         mbsri_fe_atb((int)t->n, m, m, W, t->KW, t->G);
         if (mbsri_fe_eigen(m, t->G, t->w, t->work) != 0)
-            return mbsri_fe_fail(t->body->error, MBSR_EIGEN_FAILED,
+            return mbsri_fe_fail(t->body->error, MBSR_ERR_NUMERICS,
                                  "mbsr_fe_reduce: eigenvalues of the modes did not converge");
         *c = 0;
         for (int k = 0; k < m; ++k) {
@@ -183,7 +183,7 @@ static int diagonalise_modes(stage *t, int m, mbsri_fe_basis *b)
     mbsri_sparse_multiply(&t->body->M, m, t->W, t->KW);
     mbsri_fe_atb((int)t->n, m, m, t->W, t->KW, t->G);
     if (mbsri_fe_eigen(m, t->G, t->w, t->work) != 0)
-        return mbsri_fe_fail(t->body->error, MBSR_EIGEN_FAILED,
+        return mbsri_fe_fail(t->body->error, MBSR_ERR_NUMERICS,
                              "mbsr_fe_reduce: eigenvalues of the modes did not converge");
     b->count = m;
     for (int a = 0; a < m; ++a) {

@@ -7,7 +7,7 @@
 
 /* A marker: its motion is C^T u, six numbers, rotation first; loads are C f. */
 typedef struct mbsri_fe_marker {
-    int nodes, *node; /* their places, not their ids */
+    int nodes, *node; /* nodes of the marker, by index in def->x */
     int turns;        /* whether its rotation is that of a node or of a set; 0: it has none */
     double x[3];      /* seen from the root */
     double S[9];      /* inverse of S of a set, mbsr_fe_marker */
@@ -19,7 +19,7 @@ typedef struct mbsri_fe_body {
     mbsr_error *error;
     int n, nodes;
     mbsri_sparse K, M, D;  /* D.n = 0: none */
-    int *node, *direction; /* of each dof */
+    int *node, *direction; /* node, by index, and direction of each dof */
     int *dof;              /* 6 x nodes; -1: none */
     double *x;             /* 3 x nodes, seen from the root */
     double *T;             /* n x 6: rotations about the root, displacements */

@@ -1,5 +1,6 @@
 /* The BLAS and LAPACK routines of the component, behind C signatures. Matrices column-major,
- * leading dimension = rows. SPDX-License-Identifier: BSD-3-Clause */
+ * leading dimension = rows.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FE_LAPACK_H
 #define MBSRI_FE_LAPACK_H
 

@@ -146,7 +146,7 @@ static int lump_tensor(const mbsri_fe_body *body, const double Theta[9], double 
     const double half = 0.5 * (Theta[0] + Theta[4] + Theta[8]);
     for (int k = 0; k < 9; ++k) N[k] = (k % 4 == 0 ? half : 0.0) - Theta[k];
     if (mbsri_fe_eigen(3, N, w, work) != 0)
-        return mbsri_fe_fail(body->error, MBSR_EIGEN_FAILED,
+        return mbsri_fe_fail(body->error, MBSR_ERR_NUMERICS,
                              "mbsr_fe_reduce: eigenvalues of a tensor did not converge");
     for (int k = 0; k < 9; ++k) roots[k] = sqrt(fmax(w[k / 3], 0.0)) * N[k];
     return MBSR_OK;

@@ -25,15 +25,16 @@ typedef struct lanczos {
     mbsri_fe_statics *s;
     const double *L;
     int n, wanted;
-    mbsri_arena memory; /* of V */
+    mbsri_arena memory; /* memory of V */
     double *V;          /* n x room: M-orthonormal */
     int columns, room;
     double *H;            /* room x room, upper triangle */
     double *theta, *Y;    /* Ritz values and vectors, ascending */
-    double *residual;     /* of these */
+    double *residual;     /* residual of each Ritz value */
     double *W, *MW;       /* n x block */
     double *small, *work; /* room x block; of the eigenproblems */
     int converged;
+    bool too_slow; /* more vectors than normal modes need */
 } lanczos;
 
 int mbsri_fe_tell(const mbsri_fe_body *body, const char *stage, double done)
@@ -130,7 +131,7 @@ static int find_ritz(lanczos *l, int c, const double *G)
             l->Y[j * m + k] =
                 k <= j ? l->H[room * (size_t)j + (size_t)k] : l->H[room * (size_t)k + (size_t)j];
     }
-    if (mbsri_fe_eigen(m, l->Y, l->theta, l->work) != 0) return MBSR_EIGEN_FAILED;
+    if (mbsri_fe_eigen(m, l->Y, l->theta, l->work) != 0) return MBSR_ERR_NUMERICS;
     for (int k = 0; k < m; ++k) {
         const double *y = l->Y + (size_t)m * (size_t)k + (m - c);
         double square = 0.0;
@@ -191,12 +192,13 @@ static int lanczos_steps(lanczos *l)
         if (finished(l)) return MBSR_OK;
         status = mbsri_fe_tell(body, "normal modes", (double)l->converged / l->wanted);
         if (status) return status;
-        if (l->columns > 20 * l->wanted + 200) return MBSR_NO_CONVERGENCE;
+        l->too_slow = l->columns > 20 * l->wanted + 200;
+        if (l->too_slow) return MBSR_ERR_NUMERICS;
         c = normalise_columns(l, c, rounding * l->theta[l->columns - 1]);
     }
     /* nothing is left: all that there are */
     l->converged = c < 0 ? 0 : l->columns < l->wanted ? l->columns : l->wanted;
-    return c < 0 ? MBSR_EIGEN_FAILED : MBSR_OK;
+    return c < 0 ? MBSR_ERR_NUMERICS : MBSR_OK;
 }
 
 /* Modes of the Ritz vectors that have converged, below the limit and with mass. */
@@ -240,12 +242,12 @@ int mbsri_fe_find_modes(mbsri_fe_statics *s, const double *L, mbsri_fe_modes *mo
     if (!status) status = hand_over(&l, modes);
     const int basis = l.columns;
     mbsri_arena_close(&l.memory);
-    if (status == MBSR_NO_CONVERGENCE)
+    if (l.too_slow)
         return mbsri_fe_fail(body->error, status,
                              "mbsr_fe_reduce: %d of %d normal modes have converged to %g with %d "
                              "vectors; ask for fewer or for less",
                              l.converged, l.wanted, def->tolerance, basis);
-    if (status == MBSR_ERR_NO_MEMORY || status == MBSR_EIGEN_FAILED)
+    if (status == MBSR_ERR_NO_MEMORY || status == MBSR_ERR_NUMERICS)
         return mbsri_fe_fail(body->error, status, "mbsr_fe_reduce: %s in finding normal modes",
                              status == MBSR_ERR_NO_MEMORY ? "no memory"
                                                           : "eigenvalues did not converge");

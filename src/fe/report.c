@@ -155,7 +155,7 @@ static int fill_report(full_report *full, const mbsri_fe_statics *s, const mbsri
     if (!omega || !work || !mode) return MBSR_ERR_NO_MEMORY;
     double *A = work, *at_rest = A + all * all, *rest = at_rest + all;
     if (mbsr_flex_definition(flex, &data) || mbsr_flex_mass_matrix(flex, at_rest, A))
-        return MBSR_NOT_FINITE;
+        return MBSR_ERR_NUMERICS;
     mbsri_copy((size_t)modes->count, modes->omega, omega);
     *r = (mbsr_fe_report){.dofs = s->body->n,
                           .nodes = s->body->nodes,
@@ -173,7 +173,7 @@ static int fill_report(full_report *full, const mbsri_fe_statics *s, const mbsri
     mbsri_copy(3, data.c0, r->c0);
     for (size_t k = 0; k < 9; ++k) r->J[k] = A[all * (k / 3) + k % 3];
     see_modes(basis, data.D, B, mode, r->lost);
-    if (!compare_mass_matrices(basis, A, B, rest, r)) return MBSR_EIGEN_FAILED;
+    if (!compare_mass_matrices(basis, A, B, rest, r)) return MBSR_ERR_NUMERICS;
     return make_text(full) ? MBSR_OK : MBSR_ERR_NO_MEMORY;
 }
 

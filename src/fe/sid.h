@@ -14,7 +14,7 @@ typedef struct mbsri_taylor {
     int rows, columns;
     double *m0; /* rows x columns, column-major */
     double *m1; /* by mode: rows x columns each; NULL: not wanted or not there */
-    bool more;  /* it has an m1 that is not zero */
+    bool more;  /* whether m1 is there and not zero */
 } mbsri_taylor;
 
 /* The matrices of a file: X(name, shape: rows, columns, whether m1 is wanted, whether it must be

@@ -34,14 +34,14 @@ typedef struct fit {
     double *S, *F;         /* 3 n x 3 n: what P has besides, F^T F what is kept of it */
     double *rest;          /* n x n: of Mf */
     double *T, *U, *V, *w; /* 3 n x 3 n each, 3 n */
-    double *work;          /* of eigenproblems */
+    double *work;          /* workspace of eigenproblems */
 } fit;
 
 #define REFUSE(...) mbsri_fe_fail(f->error, MBSR_ERR_VALUE, "mbsr_sid_read: " __VA_ARGS__)
 
 static int not_converged(const fit *f)
 {
-    return mbsri_fe_fail(f->error, MBSR_EIGEN_FAILED,
+    return mbsri_fe_fail(f->error, MBSR_ERR_NUMERICS,
                          "mbsr_sid_read: eigenvalues did not converge");
 }
 

@@ -22,7 +22,7 @@ typedef struct parser {
     mbsri_arena *arena;
     mbsri_lines *l;
     mbsri_sid *sid;
-    char key[MBSRI_WORD]; /* of the line: what is before the =, without blanks */
+    char key[MBSRI_WORD]; /* key of the line: its text before the =, without blanks */
 } parser;
 
 /* The key of the next line; what follows the = stays to be read. */

@@ -195,7 +195,7 @@ static int see_definiteness(reader *r)
                                  "mbsr_sid_read: numbers of M(0) overflow when scaled");
     }
     if (mbsri_fe_eigen(size, M, w, work) != 0)
-        return mbsri_fe_fail(r->error, MBSR_EIGEN_FAILED,
+        return mbsri_fe_fail(r->error, MBSR_ERR_NUMERICS,
                              "mbsr_sid_read: the eigenvalues of M(0) did not converge");
     r->report.definite = w[0];
     return MBSR_OK;

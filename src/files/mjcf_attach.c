@@ -1,5 +1,6 @@
 /* Models that a file of MJCF attaches: their elements stand in it, under other names, before
- * anything else is read. SPDX-License-Identifier: BSD-3-Clause
+ * anything else is read.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * <attach model body prefix> is a frame with the body of that name from the file of <asset><model
  * name file>; with `frame` instead of `body` it has what stands in that frame, and with neither all

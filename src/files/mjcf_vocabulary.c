@@ -1,5 +1,6 @@
 /* The vocabulary of MJCF: which attributes the readers follow, and which say nothing of a model's
- * motion. SPDX-License-Identifier: BSD-3-Clause
+ * motion.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Whatever else an element has is named by a finding. */
 #include "files/mjcf_parts.h"

@@ -1,5 +1,6 @@
 /* The vocabulary of SDF: which elements the reader follows, and which say nothing of a model's
- * motion. SPDX-License-Identifier: BSD-3-Clause
+ * motion.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Whatever else stands in one of these is named by a finding. */
 #include "files/sdf_parts.h"

@@ -1,6 +1,6 @@
 /* YAML as files of robots have it, as values: maps, lists (in blocks and in brackets), scalars on
- * one line, comments, anchors, and the units of xacro such as !degrees. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * one line, comments, anchors, and the units of xacro such as !degrees.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FILES_XACRO_YAML_H
 #define MBSRI_FILES_XACRO_YAML_H
 

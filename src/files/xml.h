@@ -1,5 +1,6 @@
 /* A file of XML as a tree of elements with attributes; texts count where there are no elements
- * beside them. SPDX-License-Identifier: BSD-3-Clause */
+ * beside them.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FILES_XML_H
 #define MBSRI_FILES_XML_H
 

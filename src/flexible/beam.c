@@ -309,7 +309,7 @@ static void fill_markers(const mbsri_beam *b, sums *s)
 }
 
 /* Places arrays one after the other; NULL: only counts. */
-static double *take(double *memory, size_t *used, size_t count)
+static double *next_numbers(double *memory, size_t *used, size_t count)
 {
     double *here = memory ? memory + *used : NULL;
     *used += count;
@@ -320,11 +320,12 @@ static size_t lay_out_modes(mbsri_beam *b, double *memory)
 {
     const size_t dofs = (size_t)b->dofs, n = (size_t)b->most;
     size_t used = 0;
-    b->K = take(memory, &used, dofs * dofs);
-    b->M = take(memory, &used, dofs * dofs);
-    b->mode = take(memory, &used, dofs * n);
-    b->flexibility = take(memory, &used, n);
-    b->work = take(memory, &used, mbsri_beam_work(b->dofs, MBSRI_BEAM_NODE * b->def->loaded));
+    b->K = next_numbers(memory, &used, dofs * dofs);
+    b->M = next_numbers(memory, &used, dofs * dofs);
+    b->mode = next_numbers(memory, &used, dofs * n);
+    b->flexibility = next_numbers(memory, &used, n);
+    b->work =
+        next_numbers(memory, &used, mbsri_beam_work(b->dofs, MBSRI_BEAM_NODE * b->def->loaded));
     return used;
 }
 
@@ -333,15 +334,15 @@ static size_t lay_out_sums(const mbsri_beam *b, sums *s, double *memory)
     const size_t n = (size_t)b->modes, m = (size_t)s->shapes,
                  nodes = (size_t)b->dofs / MBSRI_BEAM_NODE;
     size_t used = 0;
-    s->Ct0 = take(memory, &used, 3 * m);
-    s->P0 = take(memory, &used, 9 * m);
-    s->P = take(memory, &used, 9 * m * m);
-    s->K = take(memory, &used, n * n);
-    s->D = take(memory, &used, n * n);
-    s->by.Y = take(memory, &used, n * n * (m - n));
-    s->Phi = take(memory, &used, 3 * m);
-    s->at_nodes = take(memory, &used, 6 * m * nodes);
-    s->marker = (mbsr_flex_marker *)take(
+    s->Ct0 = next_numbers(memory, &used, 3 * m);
+    s->P0 = next_numbers(memory, &used, 9 * m);
+    s->P = next_numbers(memory, &used, 9 * m * m);
+    s->K = next_numbers(memory, &used, n * n);
+    s->D = next_numbers(memory, &used, n * n);
+    s->by.Y = next_numbers(memory, &used, n * n * (m - n));
+    s->Phi = next_numbers(memory, &used, 3 * m);
+    s->at_nodes = next_numbers(memory, &used, 6 * m * nodes);
+    s->marker = (mbsr_flex_marker *)next_numbers(
         memory, &used, (nodes * sizeof *s->marker + sizeof *memory - 1) / sizeof *memory);
     if (memory) mbsri_zero(used, memory);
     return used;

@@ -64,7 +64,7 @@ static int normal_modes(mbsri_beam *b, const double *L, double *x, double *mu, d
     mbsri_divide_by_cholesky(n, n, L, x);
     transpose(n, x);
     mbsri_divide_by_cholesky(n, n, L, x);
-    if (mbsri_lapack_syev(n, x, mu, work, mbsri_lapack_syev_work(n)) != 0) return MBSR_EIGEN_FAILED;
+    if (mbsri_lapack_syev(n, x, mu, work, mbsri_lapack_syev_work(n)) != 0) return MBSR_ERR_NUMERICS;
     for (int k = 0; k < n; ++k) solve_transposed(n, L, x + n * k);
     for (int k = n - 1; k >= 0 && b->modes < b->def->modes; --k) {
         const double omega = b->def->frequency;
@@ -123,7 +123,7 @@ static int static_modes(mbsri_beam *b, const double *L, const double *x, double 
     if (m == 0) return MBSR_OK;
     project_matrix(n, m, b->K, X, AX, C);
     if (mbsri_lapack_syev(m, C, lambda, work, mbsri_lapack_syev_work(m)) != 0)
-        return MBSR_EIGEN_FAILED;
+        return MBSR_ERR_NUMERICS;
     int left = 0;
     for (int k = 0; k < m; ++k) {
         if (!(lambda[k] > dependent * lambda[m - 1])) continue;
@@ -133,7 +133,7 @@ static int static_modes(mbsri_beam *b, const double *L, const double *x, double 
     }
     project_matrix(n, left, b->M, Z, AX, C);
     if (mbsri_lapack_syev(left, C, lambda, work, mbsri_lapack_syev_work(left)) != 0)
-        return MBSR_EIGEN_FAILED;
+        return MBSR_ERR_NUMERICS;
     for (int k = left - 1; k >= 0; --k) {
         mbsri_zero((size_t)n, X);
         mbsri_ax(n, left, 1.0, Z, C + left * k, X);

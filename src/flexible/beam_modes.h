@@ -17,14 +17,14 @@ typedef struct mbsri_beam {
     double *mode;        /* dofs x most, with zeros where the beam does not deform */
     double *flexibility; /* 1 / omega^2 of each, with K = 1 */
     int normal;          /* how many of them are normal modes */
-    double *work;        /* of beam_modes.c */
+    double *work;        /* scratch of beam_modes.c */
 } mbsri_beam;
 
 /* Doubles of work for `free` dofs and `loads` load cases. */
 size_t mbsri_beam_work(int free, int loads);
 
 /* mode, flexibility, modes and normal from K and M. MBSR_ERR_VALUE: K is not positive definite;
- * MBSR_EIGEN_FAILED. */
+ * MBSR_ERR_NUMERICS. */
 int mbsri_beam_find_modes(mbsri_beam *b);
 
 #endif

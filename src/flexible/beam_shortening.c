@@ -127,7 +127,7 @@ int mbsri_beam_shorten(const mbsri_beam *b, double *memory, mbsri_beam_shortenin
         }
     }
     if (mbsri_lapack_syev(samples, w.at, w.lambda, w.work, mbsri_lapack_syev_work(samples)) != 0)
-        return MBSR_EIGEN_FAILED;
+        return MBSR_ERR_NUMERICS;
     /* the last ones are the largest: they come first */
     while (by->count < samples &&
            w.lambda[samples - 1 - by->count] > negligible * w.lambda[samples - 1])

@@ -21,7 +21,7 @@ typedef struct mbsri_beam_shortening {
  * them. */
 size_t mbsri_beam_shortening_size(const mbsri_beam *b);
 
-/* count and `at`, in memory of that size. MBSR_EIGEN_FAILED. */
+/* count and `at`, in memory of that size. MBSR_ERR_NUMERICS. */
 int mbsri_beam_shorten(const mbsri_beam *b, double *memory, mbsri_beam_shortening *by);
 
 /* Y (modes x modes x count), whose place is set, after mbsri_beam_shorten with the same memory. */

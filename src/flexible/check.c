@@ -72,7 +72,7 @@ static int check_semidefinite(const char *name, const char *why, int n, const do
         }
     }
     if (mbsri_lapack_syev(n, S, w, rest, mbsri_lapack_syev_work(n)) != 0)
-        return REFUSE(MBSR_EIGEN_FAILED, "mbsr_flex_create: the eigenvalues of %s did not converge",
+        return REFUSE(MBSR_ERR_NUMERICS, "mbsr_flex_create: the eigenvalues of %s did not converge",
                       name);
     if (w[0] >= -tolerance) return MBSR_OK;
     return REFUSE(MBSR_ERR_VALUE,

@@ -1,5 +1,6 @@
 /* The shared object that goes into every FMU: its bytes stand in the library, put there by the
- * assembler. SPDX-License-Identifier: BSD-3-Clause */
+ * assembler.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/binary.h"
 
 #include <stdint.h>

@@ -36,7 +36,7 @@ static mbsr_motion_fn motion_of(const mbsri_link *link)
     return link->function == 1 ? mbsr_table_motion : link->function == 2 ? held_motion : NULL;
 }
 
-static mbsr_force_fn force_of(const mbsri_link *link)
+static mbsr_force_fn force_of_plan(const mbsri_link *link)
 {
     return link->function == 1 ? mbsr_table_force : link->function == 2 ? mbsr_held_force : NULL;
 }
@@ -83,7 +83,7 @@ static int add_plan_elements(const mbsri_plan *plan, const mbsri_built *b, const
         const mbsri_plan_force *force = plan->force + k;
         mbsr_force_def def = force->def;
         def.user = link_to(b, &force->link, input);
-        def.function = force_of(&force->link);
+        def.function = force_of_plan(&force->link);
         status = mbsr_model_add_force(b->model, &def, NULL);
     }
     for (int k = 0; k < plan->closures && !status; ++k) {

@@ -9,7 +9,7 @@
 /* What is described. */
 typedef struct mbsri_described {
     const mbsri_plan *plan;
-    const mbsr_model *model; /* of the plan */
+    const mbsr_model *model; /* model of the plan */
     const mbsri_variables *variables;
     const char *identifier, *token;
     int kinds;

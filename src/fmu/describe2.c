@@ -1,5 +1,6 @@
 /* modelDescription.xml by FMI 2.0: see describe.h. Variables are numbered from 1 on in its
- * structure, value references from 0. SPDX-License-Identifier: BSD-3-Clause */
+ * structure, value references from 0.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/describe.h"
 
 #include <math.h>

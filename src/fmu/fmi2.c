@@ -1,5 +1,6 @@
 /* The functions of FMI 2.0: each checks that it may be called now, and calls what both versions
- * share. SPDX-License-Identifier: BSD-3-Clause */
+ * share.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/fmi2_functions.h"
 
 #include "fmu/cycle.h"

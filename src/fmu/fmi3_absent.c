@@ -1,6 +1,7 @@
 /* The functions of FMI 3.0 for what this FMU does not have: variables of other types, clocks,
  * dependencies of elements, structural parameters, scheduled execution. They refuse, with a
- * message, but for calls with no variables. SPDX-License-Identifier: BSD-3-Clause */
+ * message, but for calls with no variables.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/fmi3_enter.h"
 
 /* What is asked for, or set, of `count` variables. */

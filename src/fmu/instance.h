@@ -66,10 +66,11 @@ struct mbsri_instance {
     bool exchange; /* model exchange */
     unsigned log;  /* categories */
     mbsri_logger logger;
-    void *environment;                        /* of the importer */
-    void (*callback)(void), (*updater)(void); /* of the importer, of their own types */
-    mbsri_intermediate intermediate;          /* NULL: none is wanted */
-    bool event_mode, early_return;            /* the importer handles them */
+    void *environment; /* the importer's environment */
+    void (*callback)(void),
+        (*updater)(void);            /* the importer's functions, to be cast to their types */
+    mbsri_intermediate intermediate; /* NULL: none is wanted */
+    bool event_mode, early_return;   /* the importer handles them */
     mbsri_mode mode;
 
     unsigned char *resource; /* the plan as bytes */
@@ -81,9 +82,9 @@ struct mbsri_instance {
     bool stale; /* parameters have changed since */
     mbsr_data *data, *event_data;
     mbsr_completion *completion;
-    mbsr_ida *ida;         /* of co-simulation with steps by the error */
+    mbsr_ida *ida;         /* driver of co-simulation with steps by the error */
     mbsr_stepper *stepper; /* with fixed ones */
-    mbsr_ode *ode;         /* of model exchange */
+    mbsr_ode *ode;         /* right-hand side of model exchange */
 
     double t, t_start, tolerance; /* tolerance 0: that of the plan */
     double *input;                /* as many as the plan has */
@@ -92,7 +93,7 @@ struct mbsri_instance {
     double *q0, *u0;              /* start asked for: nq, nu */
     double *q, *u, *udot, *lambda, *x, *y, *yp,
         *work;      /* work: three times y, and an indicator for each element */
-    int size, rows; /* of y, of lambda */
+    int size, rows; /* lengths of y and of lambda */
     bool started;   /* y and yp are a state that the solvers may start from */
     bool evaluated; /* udot, lambda and the data are of q, u, t and the inputs */
     bool fresh;     /* the driver begins anew from y and yp */

@@ -1,5 +1,6 @@
 /* Parameters: masses, laws of force elements, stiff rows, armature, entries of tables. See
- * parameters.h. SPDX-License-Identifier: BSD-3-Clause */
+ * parameters.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/parameters.h"
 
 #include "fmu/error.h"

@@ -1,5 +1,6 @@
 /* Plans as bytes: see plan.h. Each function below describes one record, for writing and for
- * reading. SPDX-License-Identifier: BSD-3-Clause */
+ * reading.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/plan.h"
 
 #include "fmu/error.h"
@@ -228,7 +229,7 @@ static void pass_coordinate(mbsri_stream *s, mbsri_plan_coordinate *c)
 /* ---- all of it ---- */
 
 /* Whether links and numbers of inputs lead to what is there. */
-static bool leads(const mbsri_plan *p, const mbsri_link *link)
+static bool plan_leads(const mbsri_plan *p, const mbsri_link *link)
 {
     const int most[] = {0, p->tables, p->flexes, p->inputs, p->motions};
     if (link->kind == MBSRI_LINK_NONE) return true;
@@ -239,11 +240,11 @@ static bool leads(const mbsri_plan *p, const mbsri_link *link)
 static bool is_whole(const mbsri_plan *p)
 {
     for (int k = 0; k < p->bodies; ++k)
-        if (!leads(p, &p->body[k].link) || p->body[k].flex >= p->flexes) return false;
+        if (!plan_leads(p, &p->body[k].link) || p->body[k].flex >= p->flexes) return false;
     for (int k = 0; k < p->forces; ++k)
-        if (!leads(p, &p->force[k].link)) return false;
+        if (!plan_leads(p, &p->force[k].link)) return false;
     for (int k = 0; k < p->closures; ++k)
-        if (!leads(p, &p->closure[k].link)) return false;
+        if (!plan_leads(p, &p->closure[k].link)) return false;
     for (int k = 0; k < p->motions; ++k) {
         const mbsri_plan_motion *m = p->motion + k;
         if (m->count < 1 || m->count > MBSR_FMU_MOTION_MOST || m->input < 0 ||

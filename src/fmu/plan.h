@@ -35,7 +35,7 @@ typedef struct mbsri_link {
 typedef struct mbsri_plan_body {
     mbsr_body_def def;
     mbsri_link link;
-    int flex;            /* of a flexible inertia; else -1 */
+    int flex;            /* index of the modal data of a flexible inertia; else -1 */
     int joint_n;         /* rates of the joint as given */
     const double *held;  /* joint_n values of locked coordinates, NaN for others; NULL: none */
     int drops;           /* mbsr_model_drop_locked */
@@ -68,7 +68,7 @@ typedef struct mbsri_plan_flex {
 typedef struct mbsri_plan_input {
     const char *name;
     const char *unit;
-    double start, range[2]; /* of the value; infinite: none */
+    double start, range[2]; /* value at the start; its range, infinite: none */
     const void *from;
 } mbsri_plan_input;
 
@@ -93,11 +93,11 @@ typedef struct mbsri_plan_coordinate {
 } mbsri_plan_coordinate;
 
 typedef struct mbsri_plan {
-    mbsri_arena arena; /* of all that is pointed to */
+    mbsri_arena arena; /* memory of all that is pointed to */
     const char *name;
     double rank_tolerance, rtol, atol;
     double fixed_step; /* s; 0: steps by the error */
-    int order;         /* of fixed steps */
+    int order;         /* order of fixed steps, 1 or 2 */
     int outputs;       /* mbsr_fmu_outputs */
     int model_exchange;
     int bodies, forces, closures, tables, flexes, inputs, motions, sites, nq, nu;

@@ -1,5 +1,6 @@
 /* Numbers and texts as bytes, in both directions: who describes a record with these functions can
- * write it and read it. SPDX-License-Identifier: BSD-3-Clause
+ * write it and read it.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Whole numbers have four bytes, others are IEEE doubles of eight, the lowest byte first, whatever
  * the processor; a text has its length, then its bytes. What is read is never trusted: lengths are
@@ -14,7 +15,7 @@
 typedef struct mbsri_stream {
     bool writing;
     bool failed;               /* no memory, or what is read is not such a record */
-    mbsri_arena *arena;        /* of the bytes written; of what is read */
+    mbsri_arena *arena;        /* memory of the bytes written, or of what is read */
     unsigned char *data;       /* written so far */
     const unsigned char *from; /* to be read */
     size_t size, room, at;     /* bytes of either; room of those written; read so far */

@@ -29,8 +29,8 @@ typedef struct mbsri_variable {
     int of, component;
     const char *name, *description;
     const char *unit;  /* "": none is known */
-    double start;      /* of parameters, inputs, q and u */
-    double *place;     /* of a parameter: in the plan */
+    double start;      /* start value of parameters, inputs, q and u */
+    double *place;     /* address of a parameter in the plan */
     int derivative_of; /* the number of its state; -1: it is no derivative */
 } mbsri_variable;
 

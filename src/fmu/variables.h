@@ -14,7 +14,7 @@ typedef struct mbsri_variables {
     mbsri_variable *list;
     int count, parameters;              /* in all; parameters stand from 1 on */
     int inputs_at, q_at, u_at, udot_at; /* numbers of the first ones */
-    int p_at, derivatives_at;           /* of model exchange, else -1 */
+    int p_at, derivatives_at; /* first momentum and first derivative; -1 without model exchange */
     int indicators_at, indicators;
 } mbsri_variables;
 

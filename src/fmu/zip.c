@@ -2,7 +2,8 @@
  *
  * Each file has a local header before its bytes and an entry in the directory behind all of them,
  * whose end says where it begins. Files are stored, not compressed, with the first day that the
- * format knows, so that the same files give the same bytes. SPDX-License-Identifier: BSD-3-Clause
+ * format knows, so that the same files give the same bytes.
+ * SPDX-License-Identifier: BSD-3-Clause
  */
 #include "fmu/zip.h"
 

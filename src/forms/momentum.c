@@ -12,19 +12,19 @@
  *   sigma_i + sum_j H_j^T sigma_j = -f_i - M_i' V_i - sum_j H_j'^T m_j
  *
  * No pseudo-inverse and no derivative of one is in this. u follows from p where there is inertia,
- * and from the balance of forces where there is none. With the backward recursion (17) for momenta
- * (f -> 0, kII -> kI, tau -> p), ep = p - J^T (mbar + Mbar kI), and P the projection on what D
- * cannot take up,
+ * and from the balance of forces where there is none. Group by group (recursion/group.h),
  *
- *   0 = r - P (r + s e),    r_i = D_i u_i - (ep_i - J_i^T Mbar_i H_i V_pi)
+ *   0 = r - P (r + s e)
+ *   r_i = D_i u_i - (ep_i - J_i^T Mbar_i H_i V_pi)     momenta that u does not account for
+ *   e   = tau - J^T (fbar + Mbar kII)                  joint forces
+ *   ep  = p - J^T (mbar + Mbar kI)                     the same of momenta: (17) with f -> 0,
+ *                                                      kII -> kI, tau -> p gives mbar
  *
- * with e = tau - J^T (fbar + Mbar kII).
+ * with the projection P on the directions that D gives no inertia, and s = 1 s, which makes a
+ * momentum of a force. P r are momenta that belong to no inertia, P e = gamma the forces in those
+ * directions. Projections need no basis, so that nothing can flip or rotate.
  *
- * With closures y = (q, p, u, Lambda, Eta), and their rows stand below: see loops.c.
- *
- * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma
- * are the forces there. s = 1 s makes a momentum of a force. Projections need no basis: nothing can
- * flip or turn. */
+ * With closures y = (q, p, u, Lambda, Eta), and F has their rows behind these: loops.c. */
 #include "forms/momentum.h"
 
 #include "algebra/dense.h"
@@ -107,7 +107,7 @@ int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, 
     const bool loaded = d->loaded;
     int status = mbsri_coordinate_rates(m, d, qdot);
     if (!status) status = mbsri_rates(m, d);
-    d->loaded = loaded; /* which differences of positions may have ended */
+    d->loaded = loaded; /* rates by differences of positions clear it */
     if (!status) status = mbsri_forces(m, d, NULL);
     if (status) return status;
     mbsri_momenta(m, d, pdot);

@@ -1,5 +1,6 @@
 /* The plan of an elimination of models with loops: in which order joints are passed and loop forces
- * eliminated, and what meets where. SPDX-License-Identifier: BSD-3-Clause
+ * eliminated, and what meets where.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Vertices are bodies and closures. Passing the joint of a body replaces its motion by that of its
  * predecessor and the joint's rates, which are eliminated; a closure's forces are eliminated in a

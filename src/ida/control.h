@@ -1,5 +1,6 @@
 /* The controller: all that the driver remembers from step to step about stiff elements and old
- * matrices. SPDX-License-Identifier: BSD-3-Clause */
+ * matrices.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_CONTROL_H
 #define MBSRI_IDA_CONTROL_H
 

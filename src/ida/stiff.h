@@ -1,6 +1,7 @@
 /* Stiff elements under IDA: an error test and a Newton iteration that are not misled by them. What
  * goes on from step to step is decided in control.c; the functions below are told what they work
- * with, and tell what they have seen. SPDX-License-Identifier: BSD-3-Clause */
+ * with, and tell what they have seen.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_STIFF_H
 #define MBSRI_IDA_STIFF_H
 

@@ -1,5 +1,6 @@
 /* Operations on serial vectors: see vectors.h. An output may be one of the inputs, as N_Vector
- * allows. SPDX-License-Identifier: BSD-3-Clause */
+ * allows.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/vectors.h"
 
 #include "ida/compat.h"

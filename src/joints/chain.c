@@ -33,7 +33,7 @@ typedef struct column {
     double c[3], cd[3]; /* a point of it, and that point's velocity */
     double turn, pitch; /* S = turn (a, a x (r - c)) + pitch (0, a) */
     bool driven;
-    int place;         /* of its coordinate in u, or in the motion's outputs */
+    int place;         /* index of its coordinate in u, or in the motion's outputs */
     double s, sd, sdd; /* coordinate and rates; sdd of driven ones only */
 } column;
 

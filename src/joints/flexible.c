@@ -1,5 +1,6 @@
 /* Joints of flexible bodies: the mount that holds one at a marker, and the marker as a body of its
- * own. SPDX-License-Identifier: BSD-3-Clause
+ * own.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * With the marker's twist V_k = B V (flexible/marker.h), its predecessor's or its own V = (omega,
  * v, s'),

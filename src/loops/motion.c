@@ -159,10 +159,7 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
     return mbsri_refuse_motion(w->m, w->d, largest, w->function, why);
 }
 
-/* Where rows depend on each other, springs among them share what they bear so that their energy,
- * the sum of lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of
- * N span the part of the kernel of K in lambda. Overwrites K and x. */
-static int share_forces(mbsri_dense *w, double *lambda)
+int mbsri_loops_share(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int count = w->nulls - w->moving, rows = w->rows;
@@ -239,7 +236,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     mbsri_dense_solve(w, right, w->x);
     mbsri_copy(n, w->x, udot);
     mbsri_copy((size_t)w->rows, w->x + n, lambda);
-    status = share_forces(w, lambda);
+    status = mbsri_loops_share(w, lambda);
     if (status) return status;
     clear_traces(w, right, lambda);
     /* all rows, those left out as well */

@@ -24,6 +24,11 @@ int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)
 int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u, const double *tau,
                       double *udot, double *lambda);
 
+/* Where rows depend on each other, springs among them share what they bear so that their energy,
+ * the sum of lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of
+ * N span the part of the kernel of K in lambda, K factored. Overwrites K and x. */
+int mbsri_loops_share(mbsri_dense *w, double *lambda);
+
 /* Forces of the springs that K does not have as rows, into their rows of lambda. */
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda);
 

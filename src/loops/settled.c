@@ -81,16 +81,21 @@ int mbsri_assemble_settled(mbsri_closer *w, double t, double *q, const mbsr_asse
 
 /* ---- forces ---- */
 
-/* Springs that are let go are stretched as the others' gaps let them; true where there are some. */
-bool mbsri_springs_let_go(mbsri_dense *w)
+/* Springs that are let go are stretched as the others' gaps let them. Where all gaps close only
+ * those of closures with much stiffer ones are: others share what they bear by their compliance
+ * (mbsri_loops_share), which rounding of gaps, times their stiffness, would drown. */
+bool mbsri_springs_let_go(mbsri_dense *w, bool apart)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     bool any = false;
+    for (int k = 0; k < w->rows; ++k) apart = apart || w->closer.let_go[k];
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
-            const bool follows = mbsri_is_stiff(c, k) && w->d->dropped[c->row + k];
+            const bool follows = mbsri_is_stiff(c, k) && w->d->dropped[c->row + k] &&
+                                 (apart || mbsri_is_loose(c, k) || mbsri_is_soft_row(w, c, k));
             w->closer.let_go[c->row + k] = follows;
             any = any || (follows && !mbsri_is_loose(c, k));
+            if (mbsri_is_stiff(c, k) && mbsri_is_asked(&w->closer, c, k)) w->left_out[c->row + k] = false;
         }
     }
     return any;

@@ -16,8 +16,10 @@
 int mbsri_assemble_settled(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                            mbsr_assembly_info *info);
 
-/* Lets go of the stiff rows that the data leaves out; true where some of them are settled. */
-bool mbsri_springs_let_go(mbsri_dense *w);
+/* Lets go of stiff rows that the data leaves out and that do not share what others bear, which K is
+ * to have; true where some of them are settled. `apart`: none shares. After mbsri_loops_leave_out,
+ * at the C of the workspace. */
+bool mbsri_springs_let_go(mbsri_dense *w, bool apart);
 
 /* What the gaps of settled rows in w->offset lack of those at which their springs have the forces
  * lambda (rows), into w->missing; *changed: whether that is more than rounding. `shared`: rows that

@@ -408,16 +408,22 @@ int mbsr_completion_solve(mbsr_completion *completion, mbsr_data *data, mbsr_dae
 }
 
 /* Rates of a closed model at w->given. Where forward dynamics does not serve, forces on bodies
- * without mass make loop forces: those of a state beside this one, with velocities that balance. */
+ * without mass make loop forces: those of a state beside this one, with velocities that balance.
+ * They are told once more from those found, as a share of 1/c of what is not known of them moves
+ * the state. */
 static int find_dynamics(mbsr_completion *w)
 {
+    enum { PASSES = 2 };
     int status = begin(w);
     w->deficient = mbsr_total_rank(w->m, w->d) < w->m->nu;
     w->c = ladder[0] / mbsri_completion_time(w);
     if (!status) status = mbsri_completion_forward(w);
     if (status != MBSR_UNDETERMINED) return status;
-    status = search(w, true);
-    if (status) return status;
+    for (int pass = 0; pass < PASSES; ++pass) {
+        status = search(w, true);
+        if (status) return status;
+        mbsri_copy((size_t)w->m->rows, w->yp + w->loops, w->given + w->size);
+    }
     mbsri_copy((size_t)w->size, w->given, w->y);
     status = here(w);
     return status ? status : mbsri_completion_rates(w);

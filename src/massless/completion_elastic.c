@@ -1,5 +1,6 @@
 /* Completing a state where springs alone hold some direction without mass (index 2): see
- * completion.c. SPDX-License-Identifier: BSD-3-Clause
+ * completion.c.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * A force gamma in such a direction that depends on positions alone is balanced at all times. Held
  * q, it is off by what an integrator has left of it; what is wanted are the velocities with which

@@ -110,7 +110,7 @@ static int check_balance(const start *s)
 /* Whether a start leaves the spring of stiff row k as it is. */
 static bool is_as_it_is(const start *s, const mbsri_closure *c, int k)
 {
-    return mbsri_is_loose(c, k) || s->w.d->dropped[c->row + k];
+    return mbsri_is_loose(c, k) || (s->w.closer.let_go && s->w.closer.let_go[c->row + k]);
 }
 
 /* s' = k (C u + g_t) of springs without damping that are as they are, from F at s' = 0. */

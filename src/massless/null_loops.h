@@ -1,5 +1,6 @@
 /* Directions that move no mass in models with closures: what loops exert along them, and which they
- * hold. SPDX-License-Identifier: BSD-3-Clause
+ * hold.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Of the combinations of joint rates that move no mass, rigid rows of closures, C x = 0, leave
  * fewer. Loop forces act along the others and hold them; along those that are left they do no work,

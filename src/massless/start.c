@@ -83,6 +83,20 @@ static int settle_dampers(mbsri_start *s)
     return begin(s);
 }
 
+/* Velocities at the positions found. Impulses of loops are told from loop forces, where these are
+ * not known yet, but for a share of 1/c^2 of them: with what is known then they are found anew. */
+static int find_velocities(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    int status = mbsri_start_momenta(s);
+    if (status || !(w->deficient || m->rows > 0)) return status;
+    status = mbsri_start_velocities(s, true);
+    if (status || m->rows == 0 || !w->deficient) return status;
+    mbsri_zero((size_t)m->rows, s->impulse);
+    return mbsri_start_velocities(s, true);
+}
+
 /* Positions and velocities in turn, where the former depend on the latter. */
 static int balance(mbsri_start *s)
 {
@@ -97,9 +111,8 @@ static int balance(mbsri_start *s)
         if (w->elastic) status = mbsri_start_positions(s);
         if (turn == 0 && m->rows > 0) mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
         if (status || (turn > 0 && s->info->iterations == before)) break;
-        status = mbsri_start_momenta(s);
         s->sought = "velocity";
-        if (!status && (w->deficient || m->rows > 0)) status = mbsri_start_velocities(s, true);
+        status = find_velocities(s);
         if (!w->elastic) break;
     }
     if (!status) status = mbsri_start_evaluate(s, true);

@@ -154,7 +154,7 @@ static int check_mass_matrix(mbsr_model *m, int d, const double *A, int id, cons
     }
     double *w = S + size, *work = w + d;
     if (!status && mbsri_lapack_syev(d, S, w, work, lwork) != 0) {
-        status = REFUSE(MBSR_EIGEN_FAILED, "%s: the eigenvalues of inertia.matrix did not converge",
+        status = REFUSE(MBSR_ERR_NUMERICS, "%s: the eigenvalues of inertia.matrix did not converge",
                         label);
     }
     if (!status && w[0] < -1e-12) {
@@ -210,7 +210,7 @@ static int check_rigid(mbsr_model *m, const mbsr_inertia *inertia, int id, const
                    tensor[5], tensor[4], tensor[5], tensor[2]};
     double moment[3], work[WORK];
     if (mbsri_lapack_syev(3, I, moment, work, WORK) != 0) {
-        return REFUSE(MBSR_EIGEN_FAILED, "%s: the principal moments of inertia did not converge",
+        return REFUSE(MBSR_ERR_NUMERICS, "%s: the principal moments of inertia did not converge",
                       label);
     }
     const double size = inertia->mass * (c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);

@@ -33,7 +33,7 @@ typedef struct mbsri_joint {
     int option[MBSR_JOINT_OPTIONS];
 } mbsri_joint;
 
-/* What it has of the joint as the caller gives it, and that of it, but for param and option. */
+/* Fields that mbsr_joint and mbsri_joint have in common, but for param and option. */
 #define MBSRI_JOINT_FIELDS(from)                                                                   \
     .table = (from)->table, .space = (from)->space, .d = (from)->d, .np = (from)->np,              \
     .n = (from)->n, .nq = (from)->nq, .params = (from)->params, .motion = (from)->motion,          \
@@ -42,70 +42,76 @@ typedef struct mbsri_joint {
 /* Bodies, and joint rates, of a group (recursion/group.h) of more than one body. */
 enum { MBSRI_GROUP_MOST = 6 };
 
-/* Lengths of the arrays of the data that have numbers of each body, or rate or coordinate of a
- * group. */
+/* Lengths of arrays of the data, by what they have a number of: p of each number of a pose, v of
+ * each velocity, dd, dp, dn, dg, k, nn of each entry of such a matrix, rates and coordinates of
+ * each of a group, bodies of each body. */
 typedef struct mbsri_lengths {
     size_t p, v, dd, dp, dn, dg, k, nn, full, rates, coordinates, bodies;
 } mbsri_lengths;
 
-/* Where a body stands on another that it is welded to; `angle`: in the plane, where the frame turns
- * about z. */
+/* A body that is welded to another, its host. */
 typedef struct mbsri_stand {
-    int host; /* that body: an id, in a finished model an index */
-    int next; /* another one on it, from 1 on; 0: none */
-    mbsr_frame frame;
-    double angle;
+    int host;         /* the host: an id, in a finished model an index */
+    int next;         /* next body on the same host, index into `stand` from 1; 0: none */
+    mbsr_frame frame; /* frame of the body in that of the host */
+    double angle;     /* in the plane: angle of the body against the host, rad */
 } mbsri_stand;
 
+/* A body of the finished tree, with its joint. Offsets are into arrays of the data
+ * (recursion/data.h) that have numbers of every body. */
 typedef struct mbsri_body {
-    int id;        /* the caller's; MBSR_GROUND for the root */
-    int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
-    int d, d_pred; /* velocity coordinates of the body and of its predecessor */
-    int welded; /* the first body that is welded to it, from 1 on in the model's `stand`; 0: none */
-    bool modal; /* a flexible body on its mount, all modes free: recursion/modal.h */
-    bool upright;  /* and with the frame of the marker it is held at: J = [0; -1] in every pose */
-    bool factored; /* and its joint block may be in factors: recursion/flexible_factors.h */
-    int first_marker, next_marker; /* markers on it, and on its predecessor from it on; 0: none */
-    int np;                        /* numbers in the pose */
-    int n, nq;                     /* joint velocity and position coordinates */
-    int q, u;                      /* places in the caller's vectors q and u, in the order of ids */
-    int iq, iu;                    /* places in the data's, in the order of the sweeps */
-    size_t pred_p, pred_v, pred_dd; /* the predecessor's offsets, which save a look at its record */
-    mbsr_space pred_space;
-    size_t p, v;       /* offsets of np and d numbers */
-    size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
-    size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
-    size_t nn;         /* offset of n x n numbers; n is that of its group at the head of one */
-    size_t dg;         /* offset of d x n numbers, likewise */
-    int head;          /* first body of its group (recursion/group.h), mostly itself */
-    int members;       /* of the group it is the head of; 0: none */
-    int group_n;       /* joint rates of that, else of its own joint */
-    int group_nq;      /* joint coordinates, likewise */
-    int at;            /* its place in `member` */
-    int ig, igq;       /* places of its rates and coordinates in vectors by groups */
-    bool coupled;      /* the sweeps do not take its group apart (assembly/survey.h) */
-    bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
-    bool open;         /* a loop is open past its joint: it closes nearer to the root */
-    bool empty;        /* with closures: neither it nor anything behind it has inertia */
-    bool light;        /* open, empty, and loops hold it and all behind it */
-    bool closes;       /* a loop closes on it */
-    bool by_blocks;    /* one of these in Newton systems that not vector code serves */
-    bool users;        /* a user's joint that the sweeps take as their own (sweeps/users_joint.h) */
-    bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
-    size_t seat;       /* offset of one number */
-    mbsri_joint joint;
-    mbsr_inertia inertia; /* matrix points into the model */
-    size_t name;          /* offset into names */
-    bool regular;         /* M is positive definite in every pose */
-    const double *added;  /* d x d, part of M in every pose; NULL: none */
-    int locks; /* coordinates of `joint` that are held; n and nq count the others. None where what
-                  is left is a stock joint, which `joint` is then */
-    const double *held;       /* their values, NaN for the others (joint.n); NULL: none */
-    const double *given_held; /* values of all that are locked, of the joint as given; NULL: none */
-    const double *armature;   /* inertia along each joint rate (n), which D has on its diagonal */
-    size_t full;              /* offset of joint.n numbers, where some are held */
-    int usual;     /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
-    int neglected; /* its place in the model's `neglected`, and 1; 0: nothing is */
+    /* --- the tree */
+    int id;     /* id as added; MBSR_GROUND for the root */
+    int parent; /* index of the predecessor; 0: on the root; -1: the root itself */
+    int welded; /* first body welded to this one, index into the model's `stand` from 1; 0: none */
+    int first_marker, next_marker; /* first marker on it; next one on its predecessor; 0: none */
+    /* --- sizes, and where its numbers stand */
+    int d, d_pred; /* velocity coordinates of the body, of its predecessor */
+    int np;        /* numbers in the pose */
+    int n, nq;     /* joint velocity and position coordinates, without locked ones */
+    int q, u;      /* first index in the caller's vectors q and u, by id */
+    int iq, iu;    /* first index in the data's vectors, by order of the sweeps */
+    size_t pred_p, pred_v, pred_dd; /* the predecessor's p, v and dd */
+    mbsr_space pred_space;          /* space of the predecessor */
+    size_t p, v;                    /* offsets of np and d numbers */
+    size_t dd, dp, dn;              /* offsets of d x d, d x d_pred and d x n numbers */
+    size_t k;                       /* offset of K^-1 (d x d); none with MBSR_JOINT_UNIT_K */
+    size_t nn, dg; /* offsets of n x n and d x n numbers; n: of the group at a head */
+    size_t seat;   /* offset of one number */
+    size_t full;   /* offset of joint.n numbers, where some are locked */
+    /* --- the group whose joints are eliminated as one block (recursion/group.h) */
+    int head;     /* first body of the group, mostly the body itself */
+    int members;  /* bodies of the group that it is the head of; 0: none */
+    int group_n;  /* joint rates of that group, or of the body's own joint */
+    int group_nq; /* joint coordinates of that group, or of the body's own joint */
+    int at;       /* index in the model's `member` */
+    int ig, igq;  /* first index of its rates and coordinates in vectors by groups */
+    bool coupled; /* whether the sweeps keep the group in one piece (assembly/survey.h) */
+    /* --- what evaluations do with it */
+    bool modal;     /* whether it is flexible, on its mount, all modes free: recursion/modal.h */
+    bool upright;   /* whether it is modal and J = [0; -1] in every pose */
+    bool factored;  /* whether its joint block may be in factors: recursion/flexible_factors.h */
+    bool whole;     /* whether the steps of recursion/ eliminate it (assembly/survey.h) */
+    bool open;      /* whether a loop spans its joint, and closes nearer to the root */
+    bool empty;     /* with closures: whether neither it nor a body behind it has inertia */
+    bool light;     /* whether it is open and empty, and loops determine it and all behind it */
+    bool closes;    /* whether a loop closes on it */
+    bool by_blocks; /* whether it is on a loop that vector code does not eliminate (sweeps/build.c)
+                     */
+    bool users;     /* whether its joint is a user's that the sweeps take (sweeps/users_joint.h) */
+    bool seen;      /* whether the sweeps read or write its arrays too (assembly/places.h) */
+    int usual;      /* rank of the joint at the position surveyed (assembly/survey.h), plus 1 */
+    /* --- joint and inertia */
+    mbsri_joint joint;        /* the joint, of which locked coordinates are part */
+    mbsr_inertia inertia;     /* the inertia; its matrix points into the model */
+    size_t name;              /* offset into names */
+    bool regular;             /* whether M is positive definite in every pose */
+    const double *added;      /* d x d, part of M in every pose; NULL: none */
+    int locks;                /* locked coordinates of `joint`, 0 where a stock joint is left */
+    const double *held;       /* joint.n values of locked coordinates, NaN for others; NULL: none */
+    const double *given_held; /* the same for the joint as given; NULL: none */
+    const double *armature;   /* inertia along each joint rate (n), kg m^2 or kg */
+    int neglected;            /* index into the model's `neglected`, plus 1; 0: nothing is */
 } mbsri_body;
 
 /* A body as added. */
@@ -135,9 +141,9 @@ typedef struct mbsri_force {
     int id;                        /* the caller's */
     size_t name;                   /* offset into names */
     size_t list;                   /* offset of its def.bodies ids (and, once finished, indices) */
-    int closure;                   /* that it has become, or MBSR_NONE */
-    bool resting;                  /* every coordinate that it acts on is locked */
-    int given[MBSR_FORCE_OPTIONS]; /* coordinates as given, which def counts without locked ones */
+    int closure;                   /* id of the closure that it has become, or MBSR_NONE */
+    bool resting;                  /* whether every coordinate that it acts on is locked */
+    int given[MBSR_FORCE_OPTIONS]; /* coordinates as given; those of def leave out locked ones */
 } mbsri_force;
 
 /* A closure; its bodies by index, a root that moves behind them where the table asks for it. */
@@ -149,15 +155,16 @@ typedef struct mbsri_closure {
                            * where locked coordinates have changed it; 0: as given */
     size_t mixture;       /* offset of `mix` into matrices, 0: none */
     /* from here on set by finish */
-    const double *mix; /* held x held, row by row: what the table's position rows are combined by;
-                          NULL: not at all. Points into the model */
-    int rows, held;    /* velocity rows; the first of them position rows */
-    int row, held_row; /* where they begin among those of all closures */
-    int bodies, body[MBSR_CLOSURE_BODIES + 1];
-    int meets; /* the body where it closes: the nearest common predecessor of its bodies, before
-                  those whose joints it reads, where its forces balance, else the root */
-    int columns, column[MBSR_CLOSURE_BODIES + 1]; /* of V, then u of each body; -1: none */
-    size_t at;                                    /* offset of its rows x columns numbers */
+    const double
+        *mix; /* T (held x held, row by row): position rows are T times the table's; NULL: 1 */
+    int rows, held;    /* number of velocity rows; of position rows, which are the first of them */
+    int row, held_row; /* index of the first of each among those of all closures */
+    int bodies, body[MBSR_CLOSURE_BODIES + 1]; /* its bodies, by index */
+    int meets; /* index of the body where the loop closes: the nearest common predecessor of the
+                * bodies where the row's forces balance, else the root */
+    int columns,
+        column[MBSR_CLOSURE_BODIES + 1]; /* first column of each body: V, then u; -1: none */
+    size_t at;                           /* offset of its rows x columns numbers */
 } mbsri_closure;
 
 struct mbsr_model {
@@ -169,7 +176,7 @@ struct mbsr_model {
 
     mbsri_array entries; /* mbsri_body_entry, by id */
     mbsri_array forces;  /* mbsri_force, by id; once finished in the order of the sweeps */
-    size_t carried; /* elements behind these, which are not evaluated: closures now, or resting */
+    size_t carried; /* force elements at the end that are not evaluated: now closures, or resting */
     mbsri_array closures;  /* mbsri_closure, by id */
     mbsri_array names;     /* char; offset 0 is the empty name */
     mbsri_array matrices;  /* double */
@@ -179,47 +186,46 @@ struct mbsr_model {
 
     /* from here on set by finish */
     int bodies;          /* N */
-    int live;            /* those that are not welded to others, which come first */
-    mbsri_stand *stand;  /* of the others, bodies - live */
-    double *joint_param; /* of joints that are not as given */
-    int *index;          /* id -> index, N */
-    int *list_index;     /* the lists as indices */
-    int *u_of;           /* place of each joint rate of the sweeps in the caller's vectors, nu */
-    int *q_of;           /* of each joint coordinate, nq */
-    bool in_order;       /* both are the identity */
-    bool plain_rates;    /* and q' = u in all joints */
-    double *armature;    /* of each joint rate in the order of the sweeps, nu; kg m^2 or kg */
+    int live;            /* number of bodies that are not welded to others; they come first */
+    mbsri_stand *stand;  /* the welded bodies, bodies - live */
+    double *joint_param; /* parameters of joints that locks have changed */
+    int *index;          /* N: index of the body of each id */
+    int *list_index;     /* `lists` with indices in the place of ids */
+    int *u_of;           /* nu: index in the caller's u of each rate in the order of the sweeps */
+    int *q_of;           /* nq: index in the caller's q of each coordinate likewise */
+    bool in_order;       /* whether u_of and q_of are the identity */
+    bool plain_rates;    /* whether they are, and q' = u in all joints */
+    double *armature;    /* nu: armature of each rate in the order of the sweeps, kg m^2 or kg */
     int *member;         /* bodies, group by group, N */
-    bool grouped;        /* some group has several */
-    double *scale;       /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
-    double *weight; /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
-    double length,
-        frequency; /* typical of the tree (assembly/measure.h), m and 1/s; 0: not known */
-    double mass;   /* of all bodies, kg */
-    double *span; /* nq + nu: what turns a body by 1 rad or moves it by the length; NULL: all joints
-                     are stock ones */
+    bool grouped;        /* whether some group has several bodies */
+    double *
+        scale; /* nu: inertia scale of each joint rate, by groups (assembly/survey.h); NULL: none */
+    double *weight; /* nu: weight of position rows at each joint rate (forms/loops.c); NULL: none */
+    double length;  /* length typical of the tree, m (assembly/measure.h); 0: not known */
+    double frequency; /* frequency typical of the tree, 1/s; 0: not known */
+    double mass;      /* mass of all bodies, kg */
+    double *span;     /* nq + nu: change of a coordinate that turns its body by 1 rad or moves it by
+                       * the length; NULL: all joints are stock ones */
     struct mbsri_sweeps *sweeps; /* the tree of the sweeps (sweeps/tree.h); NULL with closures */
-    struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree; with
-                                       closures that of Newton systems, loops as blocks */
-    struct mbsri_sweeps *evaluated; /* with users' joints among the sweeps' own, too: what
-                                     * evaluations run over */
+    struct mbsri_sweeps *whole; /* tree with `whole` bodies, and with closures loops, as blocks: for
+                                 * Newton systems; mostly the same as `sweeps` */
+    struct mbsri_sweeps *evaluated; /* tree of evaluations: users' joints are the sweeps' own */
     mbsri_body *body;               /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
-    int anywhere; /* elements that act on no body in particular, which are the first */
-    mbsri_coordinate_elements along; /* those on one coordinate, which are the last */
-    int rows, held;                  /* of all closures */
-    struct mbsri_plan
-        *plan; /* in which order loops are eliminated (fronts/plan.h); NULL without closures */
-    int max_columns;   /* of one */
-    size_t size_c;     /* sum of their rows x columns */
-    bool differences;  /* the rates of some joint or inertia are differences of the whole tree */
-    size_t size_moved; /* most numbers that those of one body take (recursion/rates.h) */
+    int anywhere; /* number of elements that act on every body; they come first */
+    mbsri_coordinate_elements along; /* elements on one coordinate, which come last */
+    int rows, held;                  /* velocity and position rows of all closures */
+    struct mbsri_plan *plan; /* order in which loops are eliminated (fronts/plan.h); NULL: none */
+    int max_columns;         /* largest number of columns of a closure */
+    size_t size_c;           /* rows x columns, summed over the closures */
+    bool differences;  /* whether rates of some joint or inertia are differences of the tree */
+    size_t size_moved; /* most numbers that such differences of one body take */
     int lapack_work;   /* doubles of workspace for dsyev at max_n */
     /* sums over all bodies, the root included: lengths of the arrays */
     size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full,
         size_rates, size_bodies;
-    mbsri_lengths seen; /* the same over the bodies that are seen, which come first */
+    mbsri_lengths seen; /* the same sums over the bodies that are `seen`, which come first */
 };
 
 #endif

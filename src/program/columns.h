@@ -22,7 +22,7 @@ typedef struct column {
 } column;
 
 typedef struct columns {
-    const mbsr_file *file; /* of the sensors */
+    const mbsr_file *file; /* file that has the sensors */
     column *list;
     int count;
 } columns;

@@ -1,5 +1,6 @@
 /* Runs as HDF5 files: docs/program.md has their layout. Where the build has no HDF5, creating and
- * reading complain. SPDX-License-Identifier: BSD-3-Clause */
+ * reading complain.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRANK_HDF5_H
 #define MBSRANK_HDF5_H
 

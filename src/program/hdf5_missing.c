@@ -1,5 +1,6 @@
 /* In the place of hdf5_read.c and hdf5_write.c where the build has no HDF5: what opens a file says
- * so, and the rest is not reached. SPDX-License-Identifier: BSD-3-Clause */
+ * so, and the rest is not reached.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/hdf5.h"
 
 static const char missing[] =

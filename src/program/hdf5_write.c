@@ -11,14 +11,14 @@
 struct hdf5_run {
     const char *path;
     hid_t file;
-    hid_t *set; /* of t and of each column */
+    hid_t *set; /* data set of t and of each column */
     int sets;
     double *block; /* lines that are not in the file yet: room of each set, one after the other */
     int held, room;
     hsize_t lines; /* in the file */
     time_t flushed;
     bool bad;
-    char reason[HDF5_REASON]; /* of what went wrong first */
+    char reason[HDF5_REASON]; /* text of the first failure */
 };
 
 enum { MOST_ROOM = 1024, LEAST_ROOM = 16, BLOCK = 1 << 21, SECONDS = 2 };

@@ -8,7 +8,7 @@
 
 typedef struct inputs {
     table table;   /* without lines: no inputs */
-    int *actuator; /* of each column; none of the first, t */
+    int *actuator; /* actuator of each column but the first, t */
     int next;      /* the next line to hold */
 } inputs;
 

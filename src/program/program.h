@@ -49,7 +49,7 @@ bool option_number(const char *name, const char *value, double *number);
 /* A file with its model finished, and data. */
 typedef struct program_model {
     char *text;
-    size_t size; /* of the text */
+    size_t size; /* bytes of the text */
     mbsr_file *file;
     mbsr_model *model; /* owned by the file until it is taken */
     mbsr_data *data;
@@ -59,7 +59,7 @@ typedef struct program_model {
 enum { MOST_PAIRS = 64 };
 typedef struct program_options {
     const char *path;
-    const char *start; /* of a key; NULL: as drawn */
+    const char *start; /* name of a key; NULL: as drawn */
     bool json, strict, floating;
     bool limits, friction;                     /* by the rule of files.h */
     double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
@@ -68,7 +68,7 @@ typedef struct program_options {
     int packages, arguments;
     const char *folder[16]; /* where files that the model names may be, too */
     int folders;
-    bool anywhere; /* they may be in any folder */
+    bool anywhere; /* whether includes may be in any folder */
 } program_options;
 
 /* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is

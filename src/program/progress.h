@@ -1,5 +1,6 @@
 /* How far a long computation is: a line on standard error where that is a terminal, and nothing
- * elsewhere. SPDX-License-Identifier: BSD-3-Clause */
+ * elsewhere.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRANK_PROGRESS_H
 #define MBSRANK_PROGRESS_H
 

@@ -68,11 +68,11 @@ static uint64_t grid_place(const corners *c, const float x[3])
 /* ---- vertices and triangles ---- */
 
 typedef struct surface {
-    uint64_t *place; /* of each vertex */
+    uint64_t *place; /* grid place of each vertex */
     uint32_t *slot;  /* open addressing by place: vertex + 1; 0: free */
     size_t vertices, triangles, slots;
-    unsigned char *steps; /* of the corners */
-    size_t size;          /* of steps */
+    unsigned char *steps; /* bytes of the steps between corners */
+    size_t size;          /* bytes in `steps` */
 } surface;
 
 static bool allocate_surface(const corners *c, surface *s)

@@ -10,7 +10,7 @@ typedef struct table {
     int columns, lines;    /* the first column is t, and t ascends */
     char **name;           /* columns */
     double *value;         /* lines x columns, line by line */
-    char hash[MODEL_HASH]; /* of the model it is a run of; "": not known */
+    char hash[MODEL_HASH]; /* hash of the model that has run; "": not known */
 } table;
 
 /* Reads CSV, a line of names and then lines of numbers; a code. The table is freed in any case. */

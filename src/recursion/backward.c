@@ -112,10 +112,13 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
 
-/* T = Mbar^a = Mbar - Y Y^T, or so many upper rows of it (rows x rows), with Y = U L^-T where D = L
- * L^T has full rank (unless pivots told: then X are these), else with the columns y_l = U S x_l /
- * sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however small some
- * are; Y, L: d x n and n x n of scratch. */
+/* T = Mbar^a = Mbar - Y Y^T, its upper `rows` rows and columns:
+ *
+ *   Y = U L^-T                          where D = L L^T has full rank, unless pivots decided that
+ *   y_l = U S x_l / sqrt(lambda_l)      else, for each eigenvalue lambda_l of S D S that is kept
+ *
+ * Nothing cancels between the terms, however small some are.
+ * scratch Y (d x n), L (n x n). */
 static void articulated_part(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                              int rows, bool by_pivots, double *T, double *Y, double *L)
 {
@@ -242,8 +245,10 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
     return MBSR_OK;
 }
 
-/* The recursion for masses, in twofold precision where double precision does not tell some rank, or
- * where the data asks for it and it leads to an end. */
+/* The recursion for masses, and the sum of all ranks:
+ *   double precision, ranks that are clear beyond rounding     unless the data asks for twofold
+ *   twofold precision                                          where it does, or some is not clear
+ *   double precision, ranks by the usual rule                  where that overflows */
 static int masses(const mbsr_model *m, mbsr_data *d)
 {
     d->total_rank = 0;

@@ -108,41 +108,42 @@ typedef enum mbsri_pending {
 
 struct mbsr_data {
     const mbsr_model *model;
-    bool lean;  /* some arrays are not there, or not of all bodies */
-    bool owned; /* by the model's allocator */
+    bool lean;  /* whether arrays are left out, or do not have all bodies */
+    bool owned; /* whether the block is from the model's allocator */
     mbsr_allocator allocator;
     mbsr_error error;
     mbsri_stage stage;
     double t;
     int total_rank;
-    bool loaded;           /* loop_lambda holds at this state: mbsri_forces adds its forces */
+    bool loaded;           /* whether loop_lambda are the loop forces of this state, which
+                            * mbsri_forces then adds; cleared by mbsri_positions and _velocities */
     void *fronts;          /* memory of one elimination (fronts/fronts.h) */
-    bool fronts_taken;     /* which is in use */
-    bool *dropped;         /* m->rows: rows of closures left to the others, being redundant */
-    bool accelerated;      /* A and mu are those of given joint accelerations */
-    bool single;           /* every joint is a group of its own (group.h) */
-    mbsri_two *exact_work; /* of recursion/exact.c */
-    bool *apart;           /* N + 1: so are those of the group of this head */
-    mbsri_pending pending; /* what the stages would hold if the sweeps had not been taken */
+    bool fronts_taken;     /* whether it is in use */
+    bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */
+    bool accelerated;      /* whether A and mu are those of given joint accelerations */
+    bool single;           /* whether every joint is a group of its own (group.h) */
+    mbsri_two *exact_work; /* scratch of recursion/exact.c */
+    bool *apart;           /* N + 1: whether the joints of the group of this head are such */
+    mbsri_pending pending; /* evaluation by the sweeps whose stages have not run yet */
     struct mbsri_sweep_state *sweep_state; /* N + 1 */
     struct mbsri_sweep_multi *sweep_multi;
     struct mbsri_carry *sweep_stack, *sweep_noise;
     struct mbsri_flow *sweep_flows;
     struct mbsri_sweep_load *sweep_load;
     struct mbsr_split *split; /* the tree for several threads (sweeps/split.h), or NULL */
-    int *rank;                /* N + 1 */
-    int *watched;             /* N + 1: the ranks expected, where `watching` */
-    bool watching;
-    bool *off;        /* forces: those switched off, in the order of the sweeps */
+    int *rank;                /* N + 1: rank of each joint block */
+    int *watched;             /* N + 1: ranks expected, where `watching` */
+    bool watching;            /* whether another rank than expected ends mbsri_backward */
+    bool *off;        /* forces: whether an element is switched off, in the order of the sweeps */
     int *frame_rank;  /* N + 1: ranks of the reference of the index-1 form */
-    bool framed;      /* there is such a reference */
-    bool use_frame;   /* joint blocks are scaled by its S */
-    bool keep_scale;  /* and by the S they have, but for groups taken apart */
-    bool exactly;     /* masses in twofold precision, whether or not it is needed */
-    double alignment; /* cosine of the largest angle to it */
-    int *pivots;      /* max_d */
-    bool factoring;   /* blocks of flexible bodies may be in factors at present */
-    int *factor_rows; /* N + 1: rows of V (recursion/flexible_factors.c); -1: in one piece */
+    bool framed;      /* whether there is such a reference */
+    bool use_frame;   /* whether joint blocks are scaled by the S of the reference */
+    bool keep_scale;  /* whether joint blocks keep the S they have, but for groups taken apart */
+    bool exactly;     /* whether masses are in twofold precision where it is not needed, too */
+    double alignment; /* cosine of the largest angle to the reference */
+    int *pivots;      /* max_d: order of pivots of one block */
+    bool factoring;   /* whether blocks of flexible bodies may be in factors at present */
+    int *factor_rows; /* N + 1: rows of V (recursion/flexible_factors.c); -1: block in one piece */
     bool *carries;    /* N + 1: whether Az of the body may differ from zero */
     mbsr_force_body *force_bodies; /* max_force_bodies */
 #define MBSRI_DECLARE(name, length) double *name;

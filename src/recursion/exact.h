@@ -1,5 +1,6 @@
 /* The backward recursion for masses in twofold precision, where double precision does not tell
- * which joint directions have inertia. SPDX-License-Identifier: BSD-3-Clause */
+ * which joint directions have inertia.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_EXACT_RECURSION_H
 #define MBSRI_EXACT_RECURSION_H
 

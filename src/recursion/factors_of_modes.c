@@ -1,5 +1,6 @@
 /* Rank and factors of a joint block: see factors_of_modes.h, and flexible_factors.c for the
- * derivation. SPDX-License-Identifier: BSD-3-Clause */
+ * derivation.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/factors_of_modes.h"
 
 #include "algebra/cholesky.h"

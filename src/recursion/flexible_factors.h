@@ -1,5 +1,6 @@
 /* Joint blocks of flexible bodies with many modes, in factors: Woodbury's formula, with square
- * roots. SPDX-License-Identifier: BSD-3-Clause
+ * roots.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * In the sweeps a body that these serve has of Mbar and W (backward.c) the first six columns alone,
  * and of what its markers hand on the 6 x 6 matrices themselves; D, D^+, U and G are never there.

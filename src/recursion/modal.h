@@ -3,7 +3,8 @@
  *   J = [ Jt ; -1 ],   H = [ Ht ; 0 ]
  *
  * with six rows above, so that products with them take n^2 and not n^3 numbers for n modes. Of
- * other joints J and H may have any entries. SPDX-License-Identifier: BSD-3-Clause */
+ * other joints J and H may have any entries.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_MODAL_H
 #define MBSRI_MODAL_H
 

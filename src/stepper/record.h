@@ -20,7 +20,7 @@ struct mbsr_stepper {
     mbsr_data *data;
     mbsr_newton *newton;
     mbsr_stepper_opt opt;
-    size_t size; /* of y */
+    size_t size; /* length of y */
     bool started;
     double t, from;           /* s: of y; from where steps of opt.h are counted */
     long since;               /* steps of opt.h since then */

@@ -92,8 +92,8 @@ typedef struct plan {
     int parts;
     int *names; /* behind those of all parts */
     size_t waiting;
-    int *group, *unknowns; /* of parts: their groups, what these have */
-    int *seen;             /* of rows: a part that has it, or -1 */
+    int *group, *unknowns; /* group of each part; unknowns of each group */
+    int *seen;             /* rows: a part that has the row, or -1 */
     bool serves;
 } plan;
 

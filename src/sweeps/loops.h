@@ -23,39 +23,40 @@
 #include "algebra/pivots.h"
 #include "sweeps/tree.h"
 
-/* One of the bodies of a closure with rigid rows. */
+/* One body of a closure with rigid rows. */
 typedef struct mbsri_loop_end {
-    int next;       /* at the same body, -1: none */
-    int d, n;       /* velocities of that, and rates of its joint where they are read, else 0 */
-    int rows, row;  /* of the closure, and where they begin among those of all */
-    unsigned rigid; /* bit k: row k is */
-    bool coupling;  /* they read its joint alone */
-    size_t C;       /* offset of what they read of the body in the data's closure_C */
+    int next;       /* next end at the same body; -1: none */
+    int d, n;       /* velocities of the body; rates of its joint where rows read them, else 0 */
+    int rows, row;  /* number of rows of the closure, and the first of them among all */
+    unsigned rigid; /* bit k: row k is rigid */
+    bool coupling;  /* whether the rows read the joint alone */
+    size_t C;       /* offset of the rows' columns of the body in the data's closure_C */
 } mbsri_loop_end;
 
-/* Of the tree. */
+/* Loops of the tree: what they need, known when the model is finished. */
 struct mbsri_sweep_loops {
-    mbsri_loop_end *end;
-    int *first_end;       /* bodies + 1, -1: none */
-    int *closes;          /* rows: the body at which they are complete */
-    bool springs, joints; /* some rows are stiff; some read joint rates */
+    mbsri_loop_end *end;  /* ends of all closures */
+    int *first_end;       /* bodies + 1: first end at each body; -1: none */
+    int *closes;          /* rows: body at which each is complete */
+    bool springs, joints; /* whether rows are stiff; whether rows read joint rates */
     double reach;         /* longest distance between neighbours at q = 0, m */
-    bool slides;          /* which changes */
-    size_t parts, groups; /* that wait at once, that meet at one body, at most */
-    size_t waiting, kept; /* doubles, of these and for the way to the leaves */
-    size_t doubles;       /* of the data's loop_store: all of it */
+    bool slides;          /* whether that distance changes with q */
+    size_t parts, groups; /* most parts that wait at once, that meet at one body */
+    size_t waiting, kept; /* doubles of parts that wait, of records for the way to the leaves */
+    size_t doubles;       /* doubles of the data's loop_store */
 };
 
-/* What waits at a body, with numbers by mbsri_open_at. */
+/* Loops that are open behind a body, carried to it; numbers by mbsri_open_at. */
 typedef struct mbsri_open_part {
-    int body, count;
-    double *at;
+    int body, count; /* the body; unknowns: rows and rates without inertia */
+    double *at;      /* mbsri_open_size(count) doubles */
 } mbsri_open_part;
 
-/* Q as (L, p), four numbers each; what was added up in Q and in F. */
+/* The numbers of such a part. */
 typedef struct mbsri_open {
     int count;
-    double *Q, *lengths, *F, *sizes; /* 8 x count, likewise, count x count, likewise */
+    double *Q, *lengths; /* 8 x count: columns (L, p) of four numbers each; sizes added up in Q */
+    double *F, *sizes;   /* count x count: F; sizes added up in F */
     int *id; /* rows, or the model's rows + place of a rate in the order of the sweeps */
 } mbsri_open;
 
@@ -85,21 +86,22 @@ typedef struct mbsri_open_record {
 typedef struct mbsri_loop_run {
     const mbsri_sweep_run *run;
     const mbsri_sweep_loops *loops;
-    double lever;          /* the longest one in the mechanism, m */
-    double size;           /* of what the rows ask for */
-    double *s, *v, *rest;  /* rows + nu, rows + nu, rows: what is left of rows at the end */
-    double *share;         /* rows: see algebra/pivots.h */
-    mbsri_open_part *part; /* those that wait, the last ones at the body that is next */
-    int parts;
-    double *room, *top;      /* for their numbers, and behind these */
-    double *store;           /* behind what is kept */
-    mbsri_open_record *last; /* of that */
-    int *slot, *set;         /* rows + nu: places for a short time, -1; names */
-    int *group, *mate;       /* of parts that meet */
-    double Mbar[36],
-        noise[6];        /* what loops that close add to Mbar, and to the size of its errors */
-    double force[6];     /* and to -p */
-    bool stuck;          /* what failed last are loops, not a rank */
+    double lever;            /* longest lever in the mechanism, m */
+    double size;             /* size of the right-hand sides of rows */
+    double *s, *v;           /* rows + nu: right-hand sides; unknowns */
+    double *rest;            /* rows: what is left of each at the end */
+    double *share;           /* rows: see algebra/pivots.h */
+    mbsri_open_part *part;   /* parts that wait, the last ones at the body that is next */
+    int parts;               /* number of these */
+    double *room, *top;      /* memory of their numbers; its first free double */
+    double *store;           /* first free double of the records */
+    mbsri_open_record *last; /* last record */
+    int *slot, *set;         /* rows + nu: index of an unknown in a set, -1 outside; the set */
+    int *group, *mate;       /* group of each part that meets; next part of the same group */
+    double Mbar[36];         /* what loops that close add to Mbar */
+    double noise[6];         /* what they add to the size of the errors in Mbar */
+    double force[6];         /* what they add to -p */
+    bool stuck;              /* whether loops failed last, not a rank */
     const double *motor; /* inverse dynamics: 1 for each joint rate that has one, else 0; or NULL */
 } mbsri_loop_run;
 

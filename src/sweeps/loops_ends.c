@@ -11,7 +11,7 @@
 typedef struct end_view {
     const mbsri_loop_end *of;
     const double *C, *arm; /* its columns; from the point of the sweeps to the body's own origin */
-    double known[3];       /* of that origin's acceleration what u' has no part in */
+    double known[3];       /* acceleration of that origin at u' = 0 */
 } end_view;
 
 static inline end_view view_end(const mbsri_loop_run *w, int at, int i)

@@ -37,9 +37,9 @@ struct mbsr_split {
     cut *cut;            /* cuts in the order of the sweeps, and where the trunk stands */
     task *task;          /* tasks */
     mbsri_carry *stack;  /* depth of each task, and of the trunk */
-    mbsri_carry *noises; /* likewise */
-    mbsri_flow *flows;   /* likewise */
-    void *block;         /* where these are */
+    mbsri_carry *noises; /* as many: W */
+    mbsri_flow *flows;   /* as many: flows of the momentum form */
+    void *block;         /* memory of these arrays */
 };
 
 /* A sweep that is shared out. */

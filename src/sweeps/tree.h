@@ -1,5 +1,6 @@
 /* The tree that the vectorised sweeps run over: rigid bodies with stock joints, in space or
- * embedded there (embed.h). SPDX-License-Identifier: BSD-3-Clause
+ * embedded there (embed.h).
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The recursion is that of recursion/backward.c and recursion/forward.c, with what a rigid body and
  * a joint of one axis make of it (docs/performance.md): all vectors along the world's axes about a
@@ -16,57 +17,61 @@
 /* Returned where the sweeps do not serve. */
 enum { MBSRI_NOT_SERVED = 1 << 20 };
 
-/* What a body is; bits of mbsri_sweep_body.flags, of which batch/record.h has some more. */
+/* Properties of a body; bits of mbsri_sweep_body.flags, of which batch/record.h has some more. */
 enum {
-    MBSRI_TURNS = 1,        /* its joint rotates about z */
-    MBSRI_SLIDES = 2,       /* and moves along z, by `pitch` per unit of the coordinate */
-    MBSRI_MULTI = 4,        /* its joint is none of one axis: see multi_axis.h */
-    MBSRI_MASSLESS = 8,     /* own inertia zero */
-    MBSRI_LEAF = 16,        /* no successor */
-    MBSRI_BRANCHES = 32,    /* more than one successor */
-    MBSRI_NEXT = 64,        /* its predecessor is the body before, or the root */
-    MBSRI_OPENS = 128,      /* the first of several successors that the backward sweep meets */
-    MBSRI_LOADED = 256,     /* force elements act on the body */
-    MBSRI_FRONT = 1024,     /* loops are open past its joint; see loops.h and newton/ */
-    MBSRI_CLOSES = 2048,    /* and close on it */
-    MBSRI_STIFFENED = 4096, /* not of bodies: what these add to inertia is there */
-    MBSRI_PLANE = 512,      /* it lies in the plane */
-    MBSRI_FLAT = 524288,    /* and so do all bodies behind it */
-    MBSRI_LEVEL = 1048576,  /* and all before it */
-    MBSRI_BLOCK = 8192,     /* it is of another kind: see block.h, and the next two */
-    MBSRI_TO_BLOCK = 16384, /* its predecessor is */
-    MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
-    MBSRI_SIX = 131072,     /* its predecessor is in space, and no block */
-    MBSRI_FREE = 536870912, /* MULTI, six rates along the axes of a root at rest: S = 1 */
-    MBSRI_USERS = 2097152,  /* MULTI, moved by a user's functions: see users_joint.h */
-    MBSRI_SHARP = 32768,    /* a block that has none but blocks behind it, so that its W is exact */
-    MBSRI_ACTED = 134217728, /* LOADED by elements, not by closures alone */
-    MBSRI_PLACED = 33554432, /* somebody looks where it is, or where one behind it is */
-    /* in Newton systems with loops, see newton/sweeps/looped.h */
-    MBSRI_ACTING =
-        268435456,         /* it is ACTED, or one behind it, or by closures that do not balance */
-    MBSRI_HEAVY = 4194304, /* it has inertia, or one behind it, or a joint of these */
-    MBSRI_WIDE = 8388608,  /* all 12 columns count at it */
-    MBSRI_WIDE_JOINT = 16777216, /* and in its predecessor's, which is WIDE */
-    MBSRI_TO_WIDE = 67108864     /* its predecessor is WIDE */
+    /* the joint */
+    MBSRI_TURNS = 1,        /* one axis: the joint rotates about z */
+    MBSRI_SLIDES = 2,       /* one axis: it moves along z, by `pitch` per unit of the coordinate */
+    MBSRI_MULTI = 4,        /* the joint has other than one axis: multi_axis.h */
+    MBSRI_FREE = 536870912, /* MULTI with six rates along the axes of a root at rest: S = 1 */
+    MBSRI_USERS = 2097152,  /* MULTI moved by a user's functions: users_joint.h */
+    /* inertia and what acts */
+    MBSRI_MASSLESS = 8,      /* the body's own inertia is zero */
+    MBSRI_LOADED = 256,      /* force elements or closures act on the body */
+    MBSRI_ACTED = 134217728, /* force elements act on it */
+    MBSRI_STIFFENED = 4096,  /* not of bodies: what elements add to the inertia is there */
+    MBSRI_PLACED = 33554432, /* something asks for the place of the body, or of one behind it */
+    /* the tree */
+    MBSRI_LEAF = 16,     /* the body has no successor */
+    MBSRI_BRANCHES = 32, /* it has more than one */
+    MBSRI_NEXT = 64,     /* its predecessor is the body before it, or the root */
+    MBSRI_OPENS = 128,   /* it is the first of several successors that the backward sweep meets */
+    /* the plane */
+    MBSRI_PLANE = 512,     /* the body lies in the plane */
+    MBSRI_FLAT = 524288,   /* it does, and so do all bodies behind it */
+    MBSRI_LEVEL = 1048576, /* it does, and so do all bodies before it */
+    /* bodies of other kinds: block.h */
+    MBSRI_BLOCK = 8192,     /* the body is a block */
+    MBSRI_TO_BLOCK = 16384, /* its predecessor is one */
+    MBSRI_BOUNDED = 65536,  /* it is one, and neither it nor its predecessor is in GENERAL space */
+    MBSRI_SIX = 131072,     /* it is one, and its predecessor is in space and none */
+    MBSRI_SHARP = 32768,    /* it is one, and behind it are only such: its W is exact */
+    /* loops: loops.h, newton/sweeps/looped.h */
+    MBSRI_FRONT = 1024,          /* a loop spans the joint */
+    MBSRI_CLOSES = 2048,         /* a loop closes on the body */
+    MBSRI_ACTING = 268435456,    /* ACTED, it or one behind it, or by closures without balance */
+    MBSRI_HEAVY = 4194304,       /* inertia, its own or behind it, or along a joint of these */
+    MBSRI_WIDE = 8388608,        /* 12 columns in Newton systems */
+    MBSRI_WIDE_JOINT = 16777216, /* 12 columns, and as many of its predecessor */
+    MBSRI_TO_WIDE = 67108864     /* its predecessor has 12 columns */
 };
 
 /* Constants of a body. Its frame has its origin on the joint's axis and z along it; matrices by
  * columns of four. */
 typedef struct mbsri_sweep_body {
-    double A[12];  /* axes of the frame at q = 0 in the predecessor's frame */
-    double x[4];   /* its origin there, m */
-    double I[12];  /* inertia tensor about the frame's origin */
-    double c[4];   /* first moment, kg m; mass, kg */
-    double pitch;  /* m per unit of the coordinate; 1 for a slider */
-    double soft;   /* 1 / lambda with M >= lambda Lambda; 0: M is not regular */
-    double spread; /* (1 + |x| / L)^2 */
-    int parent, flags;
-    int q, u;  /* places of its coordinates in the order of the sweeps */
-    int multi; /* number among the MBSRI_MULTI bodies */
-    int n;
-    double armature; /* along its coordinate; of several axes see the model's */
-    double mixes;    /* 1 with armature, else 0: see rank_bound.h */
+    double A[12];      /* axes of the frame at q = 0 in the predecessor's frame */
+    double x[4];       /* its origin there, m */
+    double I[12];      /* inertia tensor about the frame's origin */
+    double c[4];       /* first moment, kg m; mass, kg */
+    double pitch;      /* m per unit of the coordinate; 1 for a slider */
+    double soft;       /* 1 / lambda with M >= lambda Lambda; 0: M is not regular */
+    double spread;     /* (1 + |x| / L)^2 */
+    int parent, flags; /* index of the predecessor; the bits above */
+    int q, u;          /* index of its first coordinate and rate in the order of the sweeps */
+    int multi;         /* index among the MBSRI_MULTI bodies */
+    int n;             /* joint rates */
+    double armature;   /* armature of a joint of one axis, kg m^2 or kg */
+    double mixes;      /* 1 with armature, else 0: see rank_bound.h */
 } mbsri_sweep_body;
 
 /* The sweeps load four numbers at once, from places that are multiples of 32 bytes. */
@@ -96,9 +101,9 @@ typedef struct mbsri_sweep_multi {
     double drive[8];   /* part of V - X V_pi that does not depend on u */
     double driven[8];  /* Mbar times that */
     double D[6][6];
-    double factor[6][6]; /* of D */
+    double factor[6][6]; /* factors of D */
     double x[6];         /* e, D^-1 e or ep */
-    double e[6];         /* of a joint without inertia: e */
+    double e[6];         /* e of a joint without inertia */
 } mbsri_sweep_multi;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_multi);
 
@@ -122,7 +127,7 @@ typedef struct mbsri_sweep_state {
     double v[4];           /* velocity of its origin; momentum form only */
     double U_L[4], U_p[4]; /* Mbar S: angular and linear part */
     double A_w[4], A_v[4]; /* acceleration: first its part c without u', then all of it */
-    double D, Dinv, e, ep; /* of a joint of one axis */
+    double D, Dinv, e, ep; /* D, D^-1, e and ep of a joint of one axis */
 } mbsri_sweep_state;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_state);
 
@@ -193,26 +198,26 @@ typedef struct mbsri_sweeps {
     mbsri_sweep_joint *joint; /* multi */
     int blocks;               /* number of MBSRI_BLOCK bodies */
     int *block_of;            /* blocks: which they are */
-    bool rates;               /* all of them know their rates */
-    int users;                /* number of MBSRI_USERS bodies */
-    bool whole;               /* some are whole: W decides, not its bound */
-    bool modal; /* W decides as well: behind some flexible body its bound seldom tells */
-    bool open;  /* of Newton systems with loops, some of them blocks */
-    bool light; /* such a one where bodies without inertia on loops are none */
-    int depth;  /* predecessors waiting for further successors at once, at most */
-    int first_angle, angles; /* the coordinates among which all angles are */
+    bool rates; /* whether rates of K, H, J of all blocks are known, not differenced */
+    int users;  /* number of MBSRI_USERS bodies */
+    bool whole; /* whether some blocks are `whole` bodies: then W decides on ranks, not its bound */
+    bool modal; /* whether flexible bodies are among them: then W decides too */
+    bool open;  /* whether the tree is that of Newton systems with loops */
+    bool light; /* whether it is, and `light` bodies are no blocks */
+    int depth;  /* most predecessors that wait for further successors at once */
+    int first_angle, angles; /* first coordinate, and number, of those among which all angles are */
     double length;           /* L, m */
     double area, per_area;   /* L^2 and its inverse */
     /* weights of diagonals of I and M in the trace of Mbar by Lambda: in space, and LEVEL */
     double trace[2][8];
     mbsri_rank_rule rule;
-    double gravity[4];        /* m/s^2, sum of all such elements, and 0 */
-    bool joint_forces;        /* there are elements that act on joints alone */
-    bool body_forces;         /* there are others, blocks or users' joints, which need as much */
-    bool masses;              /* some of them read the mass matrices of their bodies */
-    mbsri_sweep_own *own;     /* bodies + 1; body_forces only */
-    int *loaded, loads;       /* likewise: LOADED bodies that are no blocks */
-    mbsri_sweep_loops *loops; /* of the tree that is evaluated, or NULL */
+    double gravity[4];    /* sum of all gravity elements, m/s^2; and 0 */
+    bool joint_forces;    /* whether elements act on joints alone */
+    bool body_forces;     /* whether elements act on bodies, or blocks or users' joints are there */
+    bool masses;          /* whether elements read the mass matrices of their bodies */
+    mbsri_sweep_own *own; /* bodies + 1: the body's own frames; NULL without body_forces */
+    int *loaded, loads;   /* LOADED bodies that are no blocks, and their number, likewise */
+    mbsri_sweep_loops *loops; /* loops of the tree of evaluations, or NULL */
     const struct mbsri_sweep_kernels *kernels;
 } mbsri_sweeps;
 
@@ -240,14 +245,15 @@ typedef struct mbsri_sweep_run {
     mbsri_sweep_load *load; /* bodies + 1, or NULL */
     double *sincos;         /* 2 a coordinate: cosine, sine */
     const double *q, *u;
-    const double *tau;        /* joint forces; for inverse dynamics u' */
-    double *out;              /* u', joint forces, or p' */
-    const double *p;          /* momenta; momentum form only */
-    double *balance;          /* its algebraic equations */
-    int *rank;                /* bodies + 1, or NULL */
-    const double *eta;        /* of position rows: C^T eta is left for mbsri_sweeps_push; or NULL */
-    bool springs;             /* loop forces are those of springs alone */
-    double *bias;             /* then: of rows of closures, asked for; or NULL */
+    const double *tau; /* joint forces; for inverse dynamics u' */
+    double *out;       /* u', joint forces, or p' */
+    const double *p;   /* momenta; momentum form only */
+    double *balance;   /* its algebraic equations */
+    int *rank;         /* bodies + 1, or NULL */
+    const double
+        *eta;     /* position rows: eta, whose C^T eta is left for mbsri_sweeps_push; or NULL */
+    bool springs; /* whether loop forces are those of springs alone */
+    double *bias; /* rows: bias of the closures' rows, an output; or NULL */
     struct mbsr_split *split; /* parts of the tree for several threads, or NULL */
 } mbsri_sweep_run;
 

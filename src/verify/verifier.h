@@ -41,7 +41,7 @@ typedef struct mbsri_verifier {
     mbsr_error *error;
     int d, np, n, nq, d_pred, np_pred;
     bool own, pred;           /* whether x' is V of the body, and of the predecessor */
-    double speed, h;          /* of the motion: largest rate, step in time */
+    double speed, h;          /* largest rate of the motion; step in time, s */
     mbsri_place base, on, by; /* the state itself, one on the motion, one beside it */
     mbsri_jacobians given, passing, truth, slope; /* as written at `base` and at `on`; by
                                                      differences */

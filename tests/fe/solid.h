@@ -1,5 +1,6 @@
 /* A bar of solid elements with the averages of both ends as markers, and dense linear algebra for
- * it that shares nothing with the library. SPDX-License-Identifier: BSD-3-Clause */
+ * it that shares nothing with the library.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_SOLID_H
 #define TEST_SOLID_H
 

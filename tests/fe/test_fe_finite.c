@@ -1,5 +1,6 @@
 /* Nothing of the component returns MBSR_OK with a number that is not finite: numbers of a model one
- * by one. SPDX-License-Identifier: BSD-3-Clause */
+ * by one.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "sid_text.h"
 #include "solid.h"

@@ -1,5 +1,6 @@
 /* Nodes with rotations: a beam of elements with twelve dofs, against the built-in beam; mass lumped
- * at the nodes. SPDX-License-Identifier: BSD-3-Clause */
+ * at the nodes.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/fe.h>

@@ -1,6 +1,6 @@
 /* Reduction of solids: frequencies and deflections against dense matrices in full, integrals by
- * sums over all nodes, which modes have mass, what is reported, progress. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * sums over all nodes, which modes have mass, what is reported, progress.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "duration.h"
 #include "expect.h"

@@ -1,5 +1,6 @@
 /* SID files: written and read again; what is written against differences of M(s); data of no body,
- * refused or changed as little as the caller allows. SPDX-License-Identifier: BSD-3-Clause */
+ * refused or changed as little as the caller allows.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "locale_comma.h"
 #include "small_sid.h"

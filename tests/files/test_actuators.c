@@ -1,5 +1,6 @@
 /* Actuators of MJCF: ratios of damping, ranges, sites; weight that is carried; and all of it
- * written and read again. Numbers are those of MuJoCo 3.14. SPDX-License-Identifier: BSD-3-Clause
+ * written and read again. Numbers are those of MuJoCo 3.14.
+ * SPDX-License-Identifier: BSD-3-Clause
  */
 #include "small.h"
 

@@ -1,5 +1,6 @@
 /* Damaged files of xacro: cut short, with other bytes, with pieces elsewhere. A smoke run of
- * tests/fuzz. SPDX-License-Identifier: BSD-3-Clause */
+ * tests/fuzz.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "damage.h"
 #include "fuzz_files.h"

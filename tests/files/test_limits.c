@@ -1,5 +1,6 @@
 /* Limits and dry friction of joints by the masses and ranges of the model: the numbers of the rule
- * by hand. SPDX-License-Identifier: BSD-3-Clause */
+ * by hand.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Meshes of MJCF: what they weigh by each rule, shapes that are fitted to them, where they are
- * drawn. Numbers that are not by formula are those of MuJoCo 3.14. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * drawn. Numbers that are not by formula are those of MuJoCo 3.14.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
 #include <math.h>

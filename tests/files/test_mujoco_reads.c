@@ -1,6 +1,6 @@
 /* Files that MuJoCo reads and that need care: joints that repeat each other, equalities of what
- * does not move, laws of several numbers, keys; and what nobody follows. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * does not move, laws of several numbers, keys; and what nobody follows.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
 #include <math.h>

@@ -1,6 +1,7 @@
 /* Robots from files against references that were computed without this library. The data are other
  * people's and stay out of the project: the variable MBSR_ROBOTS of the environment tells their
- * folder, with urdf/, mjcf/ and ref/; skipped without. SPDX-License-Identifier: BSD-3-Clause */
+ * folder, with urdf/, mjcf/ and ref/; skipped without.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "json.h"
 

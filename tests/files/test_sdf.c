@@ -1,5 +1,6 @@
 /* SDF beside the same models in MJCF: poses in all their ways, joints, loops, included and nested
- * models. SPDX-License-Identifier: BSD-3-Clause */
+ * models.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "alike.h"
 
 #include <stdio.h>

@@ -1,5 +1,6 @@
 /* Models written as MJCF and read again have the same accelerations; what MJCF cannot say is
- * listed. SPDX-License-Identifier: BSD-3-Clause */
+ * listed.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "locale_comma.h"
 #include "small.h"
 

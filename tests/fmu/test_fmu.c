@@ -1,5 +1,6 @@
 /* FMUs in an importer in C: against the same run in process, in several threads, on damaged
- * resources. SPDX-License-Identifier: BSD-3-Clause */
+ * resources.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #define _XOPEN_SOURCE 700
 #include "expect.h"
 #include "fmu/fmi2_functions.h"

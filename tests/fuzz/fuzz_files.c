@@ -1,6 +1,7 @@
 /* Whatever bytes the reader of files gets, it reads or refuses them, and what it reads can be
  * finished or is refused. For libFuzzer (option MBSR_FUZZ); tests/files/test_damaged.c calls it,
- * too. SPDX-License-Identifier: BSD-3-Clause */
+ * too.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_files.h"
 
 #include <mbsrank/files.h>

@@ -1,5 +1,7 @@
 /* Runs one piece of code of a document: `code` is that piece. Fails where a call in it left an
- * error. SPDX-License-Identifier: BSD-3-Clause Usage: program [unfinished] [planar] [xacro] [taken]
+ * error.
+ * SPDX-License-Identifier: BSD-3-Clause
+ * Usage: program [unfinished] [planar] [xacro] [taken]
  *
  * The world is two arms of two links each, on springs and dampers, the last link a light one.
  * unfinished: the model can still be added to. planar: it lies in the plane. xacro: the text has

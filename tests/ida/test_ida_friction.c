@@ -1,5 +1,6 @@
 /* Runs with friction under a load, with tyres and with bearings, against solutions found by hand or
- * by equations written out here. SPDX-License-Identifier: BSD-3-Clause */
+ * by equations written out here.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/simulation.h>

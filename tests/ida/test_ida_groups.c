@@ -1,6 +1,7 @@
 /* Dummy bodies: joints of one axis in a row, of which all but the last move no mass of their own,
  * beside one joint with the freedoms of all of them. As the tree moves, the direction without mass
- * passes from one of them to the next. SPDX-License-Identifier: BSD-3-Clause */
+ * passes from one of them to the next.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "reference_runs.h"
 
 #include <math.h>

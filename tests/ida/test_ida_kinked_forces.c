@@ -1,5 +1,6 @@
 /* A load of 5 kg on a cable of 2 m, one-sided and overdamped: Newton's method where the force has
- * kinks. SPDX-License-Identifier: BSD-3-Clause
+ * kinks.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Loaded by some 50 N the cable is strained by 5e-9 to 5e-13 m, and predicted positions miss that
  * by far, slack or strained. The reference is the pendulum, by a Runge-Kutta method; a cable that

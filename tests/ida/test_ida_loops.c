@@ -1,5 +1,6 @@
 /* Mechanisms with closed loops, integrated by the driver, against digits that two formulations
- * agree on. SPDX-License-Identifier: BSD-3-Clause */
+ * agree on.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "loops.h"
 

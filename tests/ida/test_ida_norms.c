@@ -1,6 +1,7 @@
 /* What src/ida/error_test.c and jumps.c count on and SUNDIALS does not promise: which masked norms
  * IDA asks for in an error test, in which order, and what it makes of them. Where this fails a
- * release of SUNDIALS has changed that. SPDX-License-Identifier: BSD-3-Clause */
+ * release of SUNDIALS has changed that.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "problems.h"
 
 #include "ida/compat.h"

@@ -1,5 +1,6 @@
 /* Small masses: starts on the smooth motion, and reports on a pendulum on a bead, a quarter of a
- * car and the car axis. SPDX-License-Identifier: BSD-3-Clause */
+ * car and the car axis.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "paper.h"
 #include "small_study.h"
 

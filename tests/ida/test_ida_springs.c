@@ -1,5 +1,6 @@
 /* Stock springs as closures with the driver: the motion of the force element, at the price of the
- * rigid joint, however stiff it is. SPDX-License-Identifier: BSD-3-Clause */
+ * rigid joint, however stiff it is.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
 
 #include <stdbool.h>

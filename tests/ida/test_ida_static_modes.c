@@ -1,6 +1,6 @@
 /* What static modes cost and bring, with mass and without: steps of the driver and errors of the
- * tip of a cantilever under a smooth load, against many normal modes. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * tip of a cantilever under a smooth load, against many normal modes.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/ida.h>

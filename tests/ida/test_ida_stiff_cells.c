@@ -1,5 +1,6 @@
 /* The mechanisms of bench_driver, closed by stiff springs as force elements: some cells of its
- * table. SPDX-License-Identifier: BSD-3-Clause
+ * table.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The reference is another formulation, the same springs as stiff closures. How far a run may be
  * off is measured by what these lose themselves at the same tolerance. bench_driver has all cells.

@@ -1,6 +1,7 @@
 /* Runs of beams with geometric stiffening: a spin-up and a falling pendulum against the elastica
  * (its tangent angle as a series, independent of any floating frame), the same modes in another
- * program, and chains of rigid links. SPDX-License-Identifier: BSD-3-Clause */
+ * program, and chains of rigid links.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "flexible.h"

@@ -1,6 +1,6 @@
 /* Operations on vectors: those of SUNDIALS, also where the output is one of the inputs; to the last
- * bit unless one of both multiplies and adds with one rounding. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * bit unless one of both multiplies and adds with one rounding.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "samples.h"
 

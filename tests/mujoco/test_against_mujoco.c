@@ -1,6 +1,7 @@
 /* Models of our own against MuJoCo, where it is installed: poses, masses,
  * accelerations. Its contacts, limits, equalities, dry friction and actuators
- * are off, which are soft there. SPDX-License-Identifier: BSD-3-Clause */
+ * are off, which are soft there.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
 #include <mujoco/mujoco.h>

@@ -1,5 +1,7 @@
 /* HDF5 files of runs, by the HDF5 library alone: what mbsrank has written becomes CSV, and files
- * are made that it must refuse. SPDX-License-Identifier: BSD-3-Clause Usage: hdf5_file csv FILE all
+ * are made that it must refuse.
+ * SPDX-License-Identifier: BSD-3-Clause
+ * Usage: hdf5_file csv FILE all
  * data sets by their attribute `column` hdf5_file attribute FILE NAME         of the file, or of
  * data set SET as SET/NAME hdf5_file shorten FILE SET            by one number hdf5_file put FILE
  * SET INDEX NUMBER hdf5_file foreign FILE                makes one that is no run hdf5_file drop

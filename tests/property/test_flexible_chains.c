@@ -1,6 +1,7 @@
 /* Chains of beams with massless modes in each, some of them beams without any mass: the recursion
  * against dense matrices made of body Jacobians and of inverse dynamics, and Newton systems against
- * differences. SPDX-License-Identifier: BSD-3-Clause
+ * differences.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * A hinge passes some of what the next link weighs on to the massless modes of the one before, and
  * leaves others; so deficient bodies are adjacent, and every block of a mount has a rank of its

@@ -3,7 +3,8 @@
  *
  *   (u - u_0)^T M (u - u_0) = min,    C u = 0,    Z^T h(u) = 0,    E u = e
  *
- * with the inverse dynamics h and Z spanning the kernel of M and C. */
+ * with the inverse dynamics h and Z spanning the kernel of M and C.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "duration.h"
 #include "expect.h"

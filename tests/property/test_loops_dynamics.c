@@ -1,6 +1,6 @@
 /* Forward dynamics of trees with loops, massless bodies, redundant and stiff rows against dense
- * equations that are solved by singular values; memory of both. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * equations that are solved by singular values; memory of both.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "kernels.h"
 #include "loops_equations.h"

@@ -1,6 +1,6 @@
 /* Random trees with random loops in other units, with other numbers of the bodies, and turned as a
- * whole: ranks, accelerations, loop forces and starts are the same. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * whole: ranks, accelerations, loop forces and starts are the same.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
 #include <mbsrank/driver.h>

@@ -1,5 +1,6 @@
 /* Mechanisms of everything at once: vector code beside the ways that take any kind of body, and
- * both beside dense equations. SPDX-License-Identifier: BSD-3-Clause */
+ * both beside dense equations.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "kernels.h"

@@ -1,5 +1,6 @@
 /* Mobility of joint rates with loops closed, along the tree, against dense equations that are
- * solved by singular values. SPDX-License-Identifier: BSD-3-Clause */
+ * solved by singular values.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_equations.h"
 
 #include <mbsrank/driver.h>

@@ -1,6 +1,7 @@
 /* Newton systems of mechanisms of everything at once, in vector code where that serves, and by the
  * front: A (A^-1 v) = v row by row, with A from products, which eliminate nothing; the same of A^T;
- * and refused where A is singular, nowhere else. SPDX-License-Identifier: BSD-3-Clause */
+ * and refused where A is singular, nowhere else.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "medley.h"

@@ -1,5 +1,6 @@
 /* Random trees with random loops against the dense equations: accelerations and loop forces,
- * starts, ranks, inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
+ * starts, ranks, inverse dynamics.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "own_closure.h"
 

@@ -1,7 +1,8 @@
 /* What report, start, forward dynamics and Newton's matrix say of directions without mass, of trees
  * and closed models whose bodies stand on axes, in lines and in each other's planes, in four
  * systems of units: they never contradict each other, every damped direction has an element, and
- * none lies in the span of the others. SPDX-License-Identifier: BSD-3-Clause */
+ * none lies in the span of the others.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"
@@ -339,6 +340,20 @@ static void check_dynamics(const scene *s, mbsr_data *d, const double *y, const 
     mbsr_completion_destroy(completion);
 }
 
+/* A start from where one has led leads nowhere else. */
+static void check_again(const scene *s, mbsr_data *d, const double *y)
+{
+    double again[4 * MOST], rate[4 * MOST], before[MOST], after[MOST];
+    memcpy(again, y, sizeof again);
+    assert_ok(mbsr_dae_consistent(s->m, d, MBSR_DAE_MOMENTUM, 0.0, again, rate, NULL, NULL),
+              mbsr_data_error(d));
+    for (int k = 0; k < s->nu; ++k) {
+        const double unit = (s->turns[k] ? 1.0 : s->of->length) / s->of->time;
+        before[k] = y[s->nq + s->nu + k] / unit, after[k] = again[s->nq + s->nu + k] / unit;
+    }
+    assert_less(apart(s->nu, before, after, 1.0), 1e-9);
+}
+
 static void note_motion(const scene *s, const double *y, const double *yp, motion *found)
 {
     for (int k = 0; k < s->nu; ++k) {
@@ -353,7 +368,7 @@ static verdict judge(const scene *s, motion *found)
     mbsr_data *d;
     mbsr_index_report *report;
     mbsr_newton *newton;
-    double u[MOST] = {0.0}, udot[MOST], y[4 * MOST], yp[4 * MOST];
+    double u[MOST] = {0.0}, udot[MOST], y[4 * MOST] = {0.0}, yp[4 * MOST];
     verdict v = {0};
     assert_true(s->nq <= MOST && mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM) <= 4 * MOST);
     assert_ok(mbsr_data_create(s->m, &d, NULL), NULL);
@@ -374,6 +389,7 @@ static verdict judge(const scene *s, motion *found)
         mbsr_newton_destroy(newton);
         note_motion(s, y, yp, found);
         if (v.dynamic > 0 && v.elastic == 0 && v.newton == MBSR_OK) check_dynamics(s, d, y, yp);
+        if (!v.report && v.elastic == 0) check_again(s, d, y);
     }
     mbsr_data_destroy(d);
     return v;

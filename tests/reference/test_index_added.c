@@ -1,5 +1,6 @@
 /* As test_index_joints.c, on trees to which flexible beams with massive and massless shapes are
- * added, closures, or both. SPDX-License-Identifier: BSD-3-Clause */
+ * added, closures, or both.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "joint_scene.h"
 

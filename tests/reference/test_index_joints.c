@@ -1,6 +1,7 @@
 /* The index report, forward dynamics and the start on random trees of joints of all kinds
  * (joint_scene.h), in space and in the plane, in four systems of units. What they must say follows
- * from ranks of velocities. SPDX-License-Identifier: BSD-3-Clause */
+ * from ranks of velocities.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "joint_scene.h"
 

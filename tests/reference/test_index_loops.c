@@ -1,5 +1,6 @@
 /* Index reports of models with closures: cases known by reasoning, in the plane and in space, in
- * four systems of units. SPDX-License-Identifier: BSD-3-Clause */
+ * four systems of units.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "expect.h"
 #include "units.h"

@@ -3,7 +3,8 @@
  * must say follows from the points that masses and force elements consist of: a direction is
  * algebraic where it moves no point that has mass, damped where it then moves a damper, elastic
  * where it moves springs alone. Directions that one element can determine alone, by a count of
- * ranks, list that alone. SPDX-License-Identifier: BSD-3-Clause */
+ * ranks, list that alone.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "span.h"
 #include "units.h"

@@ -1,7 +1,8 @@
 /* Random trees of joints of all kinds: ball, universal, free and planar joints beside hinges,
  * slides and screws, armature, masses down to 1e-10 of others, points, rods and discs on, beside or
  * far from axes; or of hinges, slides and free bodies in the plane. Flexible beams and closures may
- * be added to those in space. SPDX-License-Identifier: BSD-3-Clause */
+ * be added to those in space.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_JOINT_SCENE_H
 #define TEST_JOINT_SCENE_H
 

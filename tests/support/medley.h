@@ -1,7 +1,8 @@
 /* Mechanisms of everything at once: joints of all kinds, users' ones, locked and driven axes,
  * bodies of any rank and dimension, in space and in the plane, points, moving roots, springs across
  * the tree; closures of all kinds, rigid, stiff and compliant, redundant ones, couplings, springs
- * as closures. SPDX-License-Identifier: BSD-3-Clause */
+ * as closures.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_MEDLEY_H
 #define TEST_MEDLEY_H
 

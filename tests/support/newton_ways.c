@@ -1,5 +1,6 @@
 /* Newton systems of closed models in vector code, by the front, and as the dense matrix: see
- * newton_ways.h. SPDX-License-Identifier: BSD-3-Clause */
+ * newton_ways.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton_ways.h"
 
 #include "expect.h"

@@ -1,5 +1,6 @@
 /* Ranks of velocities that are linear in a few rates, and random choices of the scenes they are
- * told of. SPDX-License-Identifier: BSD-3-Clause */
+ * told of.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_SPAN_H
 #define TEST_SPAN_H
 

@@ -1,5 +1,6 @@
 /* Fronts in which loops close, of bodies in vector code, with what is carried past them
- * (carried.h). SPDX-License-Identifier: BSD-3-Clause */
+ * (carried.h).
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_CLOSING_FRONT_H
 #define MBSRI_CLOSING_FRONT_H
 

@@ -1,5 +1,6 @@
 /* Pools of bodies in vector code, past whose joints the sweeps carry what is open
- * (newton/sweeps/fronts.h). SPDX-License-Identifier: BSD-3-Clause
+ * (newton/sweeps/fronts.h).
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Their numbers count perturbations as the sweeps do (newton/sweeps/perturbation.h), about the
  * body's point and along the world's axes, in groups of four with an idle one: of Q chi (angular,

@@ -1,5 +1,6 @@
 /* Closures whose forces turn with one of their bodies (newton/slopes/closure_turn.h), where
- * looped.h eliminates. SPDX-License-Identifier: BSD-3-Clause */
+ * looped.h eliminates.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_TURNED_H
 #define MBSRI_TURNED_H
 

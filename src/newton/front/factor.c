@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "model/query.h"
+#include "newton/front/axes_step.h"
 #include "newton/front/pivots.h"
 #include "recursion/backward.h"
 #include "recursion/closure_view.h"
@@ -169,6 +170,7 @@ mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served)
     memset(f->left, 0, ((size_t)m->bodies + 1) * sizeof *f->left);
     number(f);
     sort(f);
+    for (int k = 0; k < f->plan.steps; ++k) f->plan.step[k].axes = mbsri_front_may_step(f, k);
     return f;
 }
 
@@ -308,8 +310,10 @@ static int pass(mbsri_front *f, mbsr_data *d, int k)
     mbsri_front_pivots p;
     int status =
         f->linear->whole ? MBSR_OK : mbsri_linear_joint(f->linear, d, f->plan.step[k].body);
-    if (!status) status = mbsri_front_assemble(f, d, k, false, &b);
-    if (status) return status;
+    bool done = false;
+    if (!status && f->plan.step[k].axes) status = mbsri_front_step_axes(f, d, k, &done);
+    if (!status && !done) status = mbsri_front_assemble(f, d, k, false, &b);
+    if (status || done) return status;
     mbsri_front_pass(&b);
     const size_t count = (size_t)b.all_rows * (size_t)b.columns;
     if (!mbsri_finite(count, b.M)) return not_finite(f, d, b.i);

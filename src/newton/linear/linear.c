@@ -8,6 +8,7 @@
 #include "forms/loops.h"
 #include "forms/momentum.h"
 #include "model/query.h"
+#include "newton/slopes/axes.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/joint_slopes.h"
@@ -351,16 +352,16 @@ static void take_basis(const mbsri_linear *l, const mbsr_data *d, int i, const m
     mbsri_copy(n * n, d->X + b->nn, k->X);
 }
 
-int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
+/* x, below, own and qdot of a joint of any kind. */
+static int differentiate(mbsri_linear *l, mbsr_data *d, int i, const mbsri_terms k)
 {
     const mbsr_model *m = l->model;
     const mbsri_body *b = m->body + i;
-    const mbsri_terms k = mbsri_linear_terms(l, i);
     const int x = mbsri_linear_motions(l, i), x_pred = mbsri_linear_motions(l, b->parent),
               columns = x_pred + b->nq + b->n;
     mbsri_joint_slopes s;
     mbsri_joint_slopes_place(&s, l->joint);
-    int status = mbsri_joint_slopes_of(m, d, i, l->deep[i], d->udot + b->iu, &s);
+    const int status = mbsri_joint_slopes_of(m, d, i, l->deep[i], d->udot + b->iu, &s);
     if (status) return status;
     for (int at = 0; at < columns; ++at) {
         const int from = at < x_pred ? at : s.q + at - x_pred;
@@ -369,6 +370,21 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
         copy_column(from, 3 * b->n, s.own, at, (l->deep[i] ? 3 : 2) * b->n, k.own);
         copy_column(from, b->nq, s.qdot, at, b->nq, k.qdot);
     }
+    return MBSR_OK;
+}
+
+int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
+{
+    const mbsr_model *m = l->model;
+    const mbsri_body *b = m->body + i;
+    const mbsri_terms k = mbsri_linear_terms(l, i);
+    const int x = mbsri_linear_motions(l, i);
+    int status = MBSR_OK;
+    if (!l->deep[i] && !l->deep[b->parent] && mbsri_axes_serve(b))
+        mbsri_axes_slopes(b, d, k.x, k.below, k.own, k.qdot);
+    else
+        status = differentiate(l, d, i, k);
+    if (status) return status;
     const size_t nd = (size_t)b->d, n = (size_t)b->n, dp = nd * (size_t)b->d_pred, dn = nd * n;
     mbsri_zero((size_t)(mbsri_linear_actions(l, i) * x), k.P);
     status = mbsri_body_slopes_add(m, d, i, l->deep[i], k.P, l->body);

@@ -1,5 +1,6 @@
 /* Closures whose forces turn with one of their two bodies, as those of stiff pins along its axes
- * do. SPDX-License-Identifier: BSD-3-Clause
+ * do.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * S = d(C^T lambda) ties the bodies a and b of such a closure, but by nothing that its rows do not
  * know:

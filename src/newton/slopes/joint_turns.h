@@ -1,5 +1,6 @@
 /* Derivatives of a joint's equations along motions of its predecessor, where it knows of places
- * only how the two bodies lie to each other. SPDX-License-Identifier: BSD-3-Clause */
+ * only how the two bodies lie to each other.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_JOINT_TURNS_H
 #define MBSRI_JOINT_TURNS_H
 

@@ -1,5 +1,6 @@
 /* Closures whose forces turn with their second body, in solutions: see
- * newton/slopes/closure_turn.h. SPDX-License-Identifier: BSD-3-Clause */
+ * newton/slopes/closure_turn.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_NEWTON_TURNED_H
 #define MBSRI_NEWTON_TURNED_H
 

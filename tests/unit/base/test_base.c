@@ -68,7 +68,8 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_ERR_LEAN,
                                 MBSR_ERR_CLOSURES,
                                 MBSR_ERR_FILE,
-                                MBSR_ERR_UNAVAILABLE};
+                                MBSR_ERR_UNAVAILABLE,
+                                MBSR_ERR_NUMERICS};
     assert_int_equal((int)(sizeof value / sizeof value[0]), COUNT);
     assert_int_equal(value[0], 0);
     for (int k = 1; k < COUNT; ++k)

@@ -1,6 +1,6 @@
 /* Batches of trees whose axes are parallel, opposite or across each other, with joints in one
- * place, in four systems of units: against one call for each state. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * place, in four systems of units: against one call for each state.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"

@@ -1,5 +1,6 @@
 /* Forward dynamics with an estimate of its error, and ranks of trees whose masses and lengths
- * differ by many powers of ten. SPDX-License-Identifier: BSD-3-Clause */
+ * differ by many powers of ten.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "extreme.h"
 #include "rigid_tree.h"

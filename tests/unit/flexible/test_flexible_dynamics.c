@@ -1,5 +1,6 @@
 /* Flexible bodies in trees: states with published digits of an independent program (dense, in
- * another language), and relations that any such body obeys. SPDX-License-Identifier: BSD-3-Clause
+ * another language), and relations that any such body obeys.
+ * SPDX-License-Identifier: BSD-3-Clause
  */
 #include "flexible.h"
 

@@ -1,6 +1,7 @@
 /* Geometric stiffening by dependent shapes: digits of an independent program, the mass matrix
  * against the field integrated point by point, forces against differences of the kinetic energy,
- * Newton systems, and what is refused. SPDX-License-Identifier: BSD-3-Clause */
+ * Newton systems, and what is refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "flexible.h"
 #include "newton_system.h"

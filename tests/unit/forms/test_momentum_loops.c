@@ -1,5 +1,6 @@
 /* The momentum form with closures: its rows where accelerations and loop forces are those of the
- * dense equations, and what each multiplier does. SPDX-License-Identifier: BSD-3-Clause */
+ * dense equations, and what each multiplier does.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
 #include <mbsrank/driver.h>

@@ -1,5 +1,6 @@
 /* Fronts of models with many loops that are open at once: the plan grows with the bodies, and
- * solutions hold. SPDX-License-Identifier: BSD-3-Clause */
+ * solutions hold.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "loops_equations.h"
 

@@ -1,5 +1,6 @@
 /* Closures as they should not be: what contradicts itself is refused by the name of a closure, what
- * is redundant runs. SPDX-License-Identifier: BSD-3-Clause */
+ * is redundant runs.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
 #include <mbsrank/driver.h>

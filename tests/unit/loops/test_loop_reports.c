@@ -1,5 +1,6 @@
 /* Reports and starts of mechanisms that are over-constrained, singular, contradictory, or given in
- * other units; reactions and inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
+ * other units; reactions and inverse dynamics.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
 #include <mbsrank/driver.h>

@@ -1,5 +1,6 @@
 /* Starts that load settled springs where the forces that these bear depend on how far they give
- * way. SPDX-License-Identifier: BSD-3-Clause */
+ * way.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "close.h"
 #include "units.h"
@@ -63,8 +64,56 @@ static void springs_share_the_way(void **state)
     }
 }
 
+/* A coupler on five legs, all turned by 2 rad: three of the eight rows of its pins depend on
+ * others, and the legs' shares of its weight are the same however stiff the pins are. */
+static void legs_share_what_they_bear(void **state)
+{
+    (void)state;
+    enum { LEGS = 5, NU = LEGS + 1, ROWS = 2 * (LEGS - 1), ALL = 3 * NU + 2 * ROWS };
+    static const double stiffness[] = {1e8, 1e10, 1e12, 1e14};
+    double first[ROWS];
+    for (int l = 0; l < 4; ++l) {
+        mbsr_model *m = NULL;
+        mbsr_data *d = NULL;
+        double q[NU], u[NU], y[ALL], yp[ALL];
+        const mbsr_planar_frame here = {0.0, 0.0, 0.0}, tip = {1.0, 0.0, 0.0};
+        const double half[2] = {0.5, 0.0}, middle[2] = {0.5 * (LEGS - 1), 0.0}, end[3] = {1.0};
+        const mbsr_force_def weight = mbsr_force_gravity(0.0, -9.81, 0.0);
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        for (int k = 0; k < LEGS; ++k) {
+            const mbsr_planar_frame at = {k, 0.0, 0.0};
+            test_add_body(m, MBSR_GROUND, mbsr_joint_planar_revolute(at, here),
+                          mbsr_inertia_planar(1.0, half, 1.0 / 12.0));
+            q[k] = 2.0, u[k] = 1.0;
+        }
+        q[LEGS] = -2.0, u[LEGS] = -1.0;
+        const int coupler = test_add_body(m, 0, mbsr_joint_planar_revolute(tip, here),
+                                          mbsr_inertia_planar(4.0, middle, 64.0 / 12.0));
+        assert_ok(mbsr_model_add_force(m, &weight, NULL), mbsr_model_error(m));
+        for (int k = 1; k < LEGS; ++k) {
+            mbsr_closure_def pin = mbsr_closure_ball(k, end, coupler, (double[3]){k, 0.0, 0.0});
+            for (int r = 0; r < 2; ++r)
+                pin.stiffness[r] = stiffness[l], pin.damping[r] = 1e-4 * stiffness[l];
+            assert_ok(mbsr_model_add_closure(m, &pin, NULL), mbsr_model_error(m));
+        }
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        assert_int_equal(mbsr_dae_size(m, MBSR_DAE_MOMENTUM), ALL);
+        assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+        assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(d));
+        for (int r = 0; r < ROWS; ++r) {
+            if (l == 0) first[r] = y[3 * NU + r];
+            assert_close(y[3 * NU + r], first[r], 1e-6 * 10.0);
+        }
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(springs_share_the_way)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(springs_share_the_way),
+                                       cmocka_unit_test(legs_share_what_they_bear)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* Consistent starts of small models with closures: what balances is taken as it is, what does not
- * is named. SPDX-License-Identifier: BSD-3-Clause */
+ * is named.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "body.h"
 

@@ -1,5 +1,6 @@
 /* Starts of a closed mechanism with bodies without mass that no loop holds, in four systems of
- * units. SPDX-License-Identifier: BSD-3-Clause */
+ * units.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "close.h"
 #include "units.h"

@@ -1,5 +1,6 @@
 /* Armature: inertia along joint rates, against the dense mass matrix of the same tree without it,
- * and against a rotor behind gears. SPDX-License-Identifier: BSD-3-Clause */
+ * and against a rotor behind gears.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "oracle.h"
 #include "rigid_tree.h"

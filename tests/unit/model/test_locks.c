@@ -1,5 +1,6 @@
 /* Locked coordinates and welded bodies: what is locked moves as what is held by motors, and costs
- * nothing. SPDX-License-Identifier: BSD-3-Clause
+ * nothing.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The oracle is the same tree without locks, whose locked coordinates stand at their values with u
  * = u' = 0: joint forces of the coordinates left, poses, accelerations and reactions of all bodies

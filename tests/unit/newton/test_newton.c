@@ -1,6 +1,7 @@
 /* The O(N) Newton solver as an object: what it refuses, its memory, repeated and interleaved use.
  * That it solves the right system: property/test_newton.c. Singular systems:
- * test_newton_singular.c. SPDX-License-Identifier: BSD-3-Clause */
+ * test_newton_singular.c.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "expect.h"
 #include "newton_scene.h"

@@ -1,6 +1,7 @@
 /* Rods, points and solids on and beside the axes of joints, and light bodies before heavy ones: no
  * mass where by reasoning there is none, the right one where there is, in any position and system
- * of units. SPDX-License-Identifier: BSD-3-Clause */
+ * of units.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "duration.h"
 #include "body.h"

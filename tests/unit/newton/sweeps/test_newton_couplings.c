@@ -1,5 +1,6 @@
 /* Newton systems of mechanisms whose joint coordinates are coupled: in vector code, beside the
- * elimination by blocks and the dense matrix. SPDX-License-Identifier: BSD-3-Clause */
+ * elimination by blocks and the dense matrix.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 #include "sweeps/tree.h"

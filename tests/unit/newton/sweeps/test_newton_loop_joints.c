@@ -1,6 +1,6 @@
 /* Newton systems of mechanisms in space whose loops go through joints of several axes: in vector
- * code, beside the elimination by blocks and the dense matrix. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * code, beside the elimination by blocks and the dense matrix.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 

@@ -1,6 +1,6 @@
 /* Newton systems of mechanisms of which some bodies are in vector code and others, on loops too,
- * are not: beside the elimination by blocks and the dense matrix. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * are not: beside the elimination by blocks and the dense matrix.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 

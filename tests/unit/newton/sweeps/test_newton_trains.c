@@ -1,6 +1,7 @@
 /* Newton systems where many loops close on one body, each beside few others: trains of wheels,
  * ladders. As by blocks and as the dense matrix, and in fronts that do not grow with the number of
- * loops. SPDX-License-Identifier: BSD-3-Clause */
+ * loops.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
 

@@ -1,0 +1,127 @@
+/* Derivatives of joints that are sequences of axes, in formulas, against those of joints of any
+ * kind, which go through the joint's functions `tangent` and `rate_tangent`; and which joints are
+ * taken for such.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/linear/linear.h"
+#include "newton/slopes/axes.h"
+#include "newton/slopes/joint_slopes.h"
+#include "newton_scene.h"
+
+#include <stdlib.h>
+
+enum { MOST = 400, COLUMNS = 24 };
+
+/* Largest difference of a block beside its largest number. */
+static void compare(const char *what, int rows, int columns, const double *x, int stride,
+                    int outside, const double *reference, int reference_stride)
+{
+    double largest = 1.0, off = 0.0;
+    for (int j = 0; j < columns; ++j) {
+        const int from = j < outside ? j : j + outside / 2; /* behind those of A */
+        for (int r = 0; r < rows; ++r) {
+            const double of = reference[from * reference_stride + r];
+            largest = fmax(largest, fabs(of));
+            off = fmax(off, fabs(of - x[j * stride + r]));
+        }
+    }
+    if (!(off <= 1e-12 * largest)) print_error("%s: off by %.2e\n", what, off);
+    assert_true(off <= 1e-12 * largest);
+}
+
+static int check_joint(const mbsr_model *m, mbsr_data *d, int i, double *memory)
+{
+    static double x[12 * COLUMNS], below[12 * COLUMNS], own[12 * COLUMNS], qdot[6 * COLUMNS];
+    const mbsri_body *b = m->body + i;
+    mbsri_joint_slopes s;
+    if (!mbsri_axes_serve(b)) return 0;
+    mbsri_joint_slopes_place(&s, memory);
+    assert_int_equal(mbsri_joint_slopes_of(m, d, i, false, d->udot + b->iu, &s), MBSR_OK);
+    mbsri_axes_slopes(b, d, x, below, own, qdot);
+    const int outside = 2 * b->d_pred, columns = outside + 2 * b->n;
+    compare("motion", 12, columns, x, 12, outside, s.x, 18);
+    compare("predecessor", outside, columns, below, 12, outside, s.below, 18);
+    compare("own", 2 * b->n, columns, own, 2 * b->n, outside, s.own, 3 * b->n);
+    compare("q'", b->n, columns, qdot, b->n, outside, s.qdot, b->n);
+    return b->n;
+}
+
+static void formulas_are_those_of_the_joint(void **state)
+{
+    (void)state;
+    int served[7] = {0}, others = 0;
+    for (uint64_t seed = 1; seed <= 60; ++seed) {
+        test_rigid_tree tree;
+        test_newton_state s;
+        double x[MOST];
+        const test_rigid_choice choice = {.seed = seed,
+                                          .bodies = 12,
+                                          .many = 0.7,
+                                          .forces = 1,
+                                          .moving = seed % 2,
+                                          .armature = 0.3,
+                                          .held = seed % 5 == 0 ? 0.2 : 0.0};
+        test_newton_scene(&tree, &s, choice, MOST, x);
+        const mbsr_model *m = tree.model;
+        mbsr_data *d = tree.data;
+        double *memory = malloc(mbsri_joint_slopes_size(m) * sizeof *memory),
+               *spare = malloc((size_t)(m->nq + m->nu) * sizeof *spare);
+        assert_int_equal(mbsri_linear_state(m, d, s.t, s.y, s.yp, spare), MBSR_OK);
+        for (int i = 1; i <= m->bodies; ++i) {
+            const int n = check_joint(m, d, i, memory);
+            ++served[n];
+            others += n == 0;
+        }
+        free(memory);
+        free(spare);
+        test_newton_scene_free(&tree, &s);
+    }
+    assert_true(served[1] > 50 && served[2] > 10 && served[3] > 10 && others > 10);
+}
+
+/* Six axes, a screw among them; a quaternion is none. */
+static void joints_of_six_axes(void **state)
+{
+    (void)state;
+    static const mbsr_axis axes[6] = {
+        {MBSR_AXIS_SCREW, {1, 0, 0}, 0.1, 0},    {MBSR_AXIS_TRANSLATION, {0, 1, 0}, 0.0, 0},
+        {MBSR_AXIS_ROTATION, {0, 0, 1}, 0.0, 0}, {MBSR_AXIS_TRANSLATION, {0, 0.6, 0.8}, 0.0, 0},
+        {MBSR_AXIS_ROTATION, {0, 1, 0}, 0.0, 0}, {MBSR_AXIS_ROTATION, {0.8, 0, 0.6}, 0.0, 0}};
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    test_newton_state s;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), 0);
+    for (int k = 0; k < 3; ++k) {
+        const mbsr_frame at = mbsr_frame_at(0.3, -0.2, 0.1 + 0.2 * k),
+                         own = mbsr_frame_at(0.1, 0.2, 0.05);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = k - 1;
+        body.inertia = mbsr_inertia_in_frame(&own, mbsr_inertia_sphere(900.0, 0.2));
+        body.joint = k == 1 ? mbsr_joint_spherical(&at, &own)
+                            : mbsr_joint_compound(&at, &own, 6, axes, NULL, NULL);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    double q[16], u[15], spare[40];
+    for (int k = 0; k < 16; ++k) q[k] = 0.3 * sin(k + 1.0);
+    for (int k = 0; k < 15; ++k) u[k] = cos(3.0 * k);
+    assert_ok(test_newton_start(&s, m, d, 0.0, q, u, NULL), mbsr_data_error(d));
+    double *memory = malloc(mbsri_joint_slopes_size(m) * sizeof *memory);
+    assert_int_equal(mbsri_linear_state(m, d, s.t, s.y, s.yp, spare), MBSR_OK);
+    assert_int_equal(check_joint(m, d, 1, memory), 6);
+    assert_int_equal(check_joint(m, d, 2, memory), 0);
+    assert_int_equal(check_joint(m, d, 3, memory), 6);
+    free(memory);
+    test_newton_free(&s);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(formulas_are_those_of_the_joint),
+        cmocka_unit_test(joints_of_six_axes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
