@@ -19,9 +19,12 @@ static void find_scale(mbsri_pivots *f)
     for (int i = 0; i < n; ++i) f->scale[i] = 1.0;
     for (int sweep = 0; sweep < 3; ++sweep) {
         for (int i = 0; i < n; ++i) {
+            const double *column = sizes + (size_t)i * (size_t)N;
             double largest = 0.0;
-            for (int j = 0; j < n; ++j)
-                largest = fmax(largest, sizes[j * N + i] * f->scale[i] * f->scale[j]);
+            for (int j = 0; j < n; ++j) {
+                const double size = column[j] * f->scale[i] * f->scale[j];
+                largest = size > largest ? size : largest;
+            }
             f->value[i] = largest;
         }
         for (int i = 0; i < n; ++i) {
@@ -63,13 +66,19 @@ static double scaled_entry(const mbsri_pivots *f, int i, int j)
 static double least(const mbsri_pivots *f, int i)
 {
     const int N = f->size + f->d;
+    const double *A = f->A + (size_t)i * (size_t)N, *sizes = f->sizes + (size_t)i * (size_t)N;
     double waiting = 0.0, load = 0.0;
-    for (int j = f->complete; j < f->size; ++j) waiting = fmax(waiting, scaled_entry(f, i, j));
-    for (int j = f->size; j < N; ++j) {
-        const double size = f->sizes[i * N + j];
-        if (size > 0.0) load = fmax(load, fabs(f->A[i * N + j]) / size);
+    for (int j = f->complete; j < f->size; ++j) {
+        const double entry = fabs(A[j]) * f->scale[j];
+        waiting = entry > waiting ? entry : waiting;
     }
-    return fmax(BESIDE * waiting, BESIDE_LOADS * load);
+    for (int j = f->size; j < N; ++j) {
+        const double share = sizes[j] > 0.0 ? fabs(A[j]) / sizes[j] : 0.0;
+        load = share > load ? share : load;
+    }
+    waiting *= BESIDE * f->scale[i];
+    load *= BESIDE_LOADS;
+    return waiting > load ? waiting : load;
 }
 
 /* The next pivot: i == j, or a pair; false where there is none. */
@@ -100,32 +109,54 @@ static void divide_by_pivot(int width, double a, double b, double c, double r, d
     *k = width > 1 ? (a * t - b * r) / det : 0.0;
 }
 
+enum { BLOCK = 48 }; /* rows at a time: what they need stays near */
+
+/* Columns i of rows [from, to) behind a pivot whose columns are x and y (NULL: single), with their
+ * rows of L l and k. */
+static inline void subtract_rows(mbsri_pivots *f, int first, int from, int to, const double *x,
+                                 const double *y, const double *l, const double *k)
+{
+    const int N = f->size + f->d;
+    for (int i = first; i < to; ++i) {
+        const int start = i > from ? i : from;
+        double *column = f->A + (size_t)i * (size_t)N, *size = f->sizes + (size_t)i * (size_t)N;
+        const double s = x[i], t = y ? y[i] : 0.0;
+        for (int j = start; j < to; ++j) {
+            const double part = l[j - from] * s, other = y ? k[j - from] * t : 0.0,
+                         entry = column[j] - (part + other),
+                         sum = size[j] + (fabs(part) + fabs(other));
+            size[j] = sum;
+            column[j] = fabs(entry) <= MBSRI_PIVOTS_ROUNDING * sum ? 0.0 : entry;
+        }
+        for (int j = start; j < to; ++j) {
+            f->A[(size_t)j * (size_t)N + (size_t)i] = column[j];
+            f->sizes[(size_t)j * (size_t)N + (size_t)i] = size[j];
+        }
+    }
+}
+
 /* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it.
  */
 static void subtract_pivot(mbsri_pivots *f, int width)
 {
     const int N = f->size + f->d, p = f->pivots, first = p + width;
-    double *A = f->A, *x = A + p * N, *y = width > 1 ? x + N : x;
+    double *x = f->A + (size_t)p * (size_t)N, *y = width > 1 ? x + N : x, l[BLOCK], k[BLOCK];
     const double a = x[p], b = width > 1 ? x[p + 1] : 0.0, c = width > 1 ? y[p + 1] : 1.0;
-    double l, k;
     f->across[p] = b;
     if (width > 1) f->across[p + 1] = 0.0;
-    for (int j = first; j < N; ++j) {
-        divide_by_pivot(width, a, b, c, x[j], y[j], &l, &k);
-        for (int i = first; i <= j; ++i) {
-            const double part = l * x[i], other = k * y[i];
-            double *entry = A + i * N + j, *size = f->sizes + i * N + j;
-            *entry -= part + other;
-            *size += fabs(part) + fabs(other);
-            if (fabs(*entry) <= MBSRI_PIVOTS_ROUNDING * *size) *entry = 0.0;
-            A[j * N + i] = *entry;
-            f->sizes[j * N + i] = *size;
-        }
+    for (int from = first; from < N; from += BLOCK) {
+        const int to = from + BLOCK < N ? from + BLOCK : N;
+        for (int j = from; j < to; ++j)
+            divide_by_pivot(width, a, b, c, x[j], y[j], l + j - from, k + j - from);
+        if (width > 1)
+            subtract_rows(f, first, from, to, x, y, l, k);
+        else
+            subtract_rows(f, first, from, to, x, NULL, l, k);
     }
     for (int j = first; j < N; ++j) {
-        divide_by_pivot(width, a, b, c, x[j], y[j], &l, &k);
-        x[j] = l;
-        if (width > 1) y[j] = k;
+        divide_by_pivot(width, a, b, c, x[j], y[j], l, k);
+        x[j] = l[0];
+        if (width > 1) y[j] = k[0];
     }
     f->pivots += width;
 }
@@ -133,11 +164,14 @@ static void subtract_pivot(mbsri_pivots *f, int width)
 static bool nothing_left(const mbsri_pivots *f, int i)
 {
     const int n = f->size, N = n + f->d;
-    bool nothing = true;
-    for (int j = f->pivots; j < n; ++j) nothing = nothing && scaled_entry(f, i, j) <= NOTHING;
-    for (int j = n; j < N; ++j)
-        nothing = nothing && fabs(f->A[j * N + i]) <= 10.0 * NOTHING * f->sizes[i * N + j];
-    return nothing;
+    const double *A = f->A + (size_t)i * (size_t)N, *sizes = f->sizes + (size_t)i * (size_t)N;
+    for (int j = f->pivots; j < n; ++j) {
+        if (!(fabs(A[j]) * f->scale[i] * f->scale[j] <= NOTHING)) return false;
+    }
+    for (int j = n; j < N; ++j) {
+        if (!(fabs(A[j]) <= 10.0 * NOTHING * sizes[j])) return false;
+    }
+    return true;
 }
 
 void mbsri_pivots_eliminate(mbsri_pivots *f)

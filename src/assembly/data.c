@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "fronts/fronts.h"
 #include "recursion/exact.h"
 #include "sweeps/loops.h"
 
@@ -69,6 +70,7 @@ static size_t lay_out_data(const mbsr_model *m, bool lean, unsigned char *base, 
     d->factor_rows = next_bytes(base, &used, bodies * sizeof *d->factor_rows);
     d->apart = next_bytes(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
     d->dropped = next_bytes(base, &used, (size_t)m->rows * sizeof *d->dropped);
+    d->fronts = next_bytes(base, &used, mbsri_fronts_bytes(m));
     const size_t exact = has_steps(m, lean) ? mbsri_exact_room(m) : 0;
     d->exact_work = next_bytes(base, &used, exact * sizeof *d->exact_work);
     d->pivots = next_bytes(base, &used, (size_t)m->max_d * sizeof *d->pivots);
@@ -159,7 +161,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->pending = MBSRI_PENDING_NONE;
     d->split = NULL;
     d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
-    d->accelerated = d->single = d->loaded = d->factoring = false;
+    d->accelerated = d->single = d->loaded = d->factoring = d->fronts_taken = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
     d->alignment = 1.0;

@@ -361,10 +361,10 @@ static bool group_joints(mbsr_model *m, int N)
     built = built && mbsri_measure(m) && mbsri_survey(m);
     m->finished = false;
     built = built && mbsri_sweeps_build_others(m);
-    built = built && (m->rows == 0 || mbsri_plan_create(m, is_regular(m), &m->plan));
     mbsri_places_see(m);
     mbsri_places_set(m, N);
     built = built && mbsri_groups_place(m);
+    built = built && (m->rows == 0 || mbsri_plan_create(m, is_regular(m), &m->plan));
     if (built) mbsri_factors_find(m);
     return built;
 }

@@ -8,127 +8,93 @@
 #include "recursion/rounding.h"
 
 #include <math.h>
-
-/* Unknowns of one step: those complete, rows that wait, motions, and of these the body's own. */
-typedef struct census {
-    int complete, waiting, motions, own;
-    bool rows; /* some of those complete are rows */
-} census;
+#include <string.h>
 
 /* ---- which unknowns ---- */
 
-static bool is_motion(const mbsri_fronts *w, int id)
-{
-    return id >= w->m->rows + w->m->nu;
-}
-
-static bool is_complete(const mbsri_fronts *w, int id, int k)
-{
-    return id >= w->m->rows || w->eliminated[id] <= k;
-}
-
-/* Whether step k takes the end of a closure on its own body, or of its own closure on a body that
- * is not passed. */
-static bool takes_end(const mbsri_fronts *w, int k, int closure, int body)
+/* Whether all of them are as planned. */
+static bool is_planned(const mbsri_fronts *w, int k)
 {
     const mbsri_plan *plan = w->plan;
-    const int gone = plan->when[w->m->bodies + 1 + closure];
-    return plan->step[k].body == body ? gone > k : gone == k && plan->when[body] > k;
-}
-
-/* An unknown of the turn: 0 those complete, 1 rows that wait, 2 motions of other bodies. */
-static void add_unknown(mbsri_fronts *w, int k, int turn, int id, int *count)
-{
-    const int kind = is_motion(w, id) ? 2 : is_complete(w, id, k) ? 0 : 1;
-    if (kind != turn || w->slot[id] >= 0) return;
-    w->slot[id] = *count;
-    w->set[(*count)++] = id;
-}
-
-static void add_end(mbsri_fronts *w, int k, int turn, const mbsri_closure *c, int l, int *count)
-{
-    const mbsri_body *b = w->m->body + c->body[l];
-    bool any = false;
-    for (int row = c->row; row < c->row + c->rows; ++row) {
-        if (w->left_out[row]) continue;
-        any = true;
-        add_unknown(w, k, turn, row, count);
-    }
-    for (int j = 0; j < b->d && any; ++j)
-        add_unknown(w, k, turn, mbsri_motion_number(w, b) + j, count);
-}
-
-static void add_turn(mbsri_fronts *w, int k, int turn, int *count)
-{
-    const mbsri_plan_step *s = w->plan->step + k;
+    const mbsri_plan_step *s = plan->step + k;
     const mbsri_closure *first = mbsri_all_closures(w->m);
     for (int l = 0; l < s->children; ++l) {
-        const mbsri_part *p = w->part[w->plan->child[s->first + l]];
-        for (int j = 0; p && j < p->count; ++j) add_unknown(w, k, turn, p->id[j], count);
+        const int child = plan->child[s->first + l];
+        const mbsri_part *p = w->part[child];
+        if (p ? !p->planned : plan->step[child].leaves > 0) return false;
     }
-    for (int end = s->body > 0 ? w->first_end[s->body] : -1; end >= 0; end = w->next_end[end]) {
-        if (takes_end(w, k, end / MBSRI_ENDS, s->body))
-            add_end(w, k, turn, first + end / MBSRI_ENDS, end % MBSRI_ENDS, count);
+    for (int end = s->body > 0 ? plan->first_end[s->body] : -1; end >= 0;
+         end = plan->next_end[end]) {
+        const mbsri_closure *c = first + end / MBSRI_ENDS;
+        for (int row = c->row; row < c->row + c->rows; ++row)
+            if (w->left_out[row]) return false;
     }
-    if (s->closure < 0) return;
-    const mbsri_closure *c = first + s->closure;
-    for (int l = 0; l < c->bodies; ++l) {
-        if (mbsri_plan_reads(c, l) && takes_end(w, k, s->closure, c->body[l]))
-            add_end(w, k, turn, c, l, count);
-    }
+    const mbsri_closure *c = first + (s->closure < 0 ? 0 : s->closure);
+    for (int row = c->row; s->closure >= 0 && row < c->row + c->rows; ++row)
+        if (w->left_out[row]) return false;
+    return true;
 }
 
-/* The unknowns of step k into w->set, with their slots. */
-static census find_unknowns(mbsri_fronts *w, int k)
+static mbsri_census take_plan(const mbsri_fronts *w, int k)
 {
     const mbsri_plan_step *s = w->plan->step + k;
-    const mbsri_body *b = w->m->body + s->body;
-    census u = {.own = s->body > 0 ? b->d : 0};
-    int count = 0;
-    for (int j = 0; j < u.own; ++j) w->slot[mbsri_motion_number(w, b) + j] = 0;
-    add_turn(w, k, 0, &count);
-    u.complete = count;
-    for (int j = 0; j < count; ++j) u.rows = u.rows || w->set[j] < w->m->rows;
-    add_turn(w, k, 1, &count);
-    u.waiting = count - u.complete;
-    add_turn(w, k, 2, &count);
-    u.motions = count - u.complete - u.waiting;
-    for (int j = 0; j < u.own; ++j) {
-        w->slot[mbsri_motion_number(w, b) + j] = count;
-        w->set[count++] = mbsri_motion_number(w, b) + j;
+    const int *name = w->plan->name + s->names;
+    const int count = s->complete + s->waiting + s->motions + s->own;
+    for (int j = 0; j < count; ++j) {
+        w->set[j] = name[j];
+        w->slot[name[j]] = j;
     }
-    return u;
+    return (mbsri_census){s->complete, s->waiting, s->motions, s->own, s->complete > 0};
 }
 
 /* ---- their matrix ---- */
 
-static mbsri_pivots *open_pivots(mbsri_fronts *w, const census *u)
+static bool open_front(mbsri_fronts *w, const mbsri_census *u)
 {
-    const size_t n = (size_t)(u->complete + u->waiting), d = (size_t)(u->motions + u->own),
-                 N = n + d, numbers = 2 * N * N + 3 * n;
-    mbsri_pivots *f =
-        mbsri_fronts_allocate(w, sizeof *f + numbers * sizeof(double) + N * sizeof(int));
-    if (!f) return NULL;
-    *f = (mbsri_pivots){
-        .size = (int)n, .complete = u->complete, .d = (int)d, .A = (double *)(void *)(f + 1)};
+    const int n = u->complete + u->waiting, d = u->motions + u->own, N = n + d;
+    mbsri_pivots *f = &w->front;
+    if (!mbsri_fronts_make_room(w, N)) return false;
+    f->size = n;
+    f->complete = u->complete;
+    f->d = d;
+    f->pivots = f->left = 0;
     f->sizes = f->A + N * N;
-    f->scale = f->sizes + N * N;
-    f->value = f->scale + n;
-    f->across = f->value + n;
-    f->id = (int *)(void *)(f->across + n);
-    for (size_t k = 0; k < N; ++k) f->id[k] = w->set[k];
-    mbsri_zero(2 * N * N, f->A);
+    memcpy(f->id, w->set, (size_t)N * sizeof *f->id);
+    mbsri_zero(2 * (size_t)N * (size_t)N, f->A);
+    return true;
+}
+
+/* The names of the front, and L of its pivots. */
+static mbsri_pivots *keep_pivots(mbsri_fronts *w)
+{
+    const mbsri_pivots *from = &w->front;
+    const size_t N = (size_t)(from->size + from->d), pivots = (size_t)from->pivots;
+    mbsri_pivots *f =
+        mbsri_fronts_allocate(w, sizeof *f + pivots * (N + 1) * sizeof(double) + N * sizeof(int));
+    if (!f) return NULL;
+    *f = *from;
+    f->sizes = f->scale = f->value = NULL;
+    f->A = (double *)(void *)(f + 1);
+    f->across = f->A + pivots * N;
+    f->id = (int *)(void *)(f->across + pivots);
+    mbsri_copy(pivots * N, from->A, f->A);
+    mbsri_copy(pivots, from->across, f->across);
+    memcpy(f->id, from->id, N * sizeof *f->id);
     return f;
 }
 
-static void add_part(const mbsri_fronts *w, const mbsri_part *p, mbsri_pivots *f)
+/* Overwrites the part's names with its places. */
+static void add_part(const mbsri_fronts *w, mbsri_part *p, mbsri_pivots *f)
 {
     const int N = f->size + f->d, n = p->count;
+    int *at = p->id;
+    for (int j = 0; j < n; ++j) at[j] = w->slot[at[j]];
     for (int j = 0; j < n; ++j) {
-        double *A = f->A + w->slot[p->id[j]] * N, *sizes = f->sizes + w->slot[p->id[j]] * N;
+        double *A = f->A + at[j] * N, *sizes = f->sizes + at[j] * N;
+        const double *from = p->A + j * n, *from_sizes = p->sizes + j * n;
         for (int l = 0; l < n; ++l) {
-            A[w->slot[p->id[l]]] += p->A[j * n + l];
-            sizes[w->slot[p->id[l]]] += p->sizes[j * n + l];
+            A[at[l]] += from[l];
+            sizes[at[l]] += from_sizes[l];
         }
     }
 }
@@ -156,6 +122,16 @@ static void read_end(mbsri_fronts *w, const mbsri_closure *c, int l, mbsri_pivot
     }
 }
 
+static void add_compliance(const mbsri_fronts *w, const mbsri_closure *c, mbsri_pivots *f)
+{
+    const int next = f->size + f->d + 1;
+    for (int row = c->row; row < c->row + c->rows; ++row) {
+        if (w->left_out[row] || w->slot[row] < 0) continue;
+        f->A[w->slot[row] * next] += w->compliance[row];
+        f->sizes[w->slot[row] * next] += w->compliance[row];
+    }
+}
+
 static void fill(mbsri_fronts *w, int k, mbsri_pivots *f)
 {
     const mbsri_plan_step *s = w->plan->step + k;
@@ -167,14 +143,17 @@ static void fill(mbsri_fronts *w, int k, mbsri_pivots *f)
         mbsri_fronts_close_part(w, w->part[child]);
         w->part[child] = NULL;
     }
-    for (int end = s->body > 0 ? w->first_end[s->body] : -1; end >= 0; end = w->next_end[end]) {
-        if (takes_end(w, k, end / MBSRI_ENDS, s->body))
+    for (int end = s->body > 0 ? w->plan->first_end[s->body] : -1; end >= 0;
+         end = w->plan->next_end[end]) {
+        if (mbsri_takes_end(w->m, w->plan, k, end / MBSRI_ENDS, s->body))
             read_end(w, first + end / MBSRI_ENDS, end % MBSRI_ENDS, f);
     }
     if (s->closure < 0) return;
     const mbsri_closure *c = first + s->closure;
+    if (w->compliance) add_compliance(w, c, f);
     for (int l = 0; l < c->bodies; ++l) {
-        if (mbsri_plan_reads(c, l) && takes_end(w, k, s->closure, c->body[l])) read_end(w, c, l, f);
+        if (mbsri_plan_reads(c, l) && mbsri_takes_end(w->m, w->plan, k, s->closure, c->body[l]))
+            read_end(w, c, l, f);
     }
 }
 
@@ -212,38 +191,42 @@ static void note_free(mbsri_fronts *w, const mbsri_pivots *f)
 bool mbsri_fronts_assemble(mbsri_fronts *w, int k)
 {
     const mbsri_plan_step *s = w->plan->step + k;
+    const mbsri_front_names names = {w->m, w->plan, w->part, w->left_out, w->slot, w->set};
     const bool root = k == w->plan->steps - 1;
     w->pivots[k] = NULL;
     w->passing[k] = NULL;
     w->part[k] = NULL;
-    census u = find_unknowns(w, k);
+    w->planned = is_planned(w, k);
+    mbsri_census u = w->planned ? take_plan(w, k) : mbsri_fronts_names(&names, k);
     if (!u.rows && !root) {
         u.waiting += u.complete;
         u.complete = 0;
     }
+    mbsri_pivots *f = &w->front;
     const int count = u.complete + u.waiting + u.motions + u.own;
-    if (count > u.own || s->children > 0) {
-        w->pivots[k] = open_pivots(w, &u);
-        if (!w->pivots[k]) return false;
-        fill(w, k, w->pivots[k]);
-        clear_loads(w->pivots[k]);
-    }
+    const bool any = count > u.own || s->children > 0;
+    if (any && !open_front(w, &u)) return false;
+    if (any) fill(w, k, f);
     for (int j = 0; j < count; ++j) w->slot[w->set[j]] = -1;
-    mbsri_pivots *f = w->pivots[k];
-    if (!f) return true;
+    if (!any) return true;
+    clear_loads(f);
     if (u.complete > 0) mbsri_pivots_eliminate(f);
     note_free(w, f);
+    w->planned = w->planned && f->pivots + f->left == f->complete;
     if (s->body > 0) add_mass(w, f, w->m->body + s->body);
-    return true;
+    w->pivots[k] = keep_pivots(w);
+    return w->pivots[k] != NULL;
 }
 
 bool mbsri_fronts_leave(mbsri_fronts *w, int k)
 {
-    const mbsri_pivots *f = w->pivots[k];
-    const int first = f ? f->pivots + f->left : 0, N = f ? f->size + f->d : 0, count = N - first;
+    const mbsri_pivots *f = &w->front;
+    if (!w->pivots[k]) return true;
+    const int first = f->pivots + f->left, N = f->size + f->d, count = N - first;
     if (count == 0) return true;
     mbsri_part *p = w->part[k] = mbsri_fronts_open_part(w, count);
     if (!p) return false;
+    p->planned = w->planned;
     for (int j = 0; j < count; ++j) {
         p->id[j] = f->id[first + j];
         mbsri_copy((size_t)count, f->A + (first + j) * N + first, p->A + j * count);

@@ -3,6 +3,7 @@
 #include "fronts/choose.h"
 
 #include "base/memory.h"
+#include "fronts/names.h"
 #include "fronts/order.h"
 
 #include <string.h>
@@ -23,18 +24,24 @@ static const mbsri_order_rule rules[] = {
 
 void mbsri_plan_destroy(const mbsr_model *m, mbsri_plan *plan)
 {
+    if (plan) mbsri_release(&m->allocator, plan->name);
     mbsri_release(&m->allocator, plan);
 }
 
 static mbsri_plan *allocate(const mbsr_model *m)
 {
-    const size_t vertices = (size_t)m->bodies + 1 + m->closures.count, steps = vertices;
+    const size_t bodies = (size_t)m->bodies + 1, vertices = bodies + m->closures.count,
+                 steps = vertices, ends = m->closures.count * MBSRI_ENDS,
+                 ints = steps + vertices + bodies + ends + (size_t)m->rows;
     mbsri_plan *plan = mbsri_allocate(&m->allocator, sizeof *plan + steps * sizeof *plan->step +
-                                                         (steps + vertices) * sizeof(int));
+                                                         ints * sizeof(int));
     if (!plan) return NULL;
     *plan = (mbsri_plan){.step = (mbsri_plan_step *)(void *)(plan + 1)};
     plan->child = (int *)(void *)(plan->step + steps);
     plan->when = plan->child + steps;
+    plan->first_end = plan->when + vertices;
+    plan->next_end = plan->first_end + bodies;
+    plan->eliminated = plan->next_end + ends;
     return plan;
 }
 
@@ -89,8 +96,9 @@ bool mbsri_plan_create(const mbsr_model *m, bool far, mbsri_plan **plan)
 {
     mbsri_order *order = mbsri_order_open(m);
     mbsri_plan *best = allocate(m), *other = allocate(m);
-    const bool made = order && best && other && choose(m, far, order, best, other);
+    bool made = order && best && other && choose(m, far, order, best, other);
     if (made) add_root(best);
+    made = made && mbsri_fronts_plan_names(m, best);
     if (order) mbsri_order_close(order);
     mbsri_plan_destroy(m, other);
     if (!made) mbsri_plan_destroy(m, best);

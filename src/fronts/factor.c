@@ -51,6 +51,7 @@ static void begin_masses(mbsri_fronts *w, const double *armature)
 
 static int eliminate(mbsri_fronts *w, const double *armature)
 {
+    if (!mbsri_fronts_begin(w)) return MBSR_ERR_NO_MEMORY;
     begin_masses(w, armature);
     mbsri_zero((size_t)w->m->rows, w->share);
     w->lever = mbsri_longest_lever(w->m, w->d);

@@ -25,25 +25,8 @@
 #ifndef MBSRI_FRONTS_FRONTS_H
 #define MBSRI_FRONTS_FRONTS_H
 
-#include "algebra/pivots.h"
-#include "fronts/plan.h"
+#include "fronts/names.h"
 #include "recursion/data.h"
-
-enum { MBSRI_ENDS = MBSR_CLOSURE_BODIES + 1 }; /* of a closure */
-
-/* What a step leaves to another one. */
-typedef struct mbsri_part {
-    int count, *id;
-    double *A, *sizes; /* count x count, and what was added up in it */
-    int step;          /* of the sizes of memory */
-} mbsri_part;
-
-/* What a joint sees of the loops. */
-typedef struct mbsri_passing {
-    int count, nulls; /* unknowns that pass; its own that move no mass */
-    int *id;          /* of both */
-    double *X, *N;    /* n x count, n x nulls */
-} mbsri_passing;
 
 /* One evaluation. Unknowns by number: rows, then joint rates by their places in the order of the
  * sweeps, then motions of bodies, body after body (size_v). */
@@ -51,39 +34,50 @@ typedef struct mbsri_fronts {
     const mbsr_model *m;
     mbsr_data *d;
     const mbsri_plan *plan;
-    mbsri_plan *own_plan;      /* where that of the model does not serve */
-    mbsri_part **part;         /* steps: left by each, until it is taken; NULL: nothing */
-    mbsri_pivots **pivots;     /* steps; NULL: nothing is eliminated but rates */
-    mbsri_passing **passing;   /* steps; NULL: nothing passes */
-    int *first_end, *next_end; /* ends of closures at a body, -1: none */
-    int *eliminated;           /* rows: in which step */
-    bool *left_out;            /* rows: without a part in the equations; stiff ones at first */
-    int *slot, *set;           /* unknowns: places for a short time, -1; numbers */
-    double *s, *v;             /* unknowns: right-hand sides, solution */
-    double *e;                 /* nu: joint forces, then rates */
-    double *share;             /* rows: of rows in norms, see algebra/pivots.h */
-    double lever;              /* the longest one in the mechanism */
+    mbsri_plan *own_plan;     /* where that of the model does not serve */
+    mbsri_part **part;        /* steps: left by each, until it is taken; NULL: nothing */
+    mbsri_pivots front;       /* of the step at work */
+    int room;                 /* unknowns that it may have */
+    bool planned;             /* its unknowns are as in the plan */
+    mbsri_pivots **pivots;    /* steps: names of a front, and L; NULL: there is none */
+    mbsri_passing **passing;  /* steps; NULL: nothing passes */
+    bool *left_out;           /* rows: without a part in the equations; stiff ones at first */
+    const double *compliance; /* rows: P in C x + P lambda = b; NULL: zero */
+    int *slot, *set;          /* unknowns: places for a short time, -1; numbers */
+    double *s, *v;            /* unknowns: right-hand sides, solution */
+    double *e;                /* nu: joint forces, then rates */
+    double *share;            /* rows: of rows in norms, see algebra/pivots.h */
+    double lever;             /* the longest one in the mechanism */
     int free; /* place of a joint rate whose motion nothing determines, -1: there is none */
-    struct mbsri_idle *idle; /* of redundant rows (idle.h); NULL: none that matters */
-    void *memory;
-    struct mbsri_chunk *chunks; /* of the factors */
+    struct mbsri_idle *idle;    /* of redundant rows (idle.h); NULL: none that matters */
+    struct mbsri_chunk *chunks; /* of memory */
+    struct mbsri_chunk *kept;   /* the last one that had been taken from before a factorisation */
+    size_t kept_bytes;          /* what was in use of it */
     void *unused[96];           /* parts that were taken, by the sizes of memory */
     double *scratch;
     size_t scratch_size;
 } mbsri_fronts;
 
-/* Takes memory from the model's allocator; mbsri_fronts_close gives it back, after a failure too.
+/* Takes memory that the data has for it, and from the model's allocator where unknowns are late and
+ * that is not enough, or others are open; mbsri_fronts_close gives it back, after a failure too.
  * `far`: the inertia of bodies, or armature of all joints, counts (choose.h). */
 int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool far,
                       const char *function);
 void mbsri_fronts_close(mbsri_fronts *w);
 
+/* The memory that an evaluation takes from the data of a finished model, in bytes. */
+size_t mbsri_fronts_bytes(const mbsr_model *m);
+
 /* Memory for the factors, and for a short time (numbers, until the next call): NULL where there is
- * none. A part of so many unknowns, and its end. */
+ * none. A part of so many unknowns, and its end. Room for a front of so many. */
 void *mbsri_fronts_allocate(mbsri_fronts *w, size_t size);
 double *mbsri_fronts_scratch(mbsri_fronts *w, size_t numbers);
 mbsri_part *mbsri_fronts_open_part(mbsri_fronts *w, int count);
 void mbsri_fronts_close_part(mbsri_fronts *w, mbsri_part *part);
+bool mbsri_fronts_make_room(mbsri_fronts *w, int unknowns);
+
+/* What a factorisation before took is free again, with all that was allocated since. */
+bool mbsri_fronts_begin(mbsri_fronts *w);
 
 /* At the positions of the data, after the derivatives of the closures. Overwrites Mbar, D and what
  * belongs to them. `armature` (nu, in the order of the sweeps): of joints without other masses;
@@ -118,7 +112,7 @@ static inline int mbsri_rate_number(const mbsri_fronts *w, const mbsri_body *b)
 
 static inline int mbsri_motion_number(const mbsri_fronts *w, const mbsri_body *b)
 {
-    return w->m->rows + w->m->nu + (int)b->v;
+    return mbsri_motion_name(w->m, b);
 }
 
 #endif

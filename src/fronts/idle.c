@@ -289,3 +289,117 @@ void mbsri_idle_leave_out(const mbsri_fronts *w, double *lambda)
         for (int k = 0; k < z->count; ++k) lambda[z->row[k]] -= part * z->value[k];
     }
 }
+
+/* ---- which rows depend on others ---- */
+
+typedef struct echelon {
+    mbsri_fronts *w;
+    const int *order;
+    const idle **owner; /* rows: the vector of which this is the last one */
+    double *value;      /* rows: of the vector at work */
+    int *row, count;    /* where it may differ from zero */
+    bool *listed;       /* rows */
+} echelon;
+
+/* The row with the greatest place that the vector has, beside its largest number; -1: it is zero.
+ */
+static int last_row(const echelon *x)
+{
+    double largest = 0.0;
+    int last = -1;
+    for (int k = 0; k < x->count; ++k)
+        largest = fmax(largest, fabs(x->value[x->row[k]]) * share_of(x->w, x->row[k]));
+    for (int k = 0; k < x->count; ++k) {
+        const int row = x->row[k];
+        if (fabs(x->value[row]) * share_of(x->w, row) <= DEPENDENT * largest) continue;
+        if (last < 0 || x->order[row] > x->order[last]) last = row;
+    }
+    return last;
+}
+
+static void add_vector(echelon *x, const idle *z, double factor)
+{
+    for (int k = 0; k < z->count; ++k) {
+        const int row = z->row[k];
+        if (!x->listed[row]) {
+            x->listed[row] = true;
+            x->value[row] = 0.0;
+            x->row[x->count++] = row;
+        }
+        x->value[row] += factor * z->value[k];
+    }
+}
+
+static double value_of(const idle *z, int row)
+{
+    int k = 0;
+    while (z->row[k] != row) ++k;
+    return z->value[k];
+}
+
+/* The vector less others, until its last row is that of none of these. */
+static bool reduce(echelon *x, const idle *z)
+{
+    int last;
+    x->count = 0;
+    add_vector(x, z, 1.0);
+    while ((last = last_row(x)) >= 0 && x->owner[last]) {
+        const idle *other = x->owner[last];
+        add_vector(x, other, -x->value[last] / value_of(other, last));
+        x->value[last] = 0.0;
+    }
+    const size_t n = (size_t)x->count;
+    idle *own = last < 0
+                    ? NULL
+                    : mbsri_fronts_allocate(x->w, sizeof *own + n * (sizeof(double) + sizeof(int)));
+    for (int k = 0; k < x->count; ++k) x->listed[x->row[k]] = false;
+    if (last < 0 || !own) return last < 0;
+    *own = (idle){.count = x->count, .value = (double *)(void *)(own + 1)};
+    own->row = (int *)(void *)(own->value + n);
+    for (int k = 0; k < x->count; ++k) {
+        own->row[k] = x->row[k];
+        own->value[k] = x->value[x->row[k]];
+    }
+    x->owner[last] = own;
+    return true;
+}
+
+static void mark_shared(const mbsri_fronts *w, const idle *z, bool *shared)
+{
+    static const double part = 1e-6;
+    double largest = 0.0;
+    for (int k = 0; k < z->count; ++k)
+        largest = fmax(largest, fabs(z->value[k]) * share_of(w, z->row[k]));
+    for (int k = 0; k < z->count; ++k) {
+        if (fabs(z->value[k]) * share_of(w, z->row[k]) > part * largest) shared[z->row[k]] = true;
+    }
+}
+
+bool mbsri_idle_rows(mbsri_fronts *w, const int *order, bool *dependent, bool *shared)
+{
+    const size_t rows = (size_t)w->m->rows;
+    echelon x = {.w = w, .order = order};
+    x.owner = mbsri_fronts_allocate(
+        w, rows * (sizeof *x.owner + sizeof(double) + sizeof(int) + sizeof(bool)));
+    if (!x.owner) return false;
+    x.value = (double *)(void *)(x.owner + rows);
+    x.row = (int *)(void *)(x.value + rows);
+    x.listed = (bool *)(x.row + rows);
+    for (size_t k = 0; k < rows; ++k) {
+        x.owner[k] = NULL;
+        x.listed[k] = dependent[k] = shared[k] = false;
+    }
+    for (const idle *z = w->idle; z; z = z->next) {
+        mark_shared(w, z, shared);
+        if (!reduce(&x, z)) return false;
+    }
+    for (size_t k = 0; k < rows; ++k) dependent[k] = x.owner[k] != NULL;
+    for (int k = 0; k < w->plan->steps; ++k) { /* rows of zeros depend on nothing else */
+        const mbsri_pivots *f = w->pivots[k];
+        for (int l = 0; f && l < f->left; ++l) {
+            const int row = f->id[f->pivots + l];
+            if (row < w->m->rows && !shared[row]) dependent[row] = shared[row] = true;
+        }
+    }
+    return true;
+}

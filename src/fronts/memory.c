@@ -11,30 +11,37 @@
 struct mbsri_chunk {
     struct mbsri_chunk *next;
     size_t used, size; /* bytes behind this record */
+    bool of_data;
 };
-
-static size_t rounded(size_t size)
-{
-    return (size + 31) / 32 * 32;
-}
 
 void *mbsri_fronts_allocate(mbsri_fronts *w, size_t size)
 {
     enum { LEAST = 1 << 14 };
-    const size_t record = rounded(sizeof(struct mbsri_chunk));
+    const size_t record = mbsri_rounded(sizeof(struct mbsri_chunk));
     struct mbsri_chunk *c = w->chunks;
-    size = rounded(size);
+    size = mbsri_rounded(size);
     if (!c || c->size - c->used < size) {
-        size_t room = c ? 2 * c->size : LEAST;
+        size_t room = c && c->size > LEAST ? 2 * c->size : LEAST;
         if (room < size) room = size;
         c = mbsri_allocate(&w->m->allocator, record + room);
         if (!c) return NULL;
-        *c = (struct mbsri_chunk){w->chunks, 0, room};
+        *c = (struct mbsri_chunk){w->chunks, 0, room, false};
         w->chunks = c;
     }
     void *memory = (char *)c + record + c->used;
     c->used += size;
     return memory;
+}
+
+/* The chunk of the data, where the memory of no other fronts stands. */
+static void take_chunk(mbsri_fronts *w)
+{
+    mbsr_data *d = w->d;
+    const size_t record = mbsri_rounded(sizeof(struct mbsri_chunk));
+    if (!w->m->plan || d->fronts_taken) return;
+    d->fronts_taken = true;
+    w->chunks = d->fronts;
+    *w->chunks = (struct mbsri_chunk){NULL, 0, mbsri_fronts_bytes(w->m) - record, true};
 }
 
 double *mbsri_fronts_scratch(mbsri_fronts *w, size_t numbers)
@@ -46,15 +53,32 @@ double *mbsri_fronts_scratch(mbsri_fronts *w, size_t numbers)
     return w->scratch;
 }
 
-/* ---- parts ---- */
+/* ---- fronts, and parts of them ---- */
+
+static size_t front_size(size_t unknowns)
+{
+    return (2 * unknowns * unknowns + 3 * unknowns) * sizeof(double) + unknowns * sizeof(int);
+}
+
+bool mbsri_fronts_make_room(mbsri_fronts *w, int unknowns)
+{
+    if (unknowns <= w->room) return true;
+    const size_t room = (size_t)unknowns + (size_t)unknowns / 4;
+    w->front.A = mbsri_fronts_allocate(w, front_size(room));
+    w->room = w->front.A ? (int)room : 0;
+    if (!w->front.A) return false;
+    w->front.scale = w->front.A + 2 * room * room;
+    w->front.value = w->front.scale + room;
+    w->front.across = w->front.value + room;
+    w->front.id = (int *)(void *)(w->front.across + room);
+    return true;
+}
 
 mbsri_part *mbsri_fronts_open_part(mbsri_fronts *w, int count)
 {
-    const size_t n = (size_t)count,
-                 needed = sizeof(mbsri_part) + 2 * n * n * sizeof(double) + n * sizeof(int);
-    int step = 0;
-    size_t room = 256; /* grows by halves and thirds in turn */
-    for (; room < needed; ++step) room = room / 2 % 3 == 0 ? room / 3 * 4 : room / 2 * 3;
+    const size_t n = (size_t)count;
+    int step;
+    const size_t room = mbsri_part_room(count, &step);
     mbsri_part *p = w->unused[step];
     if (p)
         w->unused[step] = *(void **)(void *)p;
@@ -76,23 +100,31 @@ void mbsri_fronts_close_part(mbsri_fronts *w, mbsri_part *part)
 
 /* ---- the model ---- */
 
-static void list_ends(mbsri_fronts *w)
+static size_t unknowns_of(const mbsr_model *m)
 {
-    const mbsr_model *m = w->m;
-    const mbsri_closure *c = m->closures.data;
-    for (int i = 0; i <= m->bodies; ++i) w->first_end[i] = -1;
-    for (int id = 0; id < (int)m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            w->eliminated[c->row + k] = w->plan->when[m->bodies + 1 + id];
-            w->left_out[c->row + k] = mbsri_is_stiff(c, k);
-        }
-        for (int l = 0; l < c->bodies; ++l) {
-            const int end = id * MBSRI_ENDS + l, i = c->body[l];
-            if (!mbsri_plan_reads(c, l)) continue;
-            w->next_end[end] = w->first_end[i];
-            w->first_end[i] = end;
-        }
-    }
+    return (size_t)m->rows + (size_t)m->nu + m->size_v;
+}
+
+/* Arrays over unknowns, joint rates, rows and steps. */
+static size_t array_size(const mbsr_model *m, const mbsri_plan *plan)
+{
+    const size_t unknowns = unknowns_of(m), rows = (size_t)m->rows, nu = (size_t)m->nu;
+    return (2 * unknowns + nu + rows) * sizeof(double) + 3 * (size_t)plan->steps * sizeof(void *) +
+           2 * unknowns * sizeof(int) + rows * sizeof(bool);
+}
+
+static size_t bytes_of(const mbsr_model *m, const mbsri_plan *plan)
+{
+    const size_t rows = (size_t)m->rows, nu = (size_t)m->nu, most = (size_t)plan->most,
+                 callers = (3 * nu + 5 * rows) * sizeof(double),
+                 /* of unknowns that are late: seldom more */
+        late = plan->bytes / 2 + 2 * front_size(most) + (size_t)1024;
+    return mbsri_rounded(array_size(m, plan)) + callers + plan->bytes + late + front_size(most + 6);
+}
+
+size_t mbsri_fronts_bytes(const mbsr_model *m)
+{
+    return m->plan ? bytes_of(m, m->plan) : 0;
 }
 
 /* A model without closures has no plan; one with far ends does not serve joints without inertia. */
@@ -112,46 +144,66 @@ static int no_memory(const mbsri_fronts *w, const char *function)
                       function, w->m->nu, w->m->rows);
 }
 
+static void leave_springs_out(mbsri_fronts *w)
+{
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
+    for (; c < end; ++c) {
+        for (int k = 0; k < c->rows; ++k) w->left_out[c->row + k] = mbsri_is_stiff(c, k);
+    }
+}
+
 int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool far,
                       const char *function)
 {
     *w = (mbsri_fronts){.m = m, .d = d, .free = -1};
     if (!take_plan(w, far)) return no_memory(w, function);
-    const size_t bodies = (size_t)m->bodies + 1, rows = (size_t)m->rows, nu = (size_t)m->nu,
-                 ends = m->closures.count * MBSRI_ENDS, unknowns = rows + nu + m->size_v,
+    const size_t rows = (size_t)m->rows, nu = (size_t)m->nu, unknowns = unknowns_of(m),
                  steps = (size_t)w->plan->steps;
-    const size_t numbers = 2 * unknowns + nu + rows, ints = bodies + ends + rows + 2 * unknowns;
-    w->memory =
-        mbsri_allocate(&m->allocator, numbers * sizeof(double) + 3 * steps * sizeof(void *) +
-                                          ints * sizeof(int) + rows * sizeof(bool));
-    if (!w->memory) return no_memory(w, function);
-    w->s = w->memory;
+    take_chunk(w);
+    w->s = mbsri_fronts_allocate(w, array_size(m, w->plan));
+    if (!w->s) return no_memory(w, function);
     w->v = w->s + unknowns;
     w->e = w->v + unknowns;
     w->share = w->e + nu;
     w->part = (mbsri_part **)(void *)(w->share + rows);
     w->pivots = (mbsri_pivots **)(void *)(w->part + steps);
     w->passing = (mbsri_passing **)(void *)(w->pivots + steps);
-    w->first_end = (int *)(void *)(w->passing + steps);
-    w->next_end = w->first_end + bodies;
-    w->eliminated = w->next_end + ends;
-    w->slot = w->eliminated + rows;
+    w->slot = (int *)(void *)(w->passing + steps);
     w->set = w->slot + unknowns;
     w->left_out = (bool *)(w->set + unknowns);
     for (size_t k = 0; k < unknowns; ++k) w->slot[k] = -1;
-    list_ends(w);
+    leave_springs_out(w);
     return MBSR_OK;
+}
+
+bool mbsri_fronts_begin(mbsri_fronts *w)
+{
+    if (!w->kept) {
+        w->kept = w->chunks;
+        w->kept_bytes = w->chunks->used;
+    }
+    while (w->chunks != w->kept) {
+        struct mbsri_chunk *next = w->chunks->next;
+        mbsri_release(&w->m->allocator, w->chunks);
+        w->chunks = next;
+    }
+    w->chunks->used = w->kept_bytes;
+    w->room = 0;
+    w->scratch_size = 0;
+    for (size_t k = 0; k < sizeof w->unused / sizeof w->unused[0]; ++k) w->unused[k] = NULL;
+    return mbsri_fronts_make_room(w, w->plan->most + 4);
 }
 
 void mbsri_fronts_close(mbsri_fronts *w)
 {
     while (w->chunks) {
         struct mbsri_chunk *next = w->chunks->next;
-        mbsri_release(&w->m->allocator, w->chunks);
+        if (w->chunks->of_data)
+            w->d->fronts_taken = false;
+        else
+            mbsri_release(&w->m->allocator, w->chunks);
         w->chunks = next;
     }
     mbsri_plan_destroy(w->m, w->own_plan);
-    mbsri_release(&w->m->allocator, w->memory);
     w->own_plan = NULL;
-    w->memory = NULL;
 }

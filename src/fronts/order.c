@@ -8,8 +8,7 @@
 #include "base/memory.h"
 #include "recursion/closures.h"
 
-enum { ENDS = MBSR_CLOSURE_BODIES + 1 }; /* of a closure */
-enum { EAGER = 64 };                     /* vertices of a border whose scores are renewed at once */
+enum { EAGER = 64 }; /* vertices of a border whose scores are renewed at once */
 
 typedef struct link {
     int element, next; /* the next one of the same vertex; -1: none */
@@ -59,7 +58,7 @@ static void list_ends(mbsri_order *g)
     for (int k = 0; k < closures_of(m); ++k) {
         const mbsri_closure *c = g->closure + k;
         for (int l = 0; l < c->bodies; ++l) {
-            const int end = k * ENDS + l, i = c->body[l];
+            const int end = k * MBSRI_ENDS + l, i = c->body[l];
             if (!mbsri_plan_reads(c, l)) continue;
             g->next_end[end] = g->first_end[i];
             g->first_end[i] = end;
@@ -74,7 +73,7 @@ static void list_ends(mbsri_order *g)
 mbsri_order *mbsri_order_open(const mbsr_model *m)
 {
     const size_t bodies = (size_t)m->bodies + 1, closures = m->closures.count,
-                 vertices = bodies + closures, ends = closures * ENDS;
+                 vertices = bodies + closures, ends = closures * MBSRI_ENDS;
     const size_t ints = 6 * vertices + 3 * bodies + 2 * ends + 2 * closures;
     mbsri_order *g =
         mbsri_allocate(&m->allocator, sizeof *g + ints * sizeof(int) + 2 * vertices * sizeof(bool));
@@ -208,7 +207,7 @@ static bool find_border(mbsri_order *g, int vertex, int *width)
     }
     if (vertex <= m->bodies) {
         for (int end = g->first_end[vertex]; end >= 0 && room; end = g->next_end[end])
-            room = add_member(g, m->bodies + 1 + end / ENDS);
+            room = add_member(g, m->bodies + 1 + end / MBSRI_ENDS);
         room = room && add_member(g, m->body[vertex].parent);
     } else {
         const mbsri_closure *c = g->closure + vertex - m->bodies - 1;
@@ -327,8 +326,9 @@ static void pass_body(mbsri_order *g, int i)
 {
     --g->behind[g->m->body[i].parent];
     for (int end = g->first_end[i]; end >= 0; end = g->next_end[end])
-        g->ends_left[end / ENDS] -= g->closure[end / ENDS].meets != i;
-    for (int end = g->first_top[i]; end >= 0; end = g->next_top[end]) --g->tops_left[end / ENDS];
+        g->ends_left[end / MBSRI_ENDS] -= g->closure[end / MBSRI_ENDS].meets != i;
+    for (int end = g->first_top[i]; end >= 0; end = g->next_top[end])
+        --g->tops_left[end / MBSRI_ENDS];
 }
 
 static void count_operations(mbsri_order *g, int vertex, int width)
@@ -370,9 +370,9 @@ static bool renew(mbsri_order *g, int vertex, int e)
     }
     if (vertex > bodies || !room) return room;
     for (int end = g->first_end[vertex]; end >= 0 && room; end = g->next_end[end])
-        room = offer(g, bodies + 1 + end / ENDS);
+        room = offer(g, bodies + 1 + end / MBSRI_ENDS);
     for (int end = g->first_top[vertex]; end >= 0 && room; end = g->next_top[end])
-        room = offer(g, bodies + 1 + end / ENDS);
+        room = offer(g, bodies + 1 + end / MBSRI_ENDS);
     return room && offer(g, g->m->body[vertex].parent);
 }
 
@@ -392,7 +392,7 @@ static bool eliminate(mbsri_order *g, int vertex, int e, int *used)
         g->plan->step[e].body = vertex;
         g->spare[e] += g->m->body[vertex].n;
         for (int end = g->first_end[vertex]; end >= 0; end = g->next_end[end])
-            plain = plain && g->gone[bodies + 1 + end / ENDS];
+            plain = plain && g->gone[bodies + 1 + end / MBSRI_ENDS];
         pass_body(g, vertex);
     } else {
         g->plan->step[e].closure = vertex - bodies - 1;

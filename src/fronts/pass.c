@@ -11,7 +11,7 @@
 /* Those that pass of a front: the unknowns behind its pivots, but for the body's own motion. */
 static int count_passing(const mbsri_pivots *f, const mbsri_body *b)
 {
-    return f ? f->size + f->d - b->d - f->pivots - f->left : 0;
+    return f->size + f->d - b->d - f->pivots - f->left;
 }
 
 /* E: what rows read of the joint itself, taken from X (n numbers a column), and added to what X
@@ -21,7 +21,7 @@ static void read_joint(mbsri_fronts *w, int i, int count, const int *id, double 
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const mbsri_body *b = w->m->body + i;
     for (int k = 0; k < count; ++k) w->slot[id[k]] = k;
-    for (int end = w->first_end[i]; end >= 0; end = w->next_end[end]) {
+    for (int end = w->plan->first_end[i]; end >= 0; end = w->plan->next_end[end]) {
         const mbsri_closure *c = first + end / MBSRI_ENDS;
         if (!mbsri_reads_joints(c)) continue;
         const double *C =
@@ -39,30 +39,40 @@ static void read_joint(mbsri_fronts *w, int i, int count, const int *id, double 
     for (int k = 0; k < count; ++k) w->slot[id[k]] = -1;
 }
 
+/* J^T Q of so many columns, and what is added up in it. */
+static inline void project_columns(int d, int n, int count, int stride, const double *J,
+                                   const double *Q, const double *sizes, double *X, double *parts)
+{
+    for (int k = 0; k < count; ++k, Q += stride, sizes += stride) {
+        for (int j = 0; j < n; ++j) {
+            double sum = 0.0, size = 0.0;
+            for (int l = 0; l < d; ++l) {
+                sum += J[j * d + l] * Q[l];
+                size += fabs(J[j * d + l]) * sizes[l];
+            }
+            *X++ = sum;
+            *parts++ = size;
+        }
+    }
+}
+
 /* X = J^T Q - E, without what is rounding in it. */
 static void project(mbsri_fronts *w, int i, const mbsri_pivots *f, int count, const int *id,
                     double *X, double *parts)
 {
     const mbsri_body *b = w->m->body + i;
-    const double *J = w->d->J + b->dn;
     const int N = f->size + f->d, first = N - b->d - count;
-    for (int k = 0; k < count; ++k) {
-        const double *Q = f->A + (first + k) * N + N - b->d,
-                     *sizes = f->sizes + (first + k) * N + N - b->d;
-        for (int j = 0; j < b->n; ++j) {
-            double sum = 0.0, size = 0.0;
-            for (int l = 0; l < b->d; ++l) {
-                sum += J[j * b->d + l] * Q[l];
-                size += fabs(J[j * b->d + l]) * sizes[l];
-            }
-            X[k * b->n + j] = sum;
-            parts[k * b->n + j] = size;
-        }
-    }
+    const double *J = w->d->J + b->dn, *Q = f->A + first * N + N - b->d,
+                 *sizes = f->sizes + first * N + N - b->d;
+    if (b->d == 6 && b->n == 1) /* sizes known to the compiler */
+        project_columns(6, 1, count, N, J, Q, sizes, X, parts);
+    else if (b->d == 3 && b->n == 1)
+        project_columns(3, 1, count, N, J, Q, sizes, X, parts);
+    else
+        project_columns(b->d, b->n, count, N, J, Q, sizes, X, parts);
     read_joint(w, i, count, id, X, parts);
-    for (int k = 0; k < b->n * count; ++k) {
-        if (fabs(X[k]) <= MBSRI_PIVOTS_ROUNDING * parts[k]) X[k] = 0.0;
-    }
+    for (int k = 0; k < b->n * count; ++k)
+        X[k] = fabs(X[k]) <= MBSRI_PIVOTS_ROUNDING * parts[k] ? 0.0 : X[k];
 }
 
 /* Column l of N, the null space of the joint's D: its largest number is 1, whatever rounding there
@@ -97,7 +107,7 @@ static bool null_row(int n, int count, const double *N, const double *X, double 
 /* X, and N of those motions without mass that a loop holds; NULL: no memory. */
 static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
 {
-    const mbsri_pivots *f = w->pivots[k];
+    const mbsri_pivots *f = &w->front;
     const int i = w->plan->step[k].body;
     const mbsri_body *b = w->m->body + i;
     const int rank = w->d->rank[i], nulls = b->n - rank;
@@ -122,33 +132,46 @@ static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
     return p;
 }
 
+/* A of what passes, and X^T D^+ X: columns of `count` numbers from A, where they begin N apart,
+ * into to, `rows` apart. z, size: n of scratch. */
+static inline void add_columns(int n, int count, const double *Dinv, const double *X, int N,
+                               const double *A, const double *sizes, int rows, double *to,
+                               double *to_sizes, double *z, double *size)
+{
+    for (int k = 0; k < count; ++k) {
+        for (int r = 0; r < n; ++r) {
+            z[r] = size[r] = 0.0;
+            for (int c = 0; c < n; ++c) {
+                const double part = Dinv[c * n + r] * X[k * n + c];
+                z[r] += part;
+                size[r] += fabs(part);
+            }
+        }
+        for (int l = 0; l < count; ++l) {
+            double sum = A[k * N + l], total = sizes[k * N + l];
+            for (int r = 0; r < n; ++r) {
+                sum += X[l * n + r] * z[r];
+                total += fabs(X[l * n + r]) * size[r];
+            }
+            to[k * rows + l] = sum;
+            to_sizes[k * rows + l] = total;
+        }
+    }
+}
+
 /* A of what passes, and X^T D^+ X, with the rows of null motions. work: 2 n. */
 static void add_joint(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b,
                       const mbsri_passing *p, mbsri_part *to, double *work)
 {
     const double *Dinv = w->d->Dinv + b->nn;
-    const int n = b->n, N = f->size + f->d, first = N - b->d - p->count, count = to->count;
-    double *z = work, *size = work + n;
-    for (int k = 0; k < p->count; ++k) {
-        const double *X = p->X + k * n, *A = f->A + (first + k) * N + first,
-                     *sizes = f->sizes + (first + k) * N + first;
-        for (int r = 0; r < n; ++r) {
-            z[r] = size[r] = 0.0;
-            for (int c = 0; c < n; ++c) {
-                z[r] += Dinv[c * n + r] * X[c];
-                size[r] += fabs(Dinv[c * n + r] * X[c]);
-            }
-        }
-        for (int l = 0; l < p->count; ++l) {
-            double sum = A[l], total = sizes[l];
-            for (int r = 0; r < n; ++r) {
-                sum += p->X[l * n + r] * z[r];
-                total += fabs(p->X[l * n + r]) * size[r];
-            }
-            to->A[k * count + l] = sum;
-            to->sizes[k * count + l] = total;
-        }
-    }
+    const int n = b->n, N = f->size + f->d, first = (N - b->d - p->count) * (N + 1),
+              count = to->count;
+    if (n == 1) /* a size known to the compiler */
+        add_columns(1, p->count, Dinv, p->X, N, f->A + first, f->sizes + first, count, to->A,
+                    to->sizes, work, work + 1);
+    else
+        add_columns(n, p->count, Dinv, p->X, N, f->A + first, f->sizes + first, count, to->A,
+                    to->sizes, work, work + n);
     for (int l = p->count; l < p->count + p->nulls; ++l) {
         double *row = to->A + l * count, *sizes = to->sizes + l * count;
         null_row(n, p->count, p->N + (l - p->count) * n, p->X, row, sizes);
@@ -159,45 +182,83 @@ static void add_joint(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_
     }
 }
 
-/* Q - G X of one unknown (rest), and what was added up in it: |Q| + |U| |D^+| |X|, which has the
- * large numbers of a D^+ that cancel in G X. */
-static void take_joint(const mbsri_fronts *w, const mbsri_body *b, const double *X, double *rest,
-                       double *sizes)
+/* Of the joint: G, |U| |D^+|, -H^T and |H|^T (d_pred x d). */
+typedef struct carrying {
+    const double *G;
+    double *errors, *H, *H_sizes;
+} carrying;
+
+static carrying see_body(const mbsri_fronts *w, const mbsri_body *b, double *work)
 {
-    const double *U = w->d->U + b->dg, *G = w->d->G + b->dg, *Dinv = w->d->Dinv + b->nn;
-    for (int j = 0; j < b->n; ++j) {
-        double size = 0.0;
-        for (int k = 0; k < b->n; ++k) size += fabs(Dinv[k * b->n + j] * X[k]);
-        for (int r = 0; r < b->d; ++r) {
-            rest[r] -= G[j * b->d + r] * X[j];
-            sizes[r] += fabs(U[j * b->d + r]) * size;
+    const double *U = w->d->U + b->dg, *Dinv = w->d->Dinv + b->nn, *H = w->d->H + b->dp;
+    const int d = b->d, n = b->n, pred = b->d_pred;
+    const carrying c = {w->d->G + b->dg, work, work + d * n, work + d * n + d * pred};
+    for (int j = 0; j < n; ++j) {
+        for (int r = 0; r < d; ++r) {
+            double sum = 0.0;
+            for (int k = 0; k < n; ++k) sum += fabs(U[k * d + r] * Dinv[j * n + k]);
+            c.errors[j * d + r] = sum;
+        }
+    }
+    for (int k = 0; k < pred; ++k) {
+        for (int r = 0; r < d; ++r) {
+            c.H[r * pred + k] = -H[k * d + r];
+            c.H_sizes[r * pred + k] = fabs(H[k * d + r]);
+        }
+    }
+    return c;
+}
+
+/* -H^T (Q - G X) of one unknown, and what was added up in it: |H|^T (|Q| + |U| |D^+| |X|), which
+ * has the large numbers of a D^+ that cancel in G X. rest, large: d of scratch. */
+static inline void carry_column(int d, int n, int d_pred, const carrying *c, const double *X,
+                                const double *Q, const double *Q_sizes, double *rest, double *large,
+                                double *load, double *size)
+{
+    for (int r = 0; r < d; ++r) {
+        rest[r] = Q[r];
+        large[r] = Q_sizes[r];
+    }
+    for (int j = 0; j < n; ++j) {
+        for (int r = 0; r < d; ++r) {
+            rest[r] -= c->G[j * d + r] * X[j];
+            large[r] += c->errors[j * d + r] * fabs(X[j]);
+        }
+    }
+    for (int k = 0; k < d_pred; ++k) load[k] = size[k] = 0.0;
+    for (int r = 0; r < d; ++r) {
+        for (int k = 0; k < d_pred; ++k) {
+            load[k] += c->H[r * d_pred + k] * rest[r];
+            size[k] += c->H_sizes[r * d_pred + k] * large[r];
         }
     }
 }
 
 /* Q_pred = -H^T (Q - G X), and what was added up in it, for the predecessor's motion, which the
- * part has from w->slot on. work: 2 d. */
+ * part has from w->slot on. work: d (n + 2) + 2 d_pred (d + 1). */
 static void carry_loads(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b,
                         const mbsri_passing *p, mbsri_part *to, double *work)
 {
-    const double *H = w->d->H + b->dp;
-    const int d = b->d, N = f->size + f->d, first = N - d - p->count, count = to->count,
-              motion = mbsri_motion_number(w, w->m->body + b->parent);
+    const int d = b->d, n = b->n, pred = b->d_pred, N = f->size + f->d, first = N - d - p->count,
+              count = to->count, row = w->slot[mbsri_motion_number(w, w->m->body + b->parent)];
+    const carrying c = see_body(w, b, work);
+    double *rest = work + d * (n + 2 * pred), *large = rest + d, *load = large + d,
+           *size = load + pred;
     for (int k = 0; k < p->count; ++k) {
-        mbsri_copy((size_t)d, f->A + (first + k) * N + N - d, work);
-        mbsri_copy((size_t)d, f->sizes + (first + k) * N + N - d, work + d);
-        take_joint(w, b, p->X + k * b->n, work, work + d);
-        for (int c = 0; c < b->d_pred; ++c) {
-            const int row = w->slot[motion + c];
-            double load = 0.0, size = 0.0;
-            for (int r = 0; r < d; ++r) {
-                load -= H[c * d + r] * work[r];
-                size += fabs(H[c * d + r]) * work[d + r];
-            }
-            to->A[k * count + row] += load;
-            to->A[row * count + k] += load;
-            to->sizes[k * count + row] += size;
-            to->sizes[row * count + k] += size;
+        const double *X = p->X + k * n, *Q = f->A + (first + k) * N + N - d,
+                     *sizes = f->sizes + (first + k) * N + N - d;
+        if (d == 6 && n == 1 && pred == 6) /* sizes known to the compiler */
+            carry_column(6, 1, 6, &c, X, Q, sizes, rest, large, load, size);
+        else if (d == 3 && n == 1 && pred == 3)
+            carry_column(3, 1, 3, &c, X, Q, sizes, rest, large, load, size);
+        else
+            carry_column(d, n, pred, &c, X, Q, sizes, rest, large, load, size);
+        double *A = to->A + k * count + row, *A_sizes = to->sizes + k * count + row;
+        for (int l = 0; l < pred; ++l) {
+            A[l] += load[l];
+            A_sizes[l] += size[l];
+            to->A[(row + l) * count + k] += load[l];
+            to->sizes[(row + l) * count + k] += size[l];
         }
     }
 }
@@ -303,20 +364,27 @@ static mbsri_part *open_next(mbsri_fronts *w, const mbsri_body *b, const mbsri_p
     return to;
 }
 
+static size_t scratch_size(const mbsri_body *b)
+{
+    const size_t d = (size_t)b->d, n = (size_t)b->n, pred = (size_t)b->d_pred;
+    return d * (n + 2) + 2 * pred * (d + 1) + 2 * n;
+}
+
 bool mbsri_fronts_pass(mbsri_fronts *w, int k)
 {
     const int i = w->plan->step[k].body;
     const mbsri_body *b = w->m->body + i;
-    const mbsri_pivots *f = w->pivots[k];
-    const int count = count_passing(f, b);
+    const mbsri_pivots *f = &w->front;
+    const int count = w->pivots[k] ? count_passing(f, b) : 0;
     if (count == 0) {
         if (w->d->rank[i] < b->n) w->free = b->iu + w->d->rank[i];
         return true;
     }
     mbsri_passing *p = w->passing[k] = see_joint(w, k, count);
     mbsri_part *to = p ? w->part[k] = open_next(w, b, p) : NULL;
-    double *work = to ? mbsri_fronts_scratch(w, 2 * (size_t)(b->d + b->n)) : NULL;
+    double *work = to ? mbsri_fronts_scratch(w, scratch_size(b)) : NULL;
     if (!work) return false;
+    to->planned = w->planned && p->nulls == 0;
     add_joint(w, f, b, p, to, work);
     if (b->parent > 0) carry_loads(w, f, b, p, to, work);
     for (int l = 0; l < to->count; ++l) w->slot[to->id[l]] = -1;

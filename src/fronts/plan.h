@@ -21,11 +21,17 @@
 
 #include "model/record.h"
 
+enum { MBSRI_ENDS = MBSR_CLOSURE_BODIES + 1 }; /* of a closure */
+
 typedef struct mbsri_plan_step {
     int body;            /* whose joint is passed; 0: none */
     int closure;         /* whose forces are eliminated; -1: none */
     int next;            /* the step that takes what is left; -1: nothing is */
     int first, children; /* steps that this one takes from: places in `child` */
+    int complete, waiting, motions,
+        own;      /* unknowns of its front, as far as none is late (names.h) */
+    int leaves;   /* of these that go on, with the motion of a predecessor */
+    size_t names; /* their place in `name` */
 } mbsri_plan_step;
 
 typedef struct mbsri_plan {
@@ -36,6 +42,11 @@ typedef struct mbsri_plan {
     bool far;          /* borders have motions of far ends */
     double operations; /* multiplications */
     int widest;        /* numbers in the widest front */
+    int *first_end, *next_end; /* ends of closures at a body (closure * MBSRI_ENDS + l), -1: none */
+    int *eliminated;           /* rows: in which step */
+    int *name;                 /* unknowns of all fronts, one front after the other */
+    int most;                  /* unknowns of the widest front */
+    size_t bytes;              /* memory of a factorisation in which no unknown is late */
 } mbsri_plan;
 
 /* Whether the closure reads its body number l, and that may move. */

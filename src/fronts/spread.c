@@ -242,15 +242,25 @@ static bool spread_step(spread *x, int k)
     return true;
 }
 
-bool mbsri_fronts_spread(mbsri_fronts *w)
+static void take_rows(const spread *x, int k, double *row)
+{
+    const mbsri_pivots *f = x->w->pivots[k];
+    for (int j = 0; f && j < f->pivots; ++j) {
+        if (f->id[j] < x->w->m->rows) row[f->id[j]] = fabs(x->at[k].P[j * (x->at[k].count + 1)]);
+    }
+}
+
+bool mbsri_fronts_spread(mbsri_fronts *w, double *row)
 {
     spread x = {.w = w};
     const size_t unknowns = (size_t)w->m->rows + (size_t)w->m->nu + w->m->size_v;
     if (!allocate(&x)) return false;
     mbsri_zero(unknowns, w->s);
     mbsri_zero(unknowns, w->v);
+    if (row) mbsri_zero((size_t)w->m->rows, row);
     for (int k = w->plan->steps - 1; k >= 0; --k) {
         if (!spread_step(&x, k)) return false;
+        if (row) take_rows(&x, k, row);
     }
     return true;
 }

@@ -10,8 +10,9 @@
 
 #include "fronts/fronts.h"
 
-/* After mbsri_fronts_factor: the entries of joint rates into w->e (nu, in the order of the sweeps).
- * Overwrites s and v. False: no memory. */
-bool mbsri_fronts_spread(mbsri_fronts *w);
+/* After mbsri_fronts_factor: the entries of joint rates into w->e (nu, in the order of the sweeps),
+ * and of rows less their signs into `row` (rows, 0 in those left out; NULL: not wanted). Overwrites
+ * s and v. False: no memory. */
+bool mbsri_fronts_spread(mbsri_fronts *w, double *row);
 
 #endif

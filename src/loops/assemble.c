@@ -6,9 +6,14 @@
  *
  *   (A^T A + mu |A|^2 1) z = -A^T S g,    x = W^(-1/2) z,
  *
- * as a least-squares problem in (A; sqrt(mu) |A| 1). mu falls tenfold with each step that makes the
- * gaps smaller and rises with each that does not; steps turn by 1 rad at most, and move by the
- * longest lever or the gaps, whichever is more. It ends
+ * which are the equations of fronts/fronts.h for a tree whose only inertias are W, with rows that
+ * give way,
+ *
+ *   W x = C_h^T lambda,    C_h x + mu |A|^2 S^-2 lambda = -g
+ *
+ * mu falls tenfold with each step that makes the gaps
+ * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest
+ * lever or the gaps, whichever is more. It ends
  *
  *   closed      every gap is below the tolerance
  *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have
@@ -17,9 +22,10 @@
 #include "loops/assemble.h"
 
 #include "algebra/dense.h"
-#include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "base/memory.h"
+#include "fronts/fronts.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -28,9 +34,10 @@
 #include <string.h>
 
 typedef struct search {
-    mbsri_dense *w;
+    mbsri_closer *w;
     const mbsr_assembly_opt *opt;
     double t, mu;
+    double size;       /* |A| */
     double norm, open; /* of the gaps (closing.h), and the widest */
     double before[10]; /* of the last steps */
 } search;
@@ -45,7 +52,7 @@ int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double st
     return mbsri_normalise(m, d, to);
 }
 
-int mbsri_assembly_gaps(const mbsri_dense *w, double *g)
+int mbsri_assembly_gaps(const mbsri_closer *w, double *g)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_gaps(w->m, w->d, g);
@@ -64,77 +71,109 @@ static int evaluate(const search *s, const double *q, double *g)
     return status ? status : mbsri_assembly_gaps(s->w, g);
 }
 
-/* A at the positions of the data: position rows among C, in the measure of closing.h; returns |A|.
- * Its leading dimension is held + n. */
-static double fill(const search *s)
+/* |A| at the positions of the data, after the derivatives. */
+static void find_size(search *s)
 {
-    const mbsri_dense *w = s->w;
-    const mbsri_closure *first = mbsri_all_closures(w->m);
-    const size_t stride = (size_t)(w->held + w->n), rows = (size_t)w->rows;
+    const mbsri_closer *w = s->w;
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     double square = 0.0;
-    mbsri_zero(stride * (size_t)w->n, w->A);
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+    mbsri_zero(w->m->size_v, w->d->closure_V);
+    for (; c < end; ++c) {
         for (int k = 0; k < c->held; ++k) {
-            for (int j = 0; j < w->n && mbsri_is_asked(w, c, k); ++j) {
-                const double C = w->C[(size_t)j * rows + (size_t)(c->row + k)],
-                             value = C * w->closing.give[j] / w->closing.gap[c->held_row + k];
-                w->A[(size_t)j * stride + (size_t)(c->held_row + k)] = value;
-                square += value * value;
-            }
+            const double gap = w->closing.gap[c->held_row + k];
+            if (mbsri_is_asked(w, c, k))
+                square += mbsri_row_square(w->m, w->d, c, k, w->closing.give) / (gap * gap);
         }
     }
-    return sqrt(square);
+    s->size = sqrt(square);
 }
 
-/* |A^T g| / (|A| |g|). */
-static double slope(const search *s, double size)
+/* |A^T S g| / (|A| |S g|). */
+static double slope(const search *s)
 {
-    const mbsri_dense *w = s->w;
+    const mbsri_closer *w = s->w;
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     double square = 0.0;
-    for (int j = 0; j < w->n; ++j) {
-        const double *column = w->A + (size_t)j * (size_t)(w->held + w->n);
-        double along = 0.0;
-        for (int k = 0; k < w->held; ++k) along += column[k] * w->g[k] / w->closing.gap[k];
+    mbsri_zero((size_t)w->m->rows, w->right);
+    for (; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const double gap = w->closing.gap[c->held_row + k];
+            w->right[c->row + k] = w->g[c->held_row + k] / (gap * gap);
+        }
+    }
+    mbsri_closure_transpose(w->m, w->d, w->right, w->x);
+    for (int j = 0; j < w->m->nu; ++j) {
+        const double along = w->x[j] * w->closing.give[j];
         square += along * along;
     }
-    return sqrt(square) / fmax(size * s->norm, 1e-300);
+    return sqrt(square) / fmax(s->size * s->norm, 1e-300);
 }
 
-/* The step x (n) at the present mu. */
-static int find_step(const search *s, double size)
+/* Resistances of coordinates that stay are so much larger, and what they do is left out. */
+static const double stays = 1e12;
+
+static void find_resistances(mbsri_closer *w)
 {
-    mbsri_dense *w = s->w;
-    const int r = w->held + w->n;
-    int rank;
-    fill(s);
-    for (int j = 0; j < w->n; ++j)
-        w->A[(size_t)j * (size_t)r + (size_t)(w->held + j)] = sqrt(s->mu) * size;
-    mbsri_zero((size_t)(r + w->n), w->b);
-    for (int k = 0; k < w->held; ++k) w->b[k] = -w->g[k] / w->closing.gap[k];
-    if (mbsri_lapack_gelsy(r, w->n, w->A, w->b, 1e-13, w->pivots, &rank, w->work, w->lwork))
-        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                          "%s: a least-squares problem of the assembly failed", w->function);
-    for (int j = 0; j < w->n; ++j) w->x[j] = w->b[j] * w->closing.give[j];
+    double most = 0.0, *resist = w->x;
+    for (int k = 0; k < w->m->nu; ++k) {
+        const double give = w->closing.give[k];
+        resist[k] = give > 0.0 ? 1.0 / (give * give) : 0.0;
+        most = fmax(most, resist[k]);
+    }
+    for (int k = 0; k < w->m->nu; ++k) {
+        if (!(w->closing.give[k] > 0.0)) resist[k] = stays * (most > 0.0 ? most : 1.0);
+    }
+    mbsri_gather(w->m, resist, w->resist);
+}
+
+/* The step (n) at the present mu, by the derivatives of the rows at the positions of the data. */
+static int find_step(const search *s)
+{
+    mbsri_closer *w = s->w;
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
+    mbsri_zero((size_t)w->m->rows, w->right);
+    for (; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const double gap = w->closing.gap[c->held_row + k];
+            w->right[c->row + k] = -w->g[c->held_row + k];
+            w->compliance[c->row + k] = s->mu * s->size * s->size * gap * gap;
+        }
+    }
+    const int status = mbsri_fronts_factor(w->system, w->resist, w->function);
+    if (status) return status;
+    mbsri_fronts_solve(w->system, w->zero, w->right, w->step, w->lambda);
+    for (int k = 0; k < w->m->nu; ++k) {
+        if (!(w->closing.give[k] > 0.0)) w->step[k] = 0.0;
+    }
     return MBSR_OK;
+}
+
+/* Rows, gaps and |A| at q. */
+static int look(search *s, const double *q)
+{
+    mbsri_closer *w = s->w;
+    int status = mbsri_positions(w->m, w->d, s->t, q);
+    if (!status) status = mbsri_closure_jacobians(w->m, w->d);
+    if (!status) status = mbsri_assembly_gaps(w, w->g);
+    if (!status) find_size(s);
+    return status;
 }
 
 /* One step from q, whose gaps are g; *better: whether q was moved. */
 static int step(search *s, double *q, bool *better)
 {
-    mbsri_dense *w = s->w;
-    double size;
-    int status = mbsri_dense_rows(w); /* uses g */
-    if (!status) status = mbsri_assembly_gaps(w, w->g);
-    if (status) return status;
-    size = fill(s);
+    mbsri_closer *w = s->w;
+    int status = MBSR_OK;
     *better = false;
     for (int tries = 0; tries < 30 && !*better; ++tries) {
-        status = find_step(s, size);
-        const double share = mbsri_closing_share(w->m, &w->closing, w->x, s->norm);
-        if (!status) status = mbsri_displace(w->m, w->d, q, share, w->x, w->q_try);
-        if (!status) status = evaluate(s, w->q_try, w->y);
+        status = find_step(s);
+        if (status) return status;
+        const double share = mbsri_closing_share(w->m, &w->closing, w->step, s->norm);
+        status = mbsri_displace(w->m, w->d, q, share, w->step, w->q_try);
+        if (!status) status = mbsri_positions(w->m, w->d, s->t, w->q_try);
+        if (!status) status = mbsri_assembly_gaps(w, w->g_try);
         if (status < 0) return status;
-        const double norm = status ? INFINITY : mbsri_closing_norm(w->m, &w->closing, w->y);
+        const double norm = status ? INFINITY : mbsri_closing_norm(w->m, &w->closing, w->g_try);
         if (norm < s->norm) {
             mbsri_copy((size_t)w->m->nq, w->q_try, q);
             s->norm = norm;
@@ -143,7 +182,7 @@ static int step(search *s, double *q, bool *better)
         } else {
             if (s->mu >= 1e6) break;
             s->mu = fmax(s->mu, 1e-12) * 10.0;
-            status = mbsri_positions(w->m, w->d, s->t, q);
+            status = look(s, q);
             if (status) return status;
         }
     }
@@ -162,7 +201,7 @@ static const char *side(const mbsri_closure *c, int k, char text[24])
 /* The widest gap of a closure, in the measure of closing.h. */
 static double open_by(const search *s, const mbsri_closure *c)
 {
-    const mbsri_dense *w = s->w;
+    const mbsri_closer *w = s->w;
     double widest = 0.0;
     for (int k = c->held_row; k < c->held_row + c->held; ++k)
         widest = fmax(widest, fabs(w->g[k]) / w->closing.gap[k]);
@@ -196,12 +235,12 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
 /* Gaps of q into info, and to s->open in the measure of closing.h; the tolerance that counts. */
 static int measure(search *s, const double *q, mbsr_assembly_info *info, double *limit)
 {
-    const mbsri_dense *w = s->w;
+    const mbsri_closer *w = s->w;
     const mbsri_closure *c = mbsri_all_closures(w->m);
     const int status = evaluate(s, q, w->g);
     if (status) return status;
     info->closure = MBSR_NONE;
-    info->gap = mbsri_largest(w->held, w->g);
+    info->gap = mbsri_largest(w->m->held, w->g);
     *limit = s->opt->tolerance * mbsri_closing_size(w->m, w->d, &w->closing);
     s->open = 0.0;
     for (int id = 0; id < (int)w->m->closures.count; ++id, ++c) {
@@ -221,30 +260,85 @@ static bool stopped(search *s, int iteration)
     return slow;
 }
 
-int mbsri_assemble(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt *opt,
+static int search_closed(search *s, double *q, mbsr_assembly_info *info)
+{
+    double limit;
+    int status = measure(s, q, info, &limit);
+    info->gap_before = info->gap;
+    if (!status && info->closure != MBSR_NONE) status = look(s, q);
+    while (!status && info->closure != MBSR_NONE) {
+        bool better = false;
+        const double accepted = 1e3 * limit;
+        if (info->iterations >= s->opt->max_iterations || stopped(s, info->iterations))
+            return s->open < accepted ? MBSR_OK : refuse(s, info, limit);
+        status = step(s, q, &better);
+        if (status) return status;
+        ++info->iterations;
+        status = measure(s, q, info, &limit);
+        if (status || info->closure == MBSR_NONE) break;
+        if (!better) return s->open < accepted ? MBSR_OK : refuse(s, info, limit);
+        status = look(s, q);
+        if (!status && slope(s) <= 1e-6) return refuse(s, info, limit);
+    }
+    return status;
+}
+
+int mbsri_assemble(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                    mbsr_assembly_info *info)
 {
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     search s = {.w = w, .opt = opt, .t = t, .mu = 1e-3};
-    double limit;
     *info = (mbsr_assembly_info){.closure = MBSR_NONE};
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_closing_measure(w->m, w->d, opt, &w->closing);
-    if (!status) status = measure(&s, q, info, &limit);
-    info->gap_before = info->gap;
-    while (!status && info->closure != MBSR_NONE) {
-        bool better;
-        const double accepted = 1e3 * limit;
-        if (info->iterations >= opt->max_iterations || stopped(&s, info->iterations))
-            return s.open < accepted ? MBSR_OK : refuse(&s, info, limit);
-        status = step(&s, q, &better);
-        if (status) return status;
-        ++info->iterations;
-        status = measure(&s, q, info, &limit);
-        if (status || info->closure == MBSR_NONE) break;
-        if (!better) return s.open < accepted ? MBSR_OK : refuse(&s, info, limit);
-        status = mbsri_dense_rows(w);
-        if (!status) status = mbsri_assembly_gaps(w, w->g);
-        if (!status && slope(&s, fill(&s)) <= 1e-6) return refuse(&s, info, limit);
+    if (!status) status = mbsri_fronts_open(w->system, w->m, w->d, true, w->function);
+    if (!status) {
+        find_resistances(w);
+        w->system->compliance = w->compliance;
+        for (; c < end; ++c) {
+            for (int k = 0; k < c->rows; ++k)
+                w->system->left_out[c->row + k] = k >= c->held || !mbsri_is_asked(w, c, k);
+        }
+        status = search_closed(&s, q, info);
     }
+    mbsri_fronts_close(w->system);
     return status;
+}
+
+int mbsri_closer_open(mbsri_closer *w, const mbsr_model *m, mbsr_data *d, const char *function)
+{
+    const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
+                 held = (size_t)m->held, numbers = 5 * nu + nq + 3 * rows + 4 * held;
+    *w = (mbsri_closer){.m = m, .d = d, .function = function};
+    w->memory = mbsri_allocate(&m->allocator,
+                               sizeof *w->system + numbers * sizeof(double) + rows * sizeof(bool));
+    if (!w->memory)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d joint rates and %d rows of closures", function,
+                          m->nu, m->rows);
+    w->system = w->memory;
+    *w->system = (mbsri_fronts){.m = m, .d = d};
+    w->offset = (double *)(void *)(w->system + 1);
+    w->closing.gap = w->offset + held;
+    w->g = w->closing.gap + held;
+    w->g_try = w->g + held;
+    w->closing.give = w->g_try + held;
+    w->x = w->closing.give + nu;
+    w->resist = w->x + nu;
+    w->zero = w->resist + nu;
+    w->step = w->zero + nu;
+    w->right = w->step + nu;
+    w->lambda = w->right + rows;
+    w->compliance = w->lambda + rows;
+    w->q_try = w->compliance + rows;
+    w->let_go = (bool *)(w->q_try + nq);
+    mbsri_zero(numbers, w->offset);
+    for (size_t k = 0; k < rows; ++k) w->let_go[k] = false;
+    return MBSR_OK;
+}
+
+void mbsri_closer_close(mbsri_closer *w)
+{
+    if (w->m) mbsri_release(&w->m->allocator, w->memory);
+    w->memory = NULL;
 }

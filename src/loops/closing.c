@@ -13,6 +13,7 @@
 
 #include "algebra/dense.h"
 #include "base/error.h"
+#include "fronts/plan.h"
 #include "recursion/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
@@ -166,6 +167,42 @@ double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const dou
     double square = 0.0;
     for (int k = 0; k < m->held; ++k) square += (g[k] / c->gap[k]) * (g[k] / c->gap[k]);
     return sqrt(square);
+}
+
+/* ---- rows ---- */
+
+double mbsri_row_square(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
+                        const double *give)
+{
+    double *f = d->closure_V, square = 0.0;
+    int head[MBSRI_ENDS], heads = 0;
+    for (int l = 0; l < c->bodies; ++l) {
+        const mbsri_body *b = m->body + c->body[l];
+        if (!mbsri_plan_reads(c, l)) continue;
+        const double *C = d->closure_C + c->at + (size_t)(c->column[l] * c->rows + k);
+        for (int j = 0; j < b->d; ++j) f[b->v + (size_t)j] += C[j * c->rows];
+        for (int j = 0; j < b->n && mbsri_reads_joints(c); ++j) {
+            const double part = C[(b->d + j) * c->rows] * give[b->u + j];
+            square += part * part;
+        }
+        head[heads++] = c->body[l];
+    }
+    for (;;) {
+        int i = c->meets;
+        for (int l = 0; l < heads; ++l) i = head[l] > i ? head[l] : i;
+        if (i == c->meets) break;
+        const mbsri_body *b = m->body + i;
+        for (int j = 0; j < b->n; ++j) {
+            const double part =
+                mbsri_dot(b->d, d->J + b->dn + (size_t)(j * b->d), f + b->v) * give[b->u + j];
+            square += part * part;
+        }
+        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, f + b->v, f + b->pred_v);
+        mbsri_zero((size_t)b->d, f + b->v);
+        for (int l = 0; l < heads; ++l) head[l] = head[l] == i ? b->parent : head[l];
+    }
+    mbsri_zero((size_t)m->body[c->meets].d, f + m->body[c->meets].v);
+    return square;
 }
 
 /* ---- what may be asked ---- */

@@ -3,6 +3,7 @@
 #ifndef MBSRI_CLOSING_H
 #define MBSRI_CLOSING_H
 
+#include "recursion/closures.h"
 #include "recursion/data.h"
 
 #include <mbsrank/closure.h>
@@ -31,6 +32,12 @@ double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_c
 /* The largest of gaps g (held), and their Euclidean norm, in this measure. */
 double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g);
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g);
+
+/* The squared length of row k of the closure over all joint rates, each times what it gives (nu,
+ * the caller's order): from the ends to the body where these meet. closure_V of the data is zero
+ * before and after. */
+double mbsri_row_square(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
+                        const double *give);
 
 /* Refuses weights that are not positive, and quaternions kept in part; either may be NULL. */
 int mbsri_closing_check(const mbsr_model *m, mbsr_data *d, const double *weight, const int *keep,

@@ -12,6 +12,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "loops/row_fronts.h"
 #include "recursion/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/mass_matrix.h"
@@ -32,7 +33,15 @@ static void find_spans(mbsri_dense *w)
     }
 }
 
-int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
+static int work_size(const mbsri_dense *w, int most)
+{
+    const int N = w->N > 0 ? w->N : 1, svd = mbsri_lapack_svd_work(N),
+              gelsy = mbsri_lapack_gelsy_work(most > 0 ? most : 1, N);
+    return svd > gelsy ? svd : gelsy;
+}
+
+static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function,
+                       bool matrices)
 {
     *w = (mbsri_dense){.m = m,
                        .d = d,
@@ -43,21 +52,17 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                        .N = m->nu + m->rows};
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
     const size_t most = (size_t)w->held + n;
-    const int svd = mbsri_lapack_svd_work(w->N > 0 ? w->N : 1),
-              gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
-                                              w->N > 0 ? w->N : 1);
-    w->lwork = svd > gelsy ? svd : gelsy;
-    double **const array[] = {
-        &w->M,          &w->C,        &w->K,    &w->U,       &w->V,      &w->scale,
-        &w->sigma,      &w->right,    &w->g,    &w->x,       &w->y,      &w->q,
-        &w->q_try,      &w->q_beside, &w->A,    &w->b,       &w->work,   &w->offset,
-        &w->out,        &w->guess,    &w->span, &w->missing, &w->missed, &w->closing.give,
-        &w->closing.gap};
-    const size_t length[] = {n * n,
-                             rows * n,
-                             N * N,
-                             N * N,
-                             N * N,
+    const size_t full = matrices ? 1 : 0;
+    if (matrices) w->lwork = work_size(w, (int)(most + rows));
+    double **const array[] = {&w->M,     &w->C,     &w->K,        &w->U,       &w->V,
+                              &w->scale, &w->sigma, &w->right,    &w->g,       &w->x,
+                              &w->y,     &w->q,     &w->q_beside, &w->A,       &w->b,
+                              &w->work,  &w->out,   &w->span,     &w->missing, &w->missed};
+    const size_t length[] = {full * n * n,
+                             full * rows * n,
+                             full * N * N,
+                             full * N * N,
+                             full * N * N,
                              N,
                              N,
                              N,
@@ -66,22 +71,17 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                              N,
                              nq,
                              nq,
-                             nq,
-                             most * n,
+                             full * most * n,
                              most + n,
                              (size_t)w->lwork,
-                             (size_t)w->held,
                              N,
-                             nq,
                              n,
                              (size_t)w->held,
-                             (size_t)w->held,
-                             n,
                              (size_t)w->held};
     size_t total = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
     w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
-                                                  5 * rows * sizeof(bool));
+                                                  4 * rows * sizeof(bool));
     if (!w->memory)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for matrices of %d joint rates and %d rows of closures",
@@ -94,17 +94,29 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     w->pivots = (int *)(void *)next;
     w->other = (bool *)(w->pivots + N + 1);
     w->left_out = w->other + rows;
-    w->let_go = w->left_out + rows;
-    w->beside = w->let_go + rows;
-    for (size_t k = 0; k < rows; ++k) w->let_go[k] = false;
-    mbsri_zero((size_t)w->held, w->offset);
+    w->beside = w->left_out + rows;
     mbsri_zero((size_t)w->held, w->missed);
     find_spans(w);
-    return MBSR_OK;
+    return mbsri_closer_open(&w->closer, m, d, function);
+}
+
+int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
+{
+    return open_arrays(w, m, d, function, true);
+}
+
+int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
+{
+    const bool dense = m->nu + m->rows <= MBSRI_DENSE_MOST || mbsri_any_stiff(m);
+    const int status = open_arrays(w, m, d, function, dense);
+    return status || dense ? status : mbsri_row_fronts_open(m, d, w->span, function, &w->fronts);
 }
 
 void mbsri_dense_close(mbsri_dense *w)
 {
+    if (w->fronts) mbsri_row_fronts_close(w->fronts);
+    w->fronts = NULL;
+    mbsri_closer_close(&w->closer);
     mbsri_release(&w->m->allocator, w->memory);
     w->memory = NULL;
 }
@@ -113,7 +125,7 @@ int mbsri_dense_rows(mbsri_dense *w)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_jacobians(w->m, w->d);
-    if (status) return status;
+    if (status || w->fronts) return status;
     const double lever = mbsri_longest_lever(w->m, w->d);
     mbsri_zero((size_t)w->rows, w->g);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {

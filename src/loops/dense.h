@@ -3,9 +3,12 @@
 #ifndef MBSRI_LOOPS_DENSE_H
 #define MBSRI_LOOPS_DENSE_H
 
-#include "loops/closing.h"
+#include "loops/assemble.h"
 #include "recursion/closures.h"
 #include "recursion/data.h"
+
+/* Models with more joint rates and rows go front by front where these serve. */
+enum { MBSRI_DENSE_MOST = 120 };
 
 /* Workspace for one model; n = nu, m = rows, N = n + m. */
 typedef struct mbsri_dense {
@@ -18,24 +21,23 @@ typedef struct mbsri_dense {
     double *K, *U, *V;             /* N x N */
     double *scale, *sigma, *right; /* N */
     double *span;                  /* n: of what joint rates move (spans.h) */
-    mbsri_closing closing;         /* of the positions that a search begins with */
     double *g, *x, *y;             /* N */
-    double *q, *q_try, *guess;     /* nq */
+    double *q;                     /* nq */
     double *q_beside;              /* nq: near a singular position (ranks.c) */
     double *A, *b;                 /* (held + n) x n, held + n: least squares */
     double *work;
     int lwork;
-    double *out;              /* N: for results */
-    double *offset;           /* held: what the gaps are to be, zero at first */
+    double *out; /* N: for results */
+    mbsri_closer closer;
     double *missing, *missed; /* held: what offset lacks of what was found for it, now and before */
     double relaxation;        /* the share of that by which it changes */
     int *pivots;              /* N */
     bool *other;              /* rows: flags for a short time */
     bool *left_out;           /* rows: not in K */
-    bool *let_go; /* rows: stiff, and what their gaps are follows from those of the others */
-    bool *beside; /* 2 rows: that depend on others near a singular position (ranks.c) */
-    int nulls;    /* dimension of the kernel of K */
-    int moving;   /* of its part in u */
+    bool *beside;             /* 2 rows: that depend on others near a singular position (ranks.c) */
+    struct mbsri_row_fronts *fronts; /* of ranks, in place of matrices; NULL: there are these */
+    int nulls;                       /* dimension of the kernel of K */
+    int moving;                      /* of its part in u */
     void *memory;
 } mbsri_dense;
 
@@ -43,11 +45,9 @@ typedef struct mbsri_dense {
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_dense_close(mbsri_dense *w);
 
-/* Whether positions are to close held row k of the closure. */
-static inline bool mbsri_is_asked(const mbsri_dense *w, const mbsri_closure *c, int k)
-{
-    return !mbsri_is_loose(c, k) && !w->let_go[c->row + k];
-}
+/* Likewise, without matrices where the model has more than so many joint rates and rows, and no
+ * stiff ones (row_fronts.h). */
+int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);

@@ -13,7 +13,6 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
-#include "base/memory.h"
 #include "loops/motion.h"
 #include "fronts/fronts.h"
 #include "model/query.h"
@@ -32,7 +31,6 @@ typedef struct forward {
     mbsri_fronts system;
     double *udot, *right;                   /* nu */
     double *lambda, *springs, *bias, *rate; /* rows */
-    double *memory;
 } forward;
 
 static const char forward_name[] = "mbsr_forward_dynamics";
@@ -43,23 +41,16 @@ static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d)
     *w = (forward){.m = m, .d = d};
     int status = mbsri_fronts_open(&w->system, m, d, true, forward_name);
     if (status) return status;
-    w->memory = mbsri_allocate(&m->allocator, (2 * nu + 4 * rows) * sizeof(double));
-    if (!w->memory)
+    w->udot = mbsri_fronts_allocate(&w->system, (2 * nu + 4 * rows) * sizeof(double));
+    if (!w->udot)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d rows of closures", forward_name, m->rows);
-    w->udot = w->memory;
     w->right = w->udot + nu;
     w->lambda = w->right + nu;
     w->springs = w->lambda + rows;
     w->bias = w->springs + rows;
     w->rate = w->bias + rows;
     return MBSR_OK;
-}
-
-static void close_forward(forward *w)
-{
-    mbsri_fronts_close(&w->system);
-    mbsri_release(&w->m->allocator, w->memory);
 }
 
 /* -h(q, u, 0) and -bias, with the forces of springs. */
@@ -133,7 +124,7 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
     status = open_forward(&w, m, d);
     if (!status) status = accelerate(&w, t, q, u, tau);
     if (!status) mbsri_copy((size_t)m->nu, w.udot, udot);
-    close_forward(&w);
+    mbsri_fronts_close(&w.system);
     return status;
 }
 

@@ -92,7 +92,7 @@ static int find(mobility *x, double *result, const char *function)
     int status = mbsri_closure_jacobians(w->m, w->d);
     if (!status) status = mbsri_fronts_factor(w, NULL, function);
     if (status) return status;
-    if (!prepare(x) || !mbsri_fronts_spread(w))
+    if (!prepare(x) || !mbsri_fronts_spread(w, NULL))
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d joint rates and %d rows of closures", function,
                           w->m->nu, w->m->rows);

@@ -243,13 +243,23 @@ void mbsri_rank_scales(const mbsri_dense *w, double *scale)
     find_scales(&s, scale);
 }
 
-void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
+static int ranks_on_fronts(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 {
+    const int status = mbsri_row_fronts_rank(w->fronts, dropped, found);
+    if (found->independent == 0) found->smallest_kept = 0.0;
+    if (found->weakest < 0) found->weakest_pivot = 0.0;
+    return status;
+}
+
+int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
+{
+    if (w->fronts) return ranks_on_fronts(w, dropped, found);
     const mbsri_row_set s = all_rows(w);
     *found = mbsri_no_ranks();
     mbsri_ranks_of(&s, dropped, found);
     if (found->independent == 0) found->smallest_kept = 0.0;
     if (found->weakest < 0) found->weakest_pivot = 0.0;
+    return MBSR_OK;
 }
 
 enum { DIRECTIONS = 3 };
@@ -265,7 +275,8 @@ static bool free_direction(mbsri_dense *w, int independent, int number)
     double largest = 0.0;
     for (size_t j = 0; j < n; ++j)
         w->x[j] = least[number] + fmod(stride[number] * (double)(j + 1), 1.0);
-    for (int pass = 0; pass < 2; ++pass) {
+    if (w->fronts) mbsri_row_fronts_allow(w->fronts, w->x);
+    for (int pass = 0; pass < 2 && !w->fronts; ++pass) {
         for (int k = 0; k < independent; ++k) {
             const double *q = w->A + (size_t)k * n;
             const double part = mbsri_dot(w->n, q, w->x);
@@ -283,8 +294,7 @@ static int ranks_at(mbsri_dense *w, double t, const double *q, bool *dropped, mb
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(w);
-    if (!status) mbsri_ranks_here(w, dropped, found);
-    return status;
+    return status ? status : mbsri_ranks_here(w, dropped, found);
 }
 
 static int count_of(const mbsri_ranks *ranks)
@@ -299,11 +309,11 @@ static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
     mbsr_assembly_info info;
     double *given = w->sigma; /* rows: which had been let go before */
     for (int k = 0; k < w->rows; ++k) {
-        given[k] = w->let_go[k];
-        w->let_go[k] = w->let_go[k] || (dropped && dropped[k]);
+        given[k] = w->closer.let_go[k];
+        w->closer.let_go[k] = w->closer.let_go[k] || (dropped && dropped[k]);
     }
-    const bool closed = mbsri_assemble(w, t, w->q, &opt, &info) == MBSR_OK;
-    for (int k = 0; k < w->rows; ++k) w->let_go[k] = given[k] != 0.0;
+    const bool closed = mbsri_assemble(&w->closer, t, w->q, &opt, &info) == MBSR_OK;
+    for (int k = 0; k < w->rows; ++k) w->closer.let_go[k] = given[k] != 0.0;
     return closed;
 }
 

@@ -4,18 +4,9 @@
 #define MBSRI_LOOPS_RANKS_H
 
 #include "loops/dense.h"
+#include "loops/row_fronts.h"
 
 #include <math.h>
-
-/* What was found of the rows in one position. */
-typedef struct mbsri_ranks {
-    int independent; /* rigid rows */
-    int springs; /* position rows of stiff ones that depend neither on rigid ones nor on each other
-                  */
-    double smallest_kept, largest_dropped;
-    int weakest; /* of the rows that the data does not leave out, the one with the smallest pivot */
-    double weakest_pivot;
-} mbsri_ranks;
 
 static inline mbsri_ranks mbsri_no_ranks(void)
 {
@@ -56,8 +47,9 @@ bool mbsri_is_soft_row(mbsri_dense *w, const mbsri_closure *c, int k);
 
 /* Marks the rows that depend on those before them, position rows of all closures before the others;
  * of stiff rows those whose position row depends on the rigid ones and on stiff ones farther from
- * these. At the C of the workspace; uses its A and right. */
-void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
+ * these. At the C of the workspace; uses its A and right. On fronts distances are those from all
+ * others. Nonzero: on fronts alone. */
+int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
 
 /* The same for the position q (closed) and for positions nearby, into `dropped` what holds where
  * most rows are independent; *nearby: how many. Rows that depend on others at q alone open beside

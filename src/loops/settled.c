@@ -6,6 +6,7 @@
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "loops/assemble.h"
 #include "loops/ranks.h"
 #include "model/query.h"
@@ -16,39 +17,66 @@
 
 /* ---- positions ---- */
 
+static bool any_asked(const mbsri_closer *w)
+{
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
+    bool any = false;
+    for (; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k)
+            any = any || (mbsri_is_stiff(c, k) && mbsri_is_asked(w, c, k));
+    }
+    return any;
+}
+
 /* Lets go of the stiff rows that depend on others at q; *any: whether there are more than before.
  */
-static int find_dependent(mbsri_dense *w, double t, const double *q, bool *any)
+static int find_dependent(mbsri_closer *w, double t, const double *q, bool *any)
 {
-    const mbsri_closure *first = mbsri_all_closures(w->m);
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
+    mbsri_dense dense;
     mbsri_ranks ranks;
     *any = false;
-    int status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_dense_rows(w);
-    if (status) return status;
-    mbsri_ranks_here(w, w->other, &ranks);
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+    if (!any_asked(w)) return MBSR_OK;
+    int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
+    if (!status) status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_dense_rows(&dense);
+    if (!status) status = mbsri_ranks_here(&dense, dense.other, &ranks);
+    for (; c < end && !status; ++c) {
         for (int k = 0; k < c->held; ++k) {
-            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !w->other[c->row + k])
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !dense.other[c->row + k])
                 continue;
             w->let_go[c->row + k] = *any = true;
         }
     }
-    return MBSR_OK;
+    mbsri_dense_close(&dense);
+    return status;
 }
 
-int mbsri_assemble_settled(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt *opt,
+int mbsri_assemble_settled(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                            mbsr_assembly_info *info)
 {
-    bool any;
-    mbsri_copy((size_t)w->m->nq, q, w->guess);
+    bool any = false;
+    const size_t nq = (size_t)w->m->nq;
+    double *guess = mbsri_allocate(&w->m->allocator, nq * sizeof *guess);
+    if (!guess)
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d positions", w->function, w->m->nq);
+    mbsri_copy(nq, q, guess);
     int status = mbsri_assemble(w, t, q, opt, info);
-    if (status != MBSR_LOOP_OPEN) return status;
-    status = find_dependent(w, t, w->guess, &any);
-    if (status) return status;
-    if (!any) return MBSR_LOOP_OPEN;
-    mbsri_copy((size_t)w->m->nq, w->guess, q);
-    return mbsri_assemble(w, t, q, opt, info);
+    if (status == MBSR_LOOP_OPEN) {
+        const mbsr_error open = w->d->error;
+        status = find_dependent(w, t, guess, &any);
+        if (!status && !any) {
+            status = MBSR_LOOP_OPEN;
+            w->d->error = open;
+        }
+    }
+    if (!status && any) {
+        mbsri_copy(nq, guess, q);
+        status = mbsri_assemble(w, t, q, opt, info);
+    }
+    mbsri_release(&w->m->allocator, guess);
+    return status;
 }
 
 /* ---- forces ---- */
@@ -60,14 +88,14 @@ bool mbsri_springs_let_go(mbsri_dense *w, bool apart)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     bool any = false;
-    for (int k = 0; k < w->rows; ++k) apart = apart || w->let_go[k];
+    for (int k = 0; k < w->rows; ++k) apart = apart || w->closer.let_go[k];
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const bool follows = mbsri_is_stiff(c, k) && w->d->dropped[c->row + k] &&
                                  (apart || mbsri_is_loose(c, k) || mbsri_is_soft_row(w, c, k));
-            w->let_go[c->row + k] = follows;
+            w->closer.let_go[c->row + k] = follows;
             any = any || (follows && !mbsri_is_loose(c, k));
-            if (mbsri_is_stiff(c, k) && mbsri_is_asked(w, c, k)) w->left_out[c->row + k] = false;
+            if (mbsri_is_stiff(c, k) && mbsri_is_asked(&w->closer, c, k)) w->left_out[c->row + k] = false;
         }
     }
     return any;
@@ -87,7 +115,7 @@ static void fill(mbsri_dense *w, const double *g, const double *lambda)
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const int row = c->row + k, held = c->held_row + k;
-            const bool stiff = mbsri_is_stiff(c, k), asked = mbsri_is_asked(w, c, k);
+            const bool stiff = mbsri_is_stiff(c, k), asked = mbsri_is_asked(&w->closer, c, k);
             if (mbsri_is_loose(c, k) || (!stiff && w->d->dropped[row])) continue;
             const double weight = stiff ? sqrt(c->def.stiffness[k]) : 1e3 * sqrt(stiffest);
             for (size_t j = 0; j < (size_t)w->n; ++j)
@@ -122,21 +150,22 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = shared ? displacement(w, t, q, lambda) : MBSR_OK;
     if (status) return status;
-    const double rounding = fmax(1e-14 * mbsri_closing_size(w->m, w->d, &w->closing),
-                                 1e-12 * mbsri_closing_widest(w->m, &w->closing, w->offset));
+    const double rounding =
+        fmax(1e-14 * mbsri_closing_size(w->m, w->d, &w->closer.closing),
+             1e-12 * mbsri_closing_widest(w->m, &w->closer.closing, w->closer.offset));
     *changed = false;
     mbsri_zero((size_t)w->held, w->missing);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const int row = c->row + k, held = c->held_row + k;
-            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(&w->closer, c, k)) continue;
             double gap = -lambda[row] / c->def.stiffness[k];
             if (shared) {
                 gap = w->g[held];
                 for (int j = 0; j < w->n; ++j) gap += w->C[j * w->rows + row] * w->b[j];
             }
-            w->missing[held] = gap - w->offset[held];
-            *changed = *changed || fabs(w->missing[held]) > rounding * w->closing.gap[held];
+            w->missing[held] = gap - w->closer.offset[held];
+            *changed = *changed || fabs(w->missing[held]) > rounding * w->closer.closing.gap[held];
         }
     }
     return MBSR_OK;
@@ -159,14 +188,14 @@ void mbsri_springs_move(mbsri_dense *w)
             square += stiffness * turn * turn;
             before += stiffness * was * was;
             now += stiffness * is * is;
-            size += stiffness * w->offset[held] * w->offset[held];
+            size += stiffness * w->closer.offset[held] * w->closer.offset[held];
         }
     }
     if (!(before > 0.0)) w->relaxation = 1.0;
     if (before > 0.0 && square > 0.0 && now > rounding * size)
         w->relaxation = fmax(-most, fmin(-w->relaxation * along / square, most));
     for (int held = 0; held < w->held; ++held) {
-        w->offset[held] += w->relaxation * w->missing[held];
+        w->closer.offset[held] += w->relaxation * w->missing[held];
         w->missed[held] = w->missing[held];
     }
 }
@@ -178,16 +207,17 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
     const mbsr_model *m = w->m;
     const mbsri_closure *first = mbsri_all_closures(m);
     const double limit = 1e-6 * mbsri_largest(w->rows, lambda),
-                 rounding = 1e-13 * mbsri_closing_size(m, w->d, &w->closing);
+                 rounding = 1e-13 * mbsri_closing_size(m, w->d, &w->closer.closing);
     char label[MBSRI_LABEL];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
         for (int k = 0; k < c->held; ++k) {
-            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(&w->closer, c, k)) continue;
             const int held = c->held_row + k;
-            const double stiffness = c->def.stiffness[k], force = -w->offset[held] * stiffness,
+            const double stiffness = c->def.stiffness[k],
+                         force = -w->closer.offset[held] * stiffness,
                          change = fabs(lambda[c->row + k] - force);
-            if (change > limit && change > rounding * w->closing.gap[held] * stiffness)
+            if (change > limit && change > rounding * w->closer.closing.gap[held] * stiffness)
                 return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                                   "%s: no positions found at which the springs of %s bear its "
                                   "forces (%.3g is left); settled = 0 takes them as they are",

@@ -13,7 +13,7 @@
 
 /* As mbsri_assemble; where stiff rows are more than the freedoms and do not meet, those that depend
  * on others at the guess are let go. */
-int mbsri_assemble_settled(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt *opt,
+int mbsri_assemble_settled(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                            mbsr_assembly_info *info);
 
 /* Lets go of stiff rows that the data leaves out and that do not share what others bear, which K is

@@ -91,7 +91,8 @@ static int find_motion(search *s, double t, double *q, double *u, double *udot, 
     mbsri_copy((size_t)w->n, given, u);
     status = open_start(s);
     if (!status) {
-        status = mbsri_closed_start_find(&s->start, t, w->offset, q, u, udot, lambda, opt, info);
+        status =
+            mbsri_closed_start_find(&s->start, t, w->closer.offset, q, u, udot, lambda, opt, info);
         if (status) w->d->error = s->start.d->error;
     }
     info->null_directions = directions;
@@ -115,7 +116,7 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
     mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
     if (any_stiff(w)) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
-    mbsri_zero((size_t)w->held, w->offset);
+    mbsri_zero((size_t)w->held, w->closer.offset);
     mbsri_zero((size_t)w->held, w->missed);
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(w);
@@ -126,7 +127,7 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
     for (int pass = 0; pass < passes && !status && changed; ++pass) {
         if (pass > 0) {
             mbsri_springs_move(w);
-            status = mbsri_assemble(w, t, q, &assembly_opt, &assembly);
+            status = mbsri_assemble(&w->closer, t, q, &assembly_opt, &assembly);
         }
         if (!status) status = find_motion(s, t, q, u, udot, lambda, opt, info);
         if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);
@@ -171,7 +172,7 @@ int mbsri_loops_dense_start(mbsri_dense *w, double t, double *q, double *u, doub
     mbsri_ranks here;
     int nearby;
     if (any_stiff(w)) assembly_opt.tolerance *= 1e-2;
-    int status = mbsri_assemble_settled(w, t, q, &assembly_opt, &assembly);
+    int status = mbsri_assemble_settled(&w->closer, t, q, &assembly_opt, &assembly);
     if (!status) status = mbsri_ranks_around(w, t, q, w->d->dropped, &here, &nearby);
     info->iterations = assembly.iterations;
     return status ? status : find_shares(w, t, q, u, udot, lambda, opt, info);

@@ -110,7 +110,7 @@ static int check_balance(const start *s)
 /* Whether a start leaves the spring of stiff row k as it is. */
 static bool is_as_it_is(const start *s, const mbsri_closure *c, int k)
 {
-    return mbsri_is_loose(c, k) || (s->w.let_go && s->w.let_go[c->row + k]);
+    return mbsri_is_loose(c, k) || (s->w.closer.let_go && s->w.closer.let_go[c->row + k]);
 }
 
 /* s' = k (C u + g_t) of springs without damping that are as they are, from F at s' = 0. */
@@ -165,9 +165,6 @@ static int deliver(start *s, double *y, double *yp)
     mbsri_copy(size, s->yp, yp);
     return MBSR_OK;
 }
-
-/* Models with more joint rates and rows are started on the tree where that serves. */
-enum { DENSE_MOST = 120 };
 
 /* No state was found: whether one given has a direction that nothing determines. */
 static int refuse_given(start *s, const double *y)
@@ -251,7 +248,7 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     const size_t nq = (size_t)s->w.m->nq;
     const mbsr_error before = s->w.d->error;
     mbsri_copy(nq, s->q, s->near);
-    status = mbsri_assemble(&s->w, s->t, s->q, &assembly_opt, &assembly);
+    status = mbsri_assemble(&s->w.closer, s->t, s->q, &assembly_opt, &assembly);
     const bool open = status > 0; /* settled springs may be where rigid rows cannot */
     if (!status) status = mbsri_ranks_around(&s->w, s->t, s->q, s->w.d->dropped, &here, &nearby);
     if (!status)
@@ -275,7 +272,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     mbsr_data *d = s->w.d;
     bool served = false;
     int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status && m->nu + m->rows > DENSE_MOST)
+    if (!status && m->nu + m->rows > MBSRI_DENSE_MOST)
         status =
             mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, &served);
     if (status || served) return status;

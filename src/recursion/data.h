@@ -117,6 +117,8 @@ struct mbsr_data {
     int total_rank;
     bool loaded;           /* whether loop_lambda are the loop forces of this state, which
                             * mbsri_forces then adds; cleared by mbsri_positions and _velocities */
+    void *fronts;          /* memory of one elimination (fronts/fronts.h) */
+    bool fronts_taken;     /* whether it is in use */
     bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */
     bool accelerated;      /* whether A and mu are those of given joint accelerations */
     bool single;           /* whether every joint is a group of its own (group.h) */

@@ -55,23 +55,32 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
     static const char name[] = "mbsr_assemble";
     const mbsr_assembly_opt standard = mbsr_default_assembly_opt();
     mbsr_assembly_info found = {.closure = MBSR_NONE};
-    mbsri_dense w;
+    mbsri_closer w;
     if (!opt) opt = &standard;
     int status = mbsri_enter(model, data, q && q_closed, MBSRI_STAGE_NONE, name);
     if (!status) status = check_assembly_opt(model, data, opt);
     if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
     if (status) return status;
-    status = mbsri_dense_open(&w, model, data, name);
+    double *found_q = NULL;
+    status = mbsri_closer_open(&w, model, data, name);
     if (!status) {
-        mbsri_copy((size_t)model->nq, q, w.q);
-        status = mbsri_assemble_settled(&w, t, w.q, opt, &found);
+        found_q = mbsri_allocate(&model->allocator, (size_t)model->nq * sizeof *found_q);
+        if (!found_q)
+            status = mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                                "%s: no memory for %d positions", name, model->nq);
+    }
+    if (!status) {
+        mbsri_copy((size_t)model->nq, q, found_q);
+        status = mbsri_assemble_settled(&w, t, found_q, opt, &found);
     }
     if (!status || status == MBSR_LOOP_OPEN) {
-        for (int k = 0; k < model->nq; ++k) found.change = fmax(found.change, fabs(w.q[k] - q[k]));
-        mbsri_copy((size_t)model->nq, w.q, q_closed);
+        for (int k = 0; k < model->nq; ++k)
+            found.change = fmax(found.change, fabs(found_q[k] - q[k]));
+        mbsri_copy((size_t)model->nq, found_q, q_closed);
         if (info) *info = found;
     }
-    mbsri_dense_close(&w);
+    mbsri_release(&model->allocator, found_q);
+    mbsri_closer_close(&w);
     return status;
 }
 
@@ -175,13 +184,35 @@ static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
     return MBSR_OK;
 }
 
+static int hold_by_matrices(mbsri_dense *w, mbsr_closure_report *report)
+{
+    int count = 0, status = find_massless(w, &count);
+    if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
+    report->undetermined = w->moving;
+    return status ? status : find_stretch(w, count, report);
+}
+
+/* Likewise where ranks are found on fronts, with matrices where something moves no mass. */
+static int hold_massless(mbsri_dense *w, mbsr_closure_report *report)
+{
+    mbsri_dense full;
+    report->stretch = 1.0;
+    report->stretched = MBSR_NONE;
+    if (w->fronts && report->massless == 0) return MBSR_OK;
+    if (!w->fronts) return hold_by_matrices(w, report);
+    int status = mbsri_dense_open(&full, w->m, w->d, w->function);
+    for (int k = 0; k < w->rows && !status; ++k) full.left_out[k] = w->left_out[k];
+    if (!status) status = hold_by_matrices(&full, report);
+    mbsri_dense_close(&full);
+    return status;
+}
+
 /* Directions of the tree that move no mass, those of them that no loop holds, and how well the
  * others are held; at rest. */
 static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    int count = 0;
     mbsri_zero((size_t)w->n, w->x);
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, w->x);
@@ -189,10 +220,7 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     report->massless = w->n - d->total_rank;
-    status = find_massless(w, &count);
-    if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
-    report->undetermined = w->moving;
-    return status ? status : find_stretch(w, count, report);
+    return hold_massless(w, report);
 }
 
 static void mark_stiff(const mbsri_dense *w, bool *stiff)
@@ -214,8 +242,10 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
     mark_stiff(w, stiff);
     for (int k = 0; k < w->rows && redundant && !status; ++k)
         redundant[k] = dropped[k] && !stiff[k];
+    if (!status) status = mbsri_ranks_here(w, dropped, &here);
+    for (int k = 0; k < w->rows && unique && !status && w->fronts; ++k)
+        unique[k] = !mbsri_row_fronts_shared(w->fronts)[k];
     if (status) return status;
-    mbsri_ranks_here(w, dropped, &here);
     *report = (mbsr_closure_report){.rows = w->rows,
                                     .independent = here.independent,
                                     .nearby = nearby,
@@ -227,7 +257,7 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
     report->mobility = w->n - here.independent - report->undetermined;
     mark_stiff(w, stiff);
     for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
-    if (!status && unique) status = mark_unique(w, dropped, unique);
+    if (!status && unique && !w->fronts) status = mark_unique(w, dropped, unique);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     report->gap = status ? 0.0 : mbsri_largest(w->held, w->g);
     return status;
@@ -243,7 +273,7 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
     if (status) return status;
     const bool watching = data->watching;
     data->watching = false;
-    status = mbsri_dense_open(&w, model, data, name);
+    status = mbsri_dense_open_ranks(&w, model, data, name);
     if (!status) status = report_on(&w, t, q, report, redundant, unique);
     mbsri_dense_close(&w);
     data->watching = watching;

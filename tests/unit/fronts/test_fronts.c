@@ -1,6 +1,7 @@
 /* Fronts of models with many loops that are open at once: the plan grows with the bodies, and
  * solutions hold.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "counting.h"
 #include "loops_equations.h"
 
 #include "fronts/plan.h"
@@ -142,10 +143,68 @@ static void solutions_hold(void **state)
     }
 }
 
+/* ---- memory ---- */
+
+/* Allocations of one call of forward dynamics, of fronts alone. */
+static long allocations(loops *s, test_rng *rng, int *status)
+{
+    test_counting counting = {0};
+    const size_t nq = (size_t)s->nq, nu = (size_t)s->nu;
+    double *q = calloc(nq + 2 * nu, sizeof *q), *u = q + nq, *udot = u + nu;
+    for (size_t k = 0; k < nq; ++k) q[k] = 0.3 * test_uniform(rng);
+    for (size_t k = 0; k < nu; ++k) u[k] = 0.3 * test_uniform(rng);
+    const mbsr_allocator before = s->m->allocator;
+    mbsri_sweep_loops *plan = loops_hide_plan(s->m);
+    s->m->allocator = test_counting_allocator(&counting);
+    *status = mbsr_forward_dynamics(s->m, s->d, 0.0, q, u, NULL, udot);
+    s->m->allocator = before;
+    loops_show_plan(s->m, plan);
+    free(q);
+    return counting.calls;
+}
+
+static void nothing_is_allocated(void **state)
+{
+    (void)state;
+    int status;
+    test_rng rng = {11};
+    for (int f = 0; f < FAMILIES; ++f) {
+        for (int count = 2; count <= 128; count *= 4) {
+            loops s = {0};
+            loops_begin(&s, NULL);
+            families[f](&s, count);
+            loops_build(&s);
+            assert_int_equal(allocations(&s, &rng, &status), 0);
+            assert_int_equal(status, MBSR_OK);
+            loops_free(&s);
+        }
+    }
+}
+
+/* Rows that are redundant, and motions without mass, are late. */
+static void late_unknowns_have_room(void **state)
+{
+    (void)state;
+    enum { MODELS = 300 };
+    int found = 0, status;
+    for (uint64_t seed = 1; seed <= MODELS; ++seed) {
+        test_rng rng = {seed};
+        loops s;
+        loops_make_random(&s, &rng, 4 + (int)(seed % 12), 1 + (int)(seed % 6), seed % 2 == 0,
+                          (int)(seed % 5));
+        assert_int_equal(allocations(&s, &rng, &status), 0);
+        found += status == MBSR_OK;
+        loops_free(&s);
+    }
+    assert_true(found > MODELS / 3);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(plans_grow_with_the_bodies),
+        cmocka_unit_test(nothing_is_allocated),
+        cmocka_unit_test(late_unknowns_have_room),
         cmocka_unit_test(solutions_hold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

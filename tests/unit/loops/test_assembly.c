@@ -5,6 +5,7 @@
 #include "units.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
@@ -248,12 +249,74 @@ static void options(void **state)
     loops_free(&s);
 }
 
+/* ---- many loops ---- */
+
+static void *allocate_counted(void *user, size_t size)
+{
+    *(size_t *)user += size;
+    return malloc(size);
+}
+
+static void release_counted(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+/* Four-bars on the ground, each rocker the next one's crank. */
+static void closes_many(int count, size_t *bytes)
+{
+    loops s = {0};
+    mbsr_model_def def = mbsr_default_model_def();
+    mbsr_assembly_info info;
+    test_rng rng = test_seed(3);
+    *bytes = 0;
+    def.allocator = (mbsr_allocator){allocate_counted, release_counted, bytes};
+    assert_ok(mbsr_model_create(&def, &s.m, NULL), NULL);
+    int before = loops_rod(&s, "rocker", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+    for (int k = 1; k <= count; ++k) {
+        const int coupler = loops_rod(&s, "coupler", before, 1.0, 0.0, 1.0, 1.0),
+                  rocker = loops_rod(&s, "rocker", MBSR_GROUND, k, 0.0, 1.0, 1.0);
+        loops_pin(&s, "pin", coupler, 1.0, 0.0, rocker, 1.0, 0.0);
+        before = rocker;
+    }
+    loops_build(&s);
+    double *q = calloc(2 * (size_t)s.nq + (size_t)s.held, sizeof *q), *closed = q + s.nq,
+           *gap = closed + s.nq;
+    for (int k = 0; k < s.nq; ++k) {
+        const double angle = k == 0 || k % 2 == 0 ? 1.5 : -1.5; /* rockers up, couplers level */
+        q[k] = angle + 0.03 * test_uniform(&rng);
+    }
+    *bytes = 0;
+    assert_ok(mbsr_assemble(s.m, s.d, 0.0, q, NULL, closed, &info), mbsr_data_error(s.d));
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, closed), NULL);
+    assert_ok(mbsr_closures_gap(s.m, s.d, gap), NULL);
+    assert_less(test_largest(s.held, gap), 1e-8);
+    assert_true(info.iterations <= 30);
+    *bytes /= (size_t)s.nq;
+    free(q);
+    loops_free(&s);
+}
+
+static void many_loops_close_in_proportion(void **state)
+{
+    (void)state;
+    size_t few, many;
+    closes_many(10, &few);
+    closes_many(600, &many);
+    assert_true(many <= few);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(random_guesses),           cmocka_unit_test(weights),
-        cmocka_unit_test(it_cannot_be_closed),      cmocka_unit_test(a_coordinate_stays),
-        cmocka_unit_test(in_four_systems_of_units), cmocka_unit_test(where_the_loop_is_cut),
-        cmocka_unit_test(a_weld_in_space),          cmocka_unit_test(options)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(random_guesses),
+                                       cmocka_unit_test(many_loops_close_in_proportion),
+                                       cmocka_unit_test(weights),
+                                       cmocka_unit_test(it_cannot_be_closed),
+                                       cmocka_unit_test(a_coordinate_stays),
+                                       cmocka_unit_test(in_four_systems_of_units),
+                                       cmocka_unit_test(where_the_loop_is_cut),
+                                       cmocka_unit_test(a_weld_in_space),
+                                       cmocka_unit_test(options)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,44 @@
+/* Which rows of closures are independent, front by front: for models of any size.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Loop forces that move nothing, C^T y = 0, are found by eliminating the equations of a tree whose
+ * only inertias are those of joint rates in their spans. Of the rows that depend on each other the
+ * last ones do without. With the others, the diagonal of (C W C^T)^-1 tells how far each is from
+ * the span of the rest. */
+#ifndef MBSRI_LOOPS_ROW_FRONTS_H
+#define MBSRI_LOOPS_ROW_FRONTS_H
+
+#include "fronts/fronts.h"
+
+/* What was found of the rows in one position. */
+typedef struct mbsri_ranks {
+    int independent; /* rigid rows */
+    int springs; /* position rows of stiff ones that depend neither on rigid ones nor on each other
+                  */
+    double smallest_kept, largest_dropped;
+    int weakest; /* of the rows that the data does not leave out, the one with the smallest pivot */
+    double weakest_pivot;
+} mbsri_ranks;
+
+typedef struct mbsri_row_fronts mbsri_row_fronts;
+
+/* Of a model without stiff rows; span (nu): of what joint rates move. Memory from the model's
+ * allocator. */
+int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
+                          const char *function, mbsri_row_fronts **fronts);
+void mbsri_row_fronts_close(mbsri_row_fronts *w);
+
+/* As mbsri_ranks_here, but that distances are those from the span of all others that are kept.
+ * After the derivatives. */
+int mbsri_row_fronts_rank(mbsri_row_fronts *w, bool *dropped, mbsri_ranks *found);
+
+/* Rows on which others depend, and these: their forces are not determined one by one. After the
+ * ranks. */
+const bool *mbsri_row_fronts_shared(const mbsri_row_fronts *w);
+
+/* The part of x (nu, in spans) that the rows kept allow; after the ranks, at their position. */
+void mbsri_row_fronts_allow(mbsri_row_fronts *w, double *x);
+
+bool mbsri_any_stiff(const mbsr_model *m);
+
+#endif
