@@ -83,7 +83,7 @@ other_lapacks() {
         echo "==== LAPACK $name"
         MBSR_TEST_FEW=1 bash scripts/lapack.sh "$name" ctest --test-dir "$tree" \
             --output-on-failure --no-tests=error --parallel "$jobs" \
-            -L '^(unit|reference|property|ida)$' "${no_runs[@]}" |
+            -L '^(unit|reference|property|ida|linear)$' "${no_runs[@]}" |
             tee "$tree/ctest-$name.log" || failed+=("LAPACK $name")
         summary+="LAPACK $name: "
         summary+=$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')$'\n'
