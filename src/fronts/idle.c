@@ -53,7 +53,7 @@ static void list(search *x, int row)
 }
 
 /* Forces of the pivots of a front, where its other unknowns have theirs; motions are zero. */
-static void follow(search *x, const mbsri_pivots *f)
+static void follow_pivots(search *x, const mbsri_pivots *f)
 {
     const mbsri_fronts *w = x->w;
     const int N = f->size + f->d;
@@ -100,7 +100,7 @@ static void make(search *x, int k, int row)
     while (depth > 0) {
         const mbsri_plan_step *s = w->plan->step + x->stack[--depth];
         const mbsri_pivots *f = w->pivots[s - w->plan->step];
-        if (f) follow(x, f);
+        if (f) follow_pivots(x, f);
         for (int l = 0; l < s->children; ++l) {
             const int child = w->plan->child[s->first + l];
             if (is_reached(w, child)) x->stack[depth++] = child;
@@ -122,7 +122,7 @@ static double product(const search *x, const idle *z)
     return sum;
 }
 
-static void subtract(search *x, idle *z)
+static void subtract_projection(search *x, idle *z)
 {
     const double part = product(x, z);
     z->seen = x->turn;
@@ -151,7 +151,8 @@ static double make_orthogonal(search *x, int body)
         for (int k = 0; k < x->count; ++k) {
             if (x->meets[x->row[k]] != body) continue;
             for (const touch *t = x->touched[x->row[k]]; t; t = t->next) {
-                if (t->vector->meets == body && t->vector->seen != x->turn) subtract(x, t->vector);
+                if (t->vector->meets == body && t->vector->seen != x->turn)
+                    subtract_projection(x, t->vector);
             }
         }
     }
@@ -330,7 +331,7 @@ static void add_vector(echelon *x, const idle *z, double factor)
     }
 }
 
-static double value_of(const idle *z, int row)
+static double pivot_value(const idle *z, int row)
 {
     int k = 0;
     while (z->row[k] != row) ++k;
@@ -338,14 +339,14 @@ static double value_of(const idle *z, int row)
 }
 
 /* The vector less others, until its last row is that of none of these. */
-static bool reduce(echelon *x, const idle *z)
+static bool reduce_echelon(echelon *x, const idle *z)
 {
     int last;
     x->count = 0;
     add_vector(x, z, 1.0);
     while ((last = last_row(x)) >= 0 && x->owner[last]) {
         const idle *other = x->owner[last];
-        add_vector(x, other, -x->value[last] / value_of(other, last));
+        add_vector(x, other, -x->value[last] / pivot_value(other, last));
         x->value[last] = 0.0;
     }
     const size_t n = (size_t)x->count;
@@ -391,7 +392,7 @@ bool mbsri_idle_rows(mbsri_fronts *w, const int *order, bool *dependent, bool *s
     }
     for (const idle *z = w->idle; z; z = z->next) {
         mark_shared(w, z, shared);
-        if (!reduce(&x, z)) return false;
+        if (!reduce_echelon(&x, z)) return false;
     }
     for (size_t k = 0; k < rows; ++k) dependent[k] = x.owner[k] != NULL;
     for (int k = 0; k < w->plan->steps; ++k) { /* rows of zeros depend on nothing else */

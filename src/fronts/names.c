@@ -34,7 +34,7 @@ static void add_end(const mbsri_front_names *x, int k, int turn, const mbsri_clo
         add_unknown(x, k, turn, mbsri_motion_name(x->m, b) + j, count);
 }
 
-static void add_turn(const mbsri_front_names *x, int k, int turn, int *count)
+static void name_turn(const mbsri_front_names *x, int k, int turn, int *count)
 {
     const mbsri_plan *plan = x->plan;
     const mbsri_plan_step *s = plan->step + k;
@@ -64,12 +64,12 @@ mbsri_census mbsri_fronts_names(const mbsri_front_names *x, int k)
     mbsri_census u = {.own = s->body > 0 ? b->d : 0};
     int count = 0;
     for (int j = 0; j < u.own; ++j) x->slot[motion + j] = 0;
-    add_turn(x, k, 0, &count);
+    name_turn(x, k, 0, &count);
     u.complete = count;
     for (int j = 0; j < count; ++j) u.rows = u.rows || x->set[j] < x->m->rows;
-    add_turn(x, k, 1, &count);
+    name_turn(x, k, 1, &count);
     u.waiting = count - u.complete;
-    add_turn(x, k, 2, &count);
+    name_turn(x, k, 2, &count);
     u.motions = count - u.complete - u.waiting;
     for (int j = 0; j < u.own; ++j) {
         x->slot[motion + j] = count;
@@ -101,7 +101,7 @@ size_t mbsri_part_room(int count, int *step)
     return room;
 }
 
-static void list_ends(const mbsr_model *m, mbsri_plan *plan)
+static void list_end_names(const mbsr_model *m, mbsri_plan *plan)
 {
     const mbsri_closure *c = mbsri_all_closures(m);
     for (int i = 0; i <= m->bodies; ++i) plan->first_end[i] = -1;
@@ -118,7 +118,7 @@ static void list_ends(const mbsr_model *m, mbsri_plan *plan)
 }
 
 /* What step k leaves of the unknowns in `set`; its place is that of these in the list, moved on. */
-static mbsri_part *leave(planning *x, int k, const mbsri_census *u, int *id)
+static mbsri_part *leave_part(planning *x, int k, const mbsri_census *u, int *id)
 {
     const mbsr_model *m = x->m;
     const mbsri_body *b = m->body + x->plan->step[k].body;
@@ -178,7 +178,7 @@ static bool plan_step(planning *x, int k)
     if (!mbsri_reserve(&m->allocator, &x->list, (size_t)(count + m->max_d), sizeof(int)))
         return false;
     int *name = (int *)x->list.data + s->names, step;
-    mbsri_part *p = x->part[k] = leave(x, k, &u, name);
+    mbsri_part *p = x->part[k] = leave_part(x, k, &u, name);
     if (!p && u.waiting + u.motions > 0) return false;
     s->leaves = p ? p->count : 0;
     if (count > 0) memcpy(name, x->names.set, (size_t)count * sizeof *name);
@@ -218,7 +218,7 @@ bool mbsri_fronts_plan_names(const mbsr_model *m, mbsri_plan *plan)
     bool room = open_planning(&x);
     plan->most = 0;
     plan->bytes = 0;
-    list_ends(m, plan);
+    list_end_names(m, plan);
     for (int k = 0; k < plan->steps && room; ++k) room = plan_step(&x, k);
     for (int k = 0; k < plan->steps && x.memory; ++k) mbsri_release(&m->allocator, x.part[k]);
     mbsri_release(&m->allocator, x.memory);

@@ -95,7 +95,8 @@ bool mbsri_springs_let_go(mbsri_dense *w, bool apart)
                                  (apart || mbsri_is_loose(c, k) || mbsri_is_soft_row(w, c, k));
             w->closer.let_go[c->row + k] = follows;
             any = any || (follows && !mbsri_is_loose(c, k));
-            if (mbsri_is_stiff(c, k) && mbsri_is_asked(&w->closer, c, k)) w->left_out[c->row + k] = false;
+            if (mbsri_is_stiff(c, k) && mbsri_is_asked(&w->closer, c, k))
+                w->left_out[c->row + k] = false;
         }
     }
     return any;
