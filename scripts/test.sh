@@ -94,8 +94,8 @@ set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 # Long runs, and long tests in which LAPACK has little part.
-no_runs=(-E '^(ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)|unit\.(batch|finite_solvers|parallel|plane|split|sweeps|threads))$')
-long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|unit\.stepper_real_time|example\.(12_elastic_support|14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|37_real_time|demo_tree)"
+no_runs=(-E '^(ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)|unit\.(batch|finite_solvers|parallel|plane|split|sweeps|threads)|property\.kept_rates)$')
+long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|unit\.(finite_solvers|stepper_order|stepper_real_time)|property\.newton|example\.(12_elastic_support|14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|37_real_time|demo_tree)"
 no_packages=(-E '^package\.core_(shared|static)$') # core_shared is tested by the minimal build
 if [ "$long" = ON ]; then no_runs=() long_tests=$once no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
