@@ -147,7 +147,7 @@ static void subtract_pivot(mbsri_pivots *f, int width)
     for (int from = first; from < N; from += BLOCK) {
         const int to = from + BLOCK < N ? from + BLOCK : N;
         for (int j = from; j < to; ++j)
-            divide_by_pivot(width, a, b, c, x[j], y[j], l + j - from, k + j - from);
+            divide_by_pivot(width, a, b, c, x[j], y[j], l + (j - from), k + (j - from));
         if (width > 1)
             subtract_rows(f, first, from, to, x, y, l, k);
         else
