@@ -161,6 +161,19 @@ static void read_closure(const mbsr_derivatives *w, const mbsri_closure *c, cons
     }
 }
 
+/* Matrices of closure k: S of its forces by its columns, the slopes of its rows, its constraint
+ * matrix C, and the second derivatives of the rows along the motion. */
+typedef struct closure_matrices {
+    const double *S, *slope, *C, *bend;
+} closure_matrices;
+
+static closure_matrices matrices_of(const mbsr_derivatives *w, const mbsri_closure *c, size_t k)
+{
+    const size_t n = (size_t)c->columns;
+    const double *S = mbsri_linear_closure(w->linear, k);
+    return (closure_matrices){S, S + n * n, S + n * n + (size_t)c->rows * n, w->bend + 2 * c->at};
+}
+
 static reading reading_at(double *memory, const mbsri_closure *c)
 {
     return (reading){memory, memory + c->columns, memory + 2 * c->columns};
@@ -173,8 +186,7 @@ static void add_closures(mbsr_derivatives *w, const double *dq, const double *du
     for (size_t k = 0; k < l->model->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)l->model->closures.data + k;
         const int n = c->columns, rows = c->rows;
-        const double *S = mbsri_linear_closure(l, k), *slope = S + (size_t)n * (size_t)n,
-                     *C = slope + (size_t)rows * (size_t)n, *bend = w->bend + 2 * c->at;
+        const closure_matrices a = matrices_of(w, c, k);
         const reading z = reading_at(w->in, c);
         double gap[MBSR_CLOSURE_ROWS] = {0.0}, rate[MBSR_CLOSURE_ROWS] = {0.0}, *force = w->out;
         read_closure(w, c, dq, du, &z);
@@ -183,20 +195,20 @@ static void add_closures(mbsr_derivatives *w, const double *dq, const double *du
             if (c->column[j] >= 0 && c->body[j] > 0)
                 mbsri_copy((size_t)b->n, dudot + b->u, z.bend + c->column[j] + b->d);
         }
-        mbsri_ax(rows, n, 1.0, C, z.place, gap);
-        mbsri_ax(rows, n, 1.0, C, z.rate, rate);
-        mbsri_ax(rows, n, 1.0, slope, z.place, rate);
+        mbsri_ax(rows, n, 1.0, a.C, z.place, gap);
+        mbsri_ax(rows, n, 1.0, a.C, z.rate, rate);
+        mbsri_ax(rows, n, 1.0, a.slope, z.place, rate);
         mbsri_zero((size_t)rows, w->rows + c->row);
-        mbsri_ax(rows, n, 1.0, C, z.bend, w->rows + c->row);
-        mbsri_ax(rows, n, 1.0, bend, z.place, w->rows + c->row);
-        mbsri_ax(rows, n, 1.0, bend + (size_t)rows * (size_t)n, z.rate, w->rows + c->row);
+        mbsri_ax(rows, n, 1.0, a.C, z.bend, w->rows + c->row);
+        mbsri_ax(rows, n, 1.0, a.bend, z.place, w->rows + c->row);
+        mbsri_ax(rows, n, 1.0, a.bend + (size_t)rows * (size_t)n, z.rate, w->rows + c->row);
         for (int r = 0; r < rows; ++r)
             w->lambda[c->row + r] =
                 mbsri_is_stiff(c, r) ? -c->def.stiffness[r] * gap[r] - c->def.damping[r] * rate[r]
                                      : 0.0;
         mbsri_zero((size_t)n, force);
-        mbsri_ax(n, n, 1.0, S, z.place, force);
-        mbsri_atx(rows, n, 1.0, C, w->lambda + c->row, force);
+        mbsri_ax(n, n, 1.0, a.S, z.place, force);
+        mbsri_atx(rows, n, 1.0, a.C, w->lambda + c->row, force);
         for (int j = 0; j < c->bodies; ++j) {
             const mbsri_body *b = l->model->body + c->body[j];
             if (c->column[j] < 0 || c->body[j] == 0) continue;
@@ -323,8 +335,7 @@ static void unadd_closures(mbsr_derivatives *w, const double *load, double *dq, 
     for (size_t k = 0; k < l->model->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)l->model->closures.data + k;
         const int n = c->columns, rows = c->rows;
-        const double *S = mbsri_linear_closure(l, k), *slope = S + (size_t)n * (size_t)n,
-                     *C = slope + (size_t)rows * (size_t)n, *bend = w->bend + 2 * c->at;
+        const closure_matrices a = matrices_of(w, c, k);
         const reading z = reading_at(w->in, c);
         double gap[MBSR_CLOSURE_ROWS] = {0.0}, rate[MBSR_CLOSURE_ROWS] = {0.0}, *force = w->out;
         mbsri_zero((size_t)n, force);
@@ -336,7 +347,7 @@ static void unadd_closures(mbsr_derivatives *w, const double *load, double *dq, 
             for (int r = 0; r < b->n && mbsri_reads_joints(c); ++r) f[b->d + r] = -load[b->u + r];
         }
         double lambda[MBSR_CLOSURE_ROWS] = {0.0};
-        mbsri_ax(rows, n, 1.0, C, force, lambda);
+        mbsri_ax(rows, n, 1.0, a.C, force, lambda);
         for (int r = 0; r < rows; ++r) {
             if (!mbsri_is_stiff(c, r)) continue;
             const double all = lambda[r] + w->weight[c->row + r];
@@ -345,13 +356,13 @@ static void unadd_closures(mbsr_derivatives *w, const double *load, double *dq, 
         }
         const double *of_rows = w->rows + c->row;
         mbsri_zero(3 * (size_t)n, z.place);
-        mbsri_atx(n, n, 1.0, S, force, z.place);
-        mbsri_atx(rows, n, 1.0, C, gap, z.place);
-        mbsri_atx(rows, n, 1.0, slope, rate, z.place);
-        mbsri_atx(rows, n, 1.0, bend, of_rows, z.place);
-        mbsri_atx(rows, n, 1.0, C, rate, z.rate);
-        mbsri_atx(rows, n, 1.0, bend + (size_t)rows * (size_t)n, of_rows, z.rate);
-        mbsri_atx(rows, n, 1.0, C, of_rows, z.bend);
+        mbsri_atx(n, n, 1.0, a.S, force, z.place);
+        mbsri_atx(rows, n, 1.0, a.C, gap, z.place);
+        mbsri_atx(rows, n, 1.0, a.slope, rate, z.place);
+        mbsri_atx(rows, n, 1.0, a.bend, of_rows, z.place);
+        mbsri_atx(rows, n, 1.0, a.C, rate, z.rate);
+        mbsri_atx(rows, n, 1.0, a.bend + (size_t)rows * (size_t)n, of_rows, z.rate);
+        mbsri_atx(rows, n, 1.0, a.C, of_rows, z.bend);
         give_closure(w, c, &z, dq, du, dudot);
     }
 }

@@ -12,8 +12,7 @@ typedef struct command {
 #define COMMON                                                                                     \
     "  --start NAME   start from this key of the file, not as drawn\n"                             \
     "  --floating     URDF: the root link is free\n"                                               \
-    "  --package NAME=DIR   where package://NAME/, model://NAME/, $(find NAME) are; may be "       \
-    "repeated\n"                                                                                   \
+    "  --package NAME=DIR   where package://NAME/, model://NAME/, $(find NAME) are; repeatable\n"  \
     "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"                    \
     "  --folder DIR   where files that the model names may be, beside its own folder and\n"        \
     "                 ../meshes; may be repeated; --anywhere: in any folder\n"                     \
@@ -108,8 +107,7 @@ static const command commands[] = {
      "TO becomes MJCF, read again a model with the same accelerations; - is standard output. What\n"
      "MJCF cannot say, or MuJoCo does not take, goes to standard error.\n"
      "  --floating     URDF: the root link is free\n"
-     "  --package NAME=DIR   where package://NAME/, model://NAME/, $(find NAME) are; may be "
-     "repeated\n"
+     "  --package NAME=DIR   where package://NAME/, model://NAME/, $(find NAME) are; repeatable\n"
      "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"
      "  --folder DIR, --anywhere   where files that the model names may be\n"
      "  --strict       refuse files with findings, of reading or writing\n",
