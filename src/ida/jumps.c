@@ -20,15 +20,17 @@
  * The filter (filter.c). It says that the next step forgets an error along a direction in which
  * something stiff acts: an offset. That holds if it has acted before as well. What a stop takes in
  * the step in which it is hit is no offset but the impact, and the velocity with which it was hit
- * is gone. So a large error is filtered only where its direction v was stiff at the end of the last
- * step, too:
+ * is gone. So a large error e is filtered, to v, only where it met something stiff at the end of
+ * the last step, too. It is asked along w, what the filter takes off of e - v,
  *
- *   v_u . (K_last v - c v_p) > v_u . (K v - c v_p) / 2,     K v = (0, c e_p, 0),
- *       K_last v a difference of two residuals.
+ *   K w = (0, c (e_p - v_p), 0),   w_u . (K_last w - c w_p) > w_u . (K w - c w_p) / 2,
+ *       K_last w a difference of two residuals.
  *
- * Inertia, c v_p, resists before and after. What moves freely along v has a larger v_u than what is
- * stiff, and says nothing. What the filter leaves is no offset either, and is tested as that of a
- * jump. */
+ * Inertia, c w_p, resists before and after. What moves freely is left of e, and is nearly gone from
+ * e - v: along v it would pull at a stiff direction that turns, by its angle in one step, as much
+ * as that moves itself. What the filter leaves is no offset either, and is tested as that of a
+ * jump.
+ */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -87,18 +89,19 @@ static int inertia(mbsri_stiff *s, N_Vector v, double *power)
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)
 {
     static const double least = 0.5;
-    N_Vector v = s->filtered, y = NULL;
+    N_Vector w = s->filtered, y = NULL;
     double always = 0.0;
-    if (s->past.known == 0 || IDAGetCurrentY(s->memory, &y) < 0 || inertia(s, v, &always))
-        return true;
-    const double now = mbsri_stiff_power(s, v, s->error) - always;
+    if (s->past.known == 0 || IDAGetCurrentY(s->memory, &y) < 0) return true;
+    N_VLinearSum(1.0, x, -1.0, w, s->trial);
+    if (mbsri_stiff_filter(s, s->trial, s->error) || inertia(s, w, &always)) return true;
+    const double now = mbsri_stiff_power(s, w, s->error) - always;
     N_VLinearSum(1.0, s->past.y, -1.0, y, s->trial);
     N_VLinearSum(1.0, s->trial, 1.0, x, s->trial);
     int status = s->system(s->trial, s->change, s->memory);
-    N_VLinearSum(1.0, s->trial, 1.0, v, s->trial);
+    N_VLinearSum(1.0, s->trial, 1.0, w, s->trial);
     if (!status) status = s->system(s->trial, s->error, s->memory);
     N_VLinearSum(1.0, s->error, -1.0, s->change, s->error);
-    const double before = mbsri_stiff_power(s, v, s->error) - always;
+    const double before = mbsri_stiff_power(s, w, s->error) - always;
     s->system(x, s->change, s->memory); /* IDA's y and y' are what they were */
     return status || before > least * now;
 }
