@@ -17,6 +17,11 @@
  * one of those before: something has made it so. Smaller ones may be noise that no step makes
  * smaller, which must not end a run: by 20 times C at most.
  *
+ * After failures IDA falls to order 1, whose prediction goes on as the whole last step went. Where
+ * that was long and smooth a short step errs by h h_last p'' / 2, and no force has jumped. What
+ * jumps leaves the tangent p_last + h p'_last as well, by as much: so of either error the smaller
+ * is taken.
+ *
  * The filter (filter.c). It says that the next step forgets an error along a direction in which
  * something stiff acts: an offset. That holds if it has acted before as well. What a stop takes in
  * the step in which it is hit is no offset but the impact, and the velocity with which it was hit
@@ -45,22 +50,33 @@ void mbsri_stiff_note_step(mbsri_stiff *s, long before)
     for (int j = MBSRI_PAST_STEPS - 1; j > 0; --j) past->step[j] = past->step[j - 1];
     IDAGetLastStep(s->memory, &past->step[0]);
     past->known = !next ? 0 : past->known < MBSRI_PAST_STEPS ? past->known + 1 : past->known;
-    N_Vector y = past->y;
-    past->y = past->attempt;
-    past->attempt = y;
+    const N_Vector y = past->y, rate = past->rate;
+    past->y = past->attempt, past->rate = past->attempt_rate;
+    past->attempt = y, past->attempt_rate = rate;
 }
 
 void mbsri_stiff_note_attempt(mbsri_stiff *s)
 {
-    N_Vector y = NULL;
-    if (IDAGetCurrentY(s->memory, &y) >= 0) N_VScale(1.0, y, s->past.attempt);
+    N_Vector y = NULL, rate = NULL;
+    if (IDAGetCurrentY(s->memory, &y) < 0 || IDAGetCurrentYp(s->memory, &rate) < 0) return;
+    N_VScale(1.0, y, s->past.attempt);
+    N_VScale(1.0, rate, s->past.attempt_rate);
 }
 
-double mbsri_stiff_unequal(const mbsri_stiff *s)
+/* The momenta's distance from where their last rates lead, a step of h on. */
+static double from_straight(mbsri_stiff *s, double h)
+{
+    N_VLinearSum(1.0, s->past.attempt, -1.0, s->past.y, s->trial);
+    N_VLinearSum(1.0, s->trial, -h, s->past.rate, s->trial);
+    return mbsri_stiff_momentum_norm(s, s->trial);
+}
+
+double mbsri_stiff_unequal(mbsri_stiff *s, double momenta)
 {
     static const double shorter = 2.0;
     double h = 0.0, last = 0.0, sum = 0.0, longest = 0.0;
-    if (s->past.known < s->now.order || IDAGetCurrentStep(s->memory, &h) < 0) return 1.0;
+    if (s->past.known == 0 || s->past.known < s->now.order || IDAGetCurrentStep(s->memory, &h) < 0)
+        return 1.0;
     double time = h;
     for (int j = 0; j <= s->now.order; ++j) {
         if (j > 0) time += s->past.step[j - 1];
@@ -71,7 +87,8 @@ double mbsri_stiff_unequal(const mbsri_stiff *s)
     const bool shrunk = shorter * fabs(h) < longest;
     const double constant = fmax(last, fabs(last + sum)),
                  wanted = shrunk ? 1.0 : 1.0 / (s->now.order + 1);
-    return fmax(1.0, wanted / constant);
+    if (!(wanted > constant)) return 1.0;
+    return fmax(1.0, fmin(1.0, from_straight(s, h) / momenta) * wanted / constant);
 }
 
 /* The power of inertia along v, at the rates of v. */
