@@ -247,17 +247,6 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
     return true;
 }
 
-/* Of the largest moment, and of the radius of gyration: what is below is no finding. */
-static const double counts = 1e-9;
-
-void mbsri_mjcf_find_products(mbsri_mjcf *m, const mbsri_element *e, double dropped)
-{
-    if (dropped > counts)
-        mbsri_file_find(
-            m->s, e, "products of inertia that MuJoCo drops are kept: %.0e of the largest moment",
-            dropped);
-}
-
 /* MuJoCo takes principal axes for those of the body where their quaternion is that within 1e-6,
  * and then a centre of mass within 1e-6 m for its origin. */
 static void find_dropped(mbsri_mjcf *m, const mbsri_scene_body *b, const mbsr_frame *principal)
@@ -274,8 +263,8 @@ static void find_dropped(mbsri_mjcf *m, const mbsri_scene_body *b, const mbsr_fr
         away = fmax(away, fabs(x[k]));
     }
     if (R[0] + R[4] + R[8] < 2.9 || most >= 1e-6 || !(moments[2] > 0.0)) return;
-    mbsri_mjcf_find_products(m, b->element, products / moments[2]);
-    if (away < 1e-6 && away > counts * sqrt(moments[2] / mass))
+    mbsri_find_products(m->s, b->element, products / moments[2]);
+    if (away < 1e-6 && away > MBSRI_DROPPED * sqrt(moments[2] / mass))
         mbsri_file_find(m->s, b->element,
                         "its centre of mass stays %.0e m from its origin, which MuJoCo drops",
                         away);

@@ -116,7 +116,7 @@ static void find_boxes(mbsri_mjcf *m, const mbsri_list *triangles, mbsri_mjcf_me
     mbsr_frame *frame = &mesh->principal;
     const double dropped =
         mbsri_principal(mesh->solid.tensor, MBSRI_NO_PRODUCT_OF_MESHES, moments, frame->R);
-    mbsri_mjcf_find_products(m, mesh->element, dropped);
+    mbsri_find_products(m->s, mesh->element, dropped);
     memcpy(frame->x, mesh->solid.centre, sizeof frame->x);
     for (int k = 0; k < 3; ++k) {
         const double others = moments[(k + 1) % 3] + moments[(k + 2) % 3];

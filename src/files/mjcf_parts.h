@@ -130,10 +130,6 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame);
 /* z along a direction by the shortest turn. */
 mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
 
-/* A finding where MuJoCo drops products of inertia, given by the largest moment, unless they are
- * those of rounding. */
-void mbsri_mjcf_find_products(mbsri_mjcf *m, const mbsri_element *e, double dropped);
-
 /* A <geom>; sum: what it gives its body, NULL: nothing. */
 bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
                           mbsri_mjcf_solids *sum);

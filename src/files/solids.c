@@ -176,6 +176,14 @@ bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,
     return true;
 }
 
+void mbsri_find_products(mbsri_scene *s, const mbsri_element *e, double dropped)
+{
+    if (dropped > MBSRI_DROPPED)
+        mbsri_file_find(
+            s, e, "products of inertia that MuJoCo drops are kept: %.0e of the largest moment",
+            dropped);
+}
+
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6])
 {
     static const int place[6] = {0, 4, 8, 3, 6, 7};

@@ -28,6 +28,11 @@ bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3],
 #define MBSRI_NO_PRODUCT_OF_MESHES 1e-7
 double mbsri_principal(const double tensor[6], double small, double moments[3], double axes[9]);
 
+/* A finding where MuJoCo drops products of inertia, by the largest moment, that are larger than
+ * MBSRI_DROPPED. */
+#define MBSRI_DROPPED 1e-9
+void mbsri_find_products(mbsri_scene *s, const mbsri_element *e, double dropped);
+
 /* The same eigenvalues, ascending. */
 void mbsri_moments(const double tensor[6], double moments[3]);
 
