@@ -161,7 +161,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->pending = MBSRI_PENDING_NONE;
     d->split = NULL;
     d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
-    d->accelerated = d->single = d->loaded = d->factoring = d->fronts_taken = false;
+    d->accelerated = d->single = d->lambda_known = d->factoring = d->fronts_taken = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
     d->alignment = 1.0;

@@ -358,7 +358,6 @@ static int factor_by_sweeps(mbsr_newton *w, mbsr_data *d, double t, const double
     if (!w->sweeps) return MBSRI_NOT_SERVED;
     if (m->rows > 0) mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
     const int status = mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c);
-    d->loaded = m->rows > 0;
     return status || !w->corrected ? status : mbsri_correction_factor(w, d);
 }
 

@@ -115,8 +115,7 @@ struct mbsr_data {
     mbsri_stage stage;
     double t;
     int total_rank;
-    bool loaded;           /* whether loop_lambda are the loop forces of this state, which
-                            * mbsri_forces then adds; cleared by mbsri_positions and _velocities */
+    bool lambda_known;     /* whether loop_lambda are the loop forces of the velocities here */
     void *fronts;          /* memory of one elimination (fronts/fronts.h) */
     bool fronts_taken;     /* whether it is in use */
     bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */
