@@ -86,7 +86,9 @@ MBSR_API int mbsr_contacts_exclude(mbsr_contacts *contacts, int body_a, int body
                                    mbsr_error *error);
 
 /* Two shapes touch by a law of their own, whatever their groups are, unless their bodies are
- * excluded. MBSR_ERR_NULL, MBSR_ERR_ID, MBSR_ERR_VALUE, MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY. */
+ * excluded; law NULL: they never touch. Two shapes that have a law
+ * twice are refused by mbsr_contacts_force. MBSR_ERR_NULL, MBSR_ERR_ID,
+ * MBSR_ERR_VALUE, MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
                                 const mbsr_contact_law *law, mbsr_error *error);
 
@@ -109,8 +111,9 @@ typedef struct mbsr_contact_point {
     double depth, rate;   /* m, m/s */
     double normal_force;  /* N on a along the normal */
     double friction[3];   /* N on a */
-    double moment[3];     /* N m on a, by torsional and rolling friction */
-    double sliding[3];    /* m/s, of a over b */
+    double moment[3];  /* N m on a, by torsional and rolling friction, and of a cylinder on a plane
+                          by its weights */
+    double sliding[3]; /* m/s, of a over b */
 } mbsr_contact_point;
 
 /* The points of an element at the state of mbsr_stage_velocities, by shapes, the first `most` of

@@ -197,14 +197,13 @@ int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
     const char *const function = "mbsr_contacts_pair";
     const int status = check_open(contacts, error, function);
     if (status) return status;
-    if (!law) return mbsri_contact_fail(error, MBSR_ERR_NULL, "%s: law is NULL", function);
     if (shape_a < 0 || shape_b < 0 || shape_a >= contacts->count || shape_b >= contacts->count ||
         shape_a == shape_b)
         return mbsri_contact_fail(error, MBSR_ERR_ID, "%s: shape_a is %d, shape_b %d of %d shapes",
                                   function, shape_a, shape_b, contacts->count);
     double value;
-    const char *wrong = wrong_in_law(law, &value);
-    if (!wrong && !isfinite(law->stiffness)) wrong = "stiffness", value = law->stiffness;
+    const char *wrong = law ? wrong_in_law(law, &value) : NULL;
+    if (law && !wrong && !isfinite(law->stiffness)) wrong = "stiffness", value = law->stiffness;
     if (wrong)
         return mbsri_contact_fail(
             error, MBSR_ERR_VALUE, "%s: %s and %s: law.%s is %g, out of range", function,
@@ -215,40 +214,12 @@ int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
     contacts->couple[contacts->couples++] =
         (mbsri_couple){.a = shape_a < shape_b ? shape_a : shape_b,
                        .b = shape_a < shape_b ? shape_b : shape_a,
-                       .law = *law};
+                       .never = law == NULL,
+                       .law = law ? *law : contacts->shape[shape_a].law};
     return MBSR_OK;
 }
 
 /* ---- making the element ---- */
-
-static int compare_couples(const void *x, const void *y)
-{
-    const mbsri_couple *a = x, *b = y;
-    return a->a != b->a ? (a->a > b->a) - (a->a < b->a) : (a->b > b->b) - (a->b < b->b);
-}
-
-static const mbsri_couple *find_couple(const mbsr_contacts *c, int a, int b)
-{
-    const mbsri_couple key = {.a = a, .b = b};
-    return c->couples > 0
-               ? bsearch(&key, c->couple, (size_t)c->couples, sizeof key, compare_couples)
-               : NULL;
-}
-
-mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b)
-{
-    const mbsri_couple *own = find_couple(c, a, b);
-    if (own) return own->law;
-    const mbsr_contact_law *x = &c->shape[a].law, *y = &c->shape[b].law;
-    return (mbsr_contact_law){.stiffness = 1.0 / (1.0 / x->stiffness + 1.0 / y->stiffness),
-                              .exponent = fmax(x->exponent, y->exponent),
-                              .damping = fmax(x->damping, y->damping),
-                              .friction = fmax(x->friction, y->friction),
-                              .slip = fmax(x->slip, y->slip),
-                              .torsional = fmax(x->torsional, y->torsional),
-                              .rolling = fmax(x->rolling, y->rolling),
-                              .spin = fmax(x->spin, y->spin)};
-}
 
 static bool is_excluded(const mbsr_contacts *c, int a, int b)
 {
@@ -264,8 +235,8 @@ static int find_touch(const mbsr_contacts *c, int a, int b, bool *may, mbsr_erro
 {
     const char *const function = "mbsr_contacts_force";
     const mbsri_shape *x = c->shape + a, *y = c->shape + b;
-    *may = (x->groups & y->mask || y->groups & x->mask || find_couple(c, a, b)) &&
-           !is_excluded(c, x->body, y->body);
+    const mbsri_couple *own = mbsri_find_couple(c, a, b);
+    *may = (own ? !own->never : mbsri_by_groups(x, y)) && !is_excluded(c, x->body, y->body);
     if (!*may) return MBSR_OK;
     if (!mbsri_kinds_served(x->kind, y->kind))
         return mbsri_contact_fail(error, MBSR_ERR_SPACE,
@@ -292,6 +263,21 @@ static int find_touches(mbsr_contacts *c, size_t *pairs, mbsr_error *error)
                 c->touches[bits[k] / 8] |= (unsigned char)(1U << bits[k] % 8);
             *pairs += may;
         }
+    }
+    return MBSR_OK;
+}
+
+/* Sorts the laws of two shapes; two of the same shapes are refused. */
+static int sort_couples(mbsr_contacts *c, mbsr_error *error)
+{
+    if (c->couples == 0) return MBSR_OK;
+    qsort(c->couple, (size_t)c->couples, sizeof *c->couple, mbsri_compare_couples);
+    for (int k = 1; k < c->couples; ++k) {
+        const mbsri_couple *now = c->couple + k;
+        if (mbsri_compare_couples(now - 1, now) == 0)
+            return mbsri_contact_fail(error, MBSR_ERR_VALUE,
+                                      "mbsr_contacts_force: %s and %s have a law twice",
+                                      c->shape[now->a].name, c->shape[now->b].name);
     }
     return MBSR_OK;
 }
@@ -324,13 +310,18 @@ static void list_bodies(mbsr_contacts *c)
     c->first[used] = at;
 }
 
+/* Anew where an attempt before failed, since shapes may have been added. */
 static bool allocate_lists(mbsr_contacts *c)
 {
     const size_t count = (size_t)c->count;
-    if (!c->body) c->body = calloc(count + 1, sizeof *c->body);
-    if (!c->first) c->first = calloc(count + 1, sizeof *c->first);
-    if (!c->member) c->member = calloc(count + 1, sizeof *c->member);
-    if (!c->touches) c->touches = calloc(count * count / 8 + 1, 1);
+    free(c->body);
+    free(c->first);
+    free(c->member);
+    free(c->touches);
+    c->body = calloc(count + 1, sizeof *c->body);
+    c->first = calloc(count + 1, sizeof *c->first);
+    c->member = calloc(count + 1, sizeof *c->member);
+    c->touches = calloc(count * count / 8 + 1, 1);
     return c->body && c->first && c->member && c->touches;
 }
 
@@ -348,9 +339,8 @@ int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *
     if (!c->made) {
         size_t pairs;
         if (!allocate_lists(c)) return lacks_memory(error, function);
-        qsort(c->couple, (size_t)c->couples, c->couple ? sizeof *c->couple : 1, compare_couples);
-        memset(c->touches, 0, (size_t)c->count * (size_t)c->count / 8 + 1);
-        const int status = find_touches(c, &pairs, error);
+        int status = sort_couples(c, error);
+        if (!status) status = find_touches(c, &pairs, error);
         if (status) return status;
         list_bodies(c);
         for (int k = 0; k < c->count; ++k) c->planes += c->shape[k].kind == MBSR_SHAPE_PLANE;

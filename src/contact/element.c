@@ -263,7 +263,7 @@ static bool is_finite(const mbsr_contact_point *p)
     return isfinite(sum);
 }
 
-static int look(const mbsr_force_args *args, void *user)
+static int report_all(const mbsr_force_args *args, void *user)
 {
     visit *v = user;
     v->args = args;
@@ -286,7 +286,7 @@ int mbsr_contact_report(const mbsr_model *model, mbsr_data *data, int force, int
     visit v = {.most = most > 0 && points ? most : 0, .point = points};
     if (!count) return MBSR_ERR_NULL;
     *count = 0;
-    const int status = mbsr_force_inspect(model, data, force, look, &v);
+    const int status = mbsr_force_inspect(model, data, force, report_all, &v);
     if (!status) *count = v.count;
     return status;
 }

@@ -4,7 +4,41 @@
 
 #include "algebra/space3.h"
 
+#include <stdlib.h>
 #include <string.h>
+
+/* ---- of two shapes ---- */
+
+int mbsri_compare_couples(const void *x, const void *y)
+{
+    const mbsri_couple *a = x, *b = y;
+    return a->a != b->a ? (a->a > b->a) - (a->a < b->a) : (a->b > b->b) - (a->b < b->b);
+}
+
+const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b)
+{
+    const mbsri_couple key = {.a = a, .b = b};
+    return c->couples > 0
+               ? bsearch(&key, c->couple, (size_t)c->couples, sizeof key, mbsri_compare_couples)
+               : NULL;
+}
+
+mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b)
+{
+    const mbsri_couple *own = mbsri_find_couple(c, a, b);
+    if (own) return own->law;
+    const mbsr_contact_law *x = &c->shape[a].law, *y = &c->shape[b].law;
+    return (mbsr_contact_law){.stiffness = 1.0 / (1.0 / x->stiffness + 1.0 / y->stiffness),
+                              .exponent = fmax(x->exponent, y->exponent),
+                              .damping = fmax(x->damping, y->damping),
+                              .friction = fmax(x->friction, y->friction),
+                              .slip = fmax(x->slip, y->slip),
+                              .torsional = fmax(x->torsional, y->torsional),
+                              .rolling = fmax(x->rolling, y->rolling),
+                              .spin = fmax(x->spin, y->spin)};
+}
+
+/* ---- at a point ---- */
 
 static const double nothing[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
 
@@ -21,6 +55,12 @@ static const double *body_twist(const mbsr_force_body *body)
 static double elastic_force(const mbsr_contact_law *law, const mbsri_touch *t)
 {
     return t->weight * law->stiffness * pow(t->depth, law->exponent);
+}
+
+/* The energy of a point of the weight 1. */
+static double full_energy(const mbsr_contact_law *law, const mbsri_touch *t)
+{
+    return law->stiffness * pow(t->depth, law->exponent + 1.0) / (law->exponent + 1.0);
 }
 
 /* Torsional and rolling friction. */
@@ -65,11 +105,15 @@ void mbsri_act(const mbsr_contact_law *law, const mbsri_touch *t, const mbsr_for
         mbsri_add3(-f->drag, f->sliding, f->force);
     }
     if (law->torsional > 0.0 || law->rolling > 0.0) find_moment(law, t, f);
+    if (t->by_cosine == 0.0) return;
+    double about[3]; /* the cosine grows by about . (wa - wb) */
+    mbsri_cross3(t->ta, t->n, about);
+    mbsri_add3(-full_energy(law, t) * t->by_cosine, about, f->moment);
 }
 
 double mbsri_action_energy(const mbsr_contact_law *law, const mbsri_touch *t)
 {
-    return elastic_force(law, t) * t->depth / (law->exponent + 1.0);
+    return t->weight * full_energy(law, t);
 }
 
 double mbsri_action_heat(const mbsri_action *f)
@@ -109,6 +153,19 @@ static void slope_of_moment(const mbsr_contact_law *law, const mbsri_touch *t,
     }
 }
 
+/* That of the moment by which the weight's energy is not lost. */
+static void slope_of_share(const mbsr_contact_law *law, const mbsri_touch *t, change *c)
+{
+    const double energy = full_energy(law, t),
+                 denergy = law->stiffness * pow(t->depth, law->exponent) * c->moved.depth;
+    double about[3], dabout[3];
+    mbsri_cross3(t->ta, t->n, about);
+    mbsri_cross3(c->moved.axis, t->n, dabout);
+    mbsri_add_cross3(t->ta, c->moved.n, dabout);
+    mbsri_add3(-denergy * t->by_cosine - energy * t->curve * c->moved.cosine, about, c->moment);
+    mbsri_add3(-energy * t->by_cosine, dabout, c->moment);
+}
+
 static void slope_of_force(const mbsr_contact_law *law, const mbsri_touch *t, const mbsri_action *f,
                            change *c)
 {
@@ -129,6 +186,7 @@ static void slope_of_force(const mbsr_contact_law *law, const mbsri_touch *t, co
         mbsri_add3(-f->drag, dsliding, c->force);
     }
     if (law->torsional > 0.0 || law->rolling > 0.0) slope_of_moment(law, t, f, dN, c);
+    if (t->by_cosine != 0.0) slope_of_share(law, t, c);
 }
 
 /* Changes by number r of the pose of a (or of b). */
@@ -187,7 +245,7 @@ void mbsri_action_slopes(const mbsr_contact_law *law, const mbsri_touch *t,
                          const mbsr_force_derivatives *out)
 {
     const int ia = t->turned ? 1 : 0, ib = 1 - ia;
-    if (!(f->normal > 0.0)) return;
+    if (!(f->normal > 0.0) && t->by_cosine == 0.0) return;
     for (int l = 0; l < 24; ++l) {
         const bool of_a = l < 12;
         const int first = out->column[of_a ? ia : ib], r = l % 12;

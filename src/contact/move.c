@@ -103,16 +103,6 @@ static void point_circle(const mbsri_touch *t, const mbsri_motion *by, change *c
     turn_normal(t, dw, c);
 }
 
-/* d of (1 - sine^2)^8, 1 - sine^2 = (n . axis)^2 */
-static double share_slope(const mbsri_touch *t, const mbsri_motion *by, const double dn[3])
-{
-    double axis[3];
-    mbsri_cross3(by->wa, t->ta, axis);
-    const double cosine = mbsri_dot3(t->n, t->ta),
-                 by_cosine = mbsri_dot3(dn, t->ta) + mbsri_dot3(t->n, axis);
-    return 16.0 * pow(cosine, 15.0) * by_cosine;
-}
-
 /* pa = middle + radius e, e along q = (n . axis) axis - n */
 static void rim_plane(const mbsri_touch *t, const mbsri_motion *by, change *c)
 {
@@ -131,7 +121,6 @@ static void rim_plane(const mbsri_touch *t, const mbsri_motion *by, change *c)
     memcpy(c->pa, by->va, sizeof c->pa); /* of the middle: */
     mbsri_add_cross3(by->wa, arm, c->pa);
     for (int k = 0; k < 3; ++k) c->pa[k] += t->half[0] * (dq[k] - along * e[k]) / size;
-    c->weight = -share_slope(t, by, c->n);
 }
 
 /* In the axes of the ellipsoid p = S^2 m / root(m S^2 m), m = -n, which turns by wb - wa. */
@@ -165,7 +154,6 @@ void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved
     case MBSRI_POINT_PLANE:
         mbsri_cross3(by->wb, t->n, c.n);
         memcpy(c.pa, by->va, sizeof c.pa);
-        if (t->half[0] > 0.0) c.weight = share_slope(t, by, c.n);
         break;
     case MBSRI_POINT_POINT:
         memcpy(c.pa, by->va, sizeof c.pa);
@@ -189,6 +177,8 @@ void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved
         moved->n[k] = c.n[k];
         moved->p[k] = c.pa[k] - 0.5 * c.s * t->n[k] + half * c.n[k];
     }
+    mbsri_cross3(by->wa, t->ta, moved->axis);
+    moved->cosine = mbsri_dot3(c.n, t->ta) + mbsri_dot3(t->n, moved->axis);
     moved->depth = -c.s;
-    moved->weight = c.weight;
+    moved->weight = c.weight + t->by_cosine * moved->cosine;
 }

@@ -35,7 +35,8 @@ typedef struct mbsri_shape {
 } mbsri_shape;
 
 typedef struct mbsri_couple {
-    int a, b; /* a < b */
+    int a, b;   /* a < b */
+    bool never; /* they never touch */
     mbsr_contact_law law;
 } mbsri_couple;
 
@@ -55,6 +56,11 @@ struct mbsr_contacts {
     unsigned char *touches; /* count x count bits: whether shapes may touch */
 };
 
+static inline bool mbsri_by_groups(const mbsri_shape *x, const mbsri_shape *y)
+{
+    return (x->groups & y->mask) != 0 || (y->groups & x->mask) != 0;
+}
+
 /* Whether shapes a and b may touch. */
 static inline bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
 {
@@ -62,7 +68,10 @@ static inline bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
     return c->touches[bit / 8] >> bit % 8 & 1;
 }
 
-/* The law of shapes a and b. */
+/* Of law.c: the order of couples, in which they stand once the element is made; that of shapes
+ * a < b, or NULL; the law of shapes a and b. */
+int mbsri_compare_couples(const void *x, const void *y);
+const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b);
 mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b);
 
 /* The element's table. */

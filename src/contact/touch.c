@@ -434,12 +434,15 @@ static int edges_over(const search *w)
 
 /* ---- cylinders and ellipsoids on planes ---- */
 
-/* How much of a cylinder's rims rests on points fixed to it: all where it stands, none where it
- * lies. */
-static double upright(double sine)
+/* Weights of a cylinder's points by c, the cosine of its axis and the normal: c^16 of those fixed
+ * to it, which is all where it stands and none where it lies, and 1 - c^16 of the lowest of a rim.
+ */
+static void share_rim(double c, bool fixed, mbsri_touch *t)
 {
-    const double square = sine * sine;
-    return pow(fmax(0.0, 1.0 - square), 8.0);
+    const double sign = fixed ? 1.0 : -1.0;
+    t->weight = (fixed ? 0.0 : 1.0) + sign * pow(c, 16.0);
+    t->by_cosine = sign * 16.0 * pow(c, 15.0);
+    t->curve = sign * 240.0 * pow(c, 14.0);
 }
 
 /* Of both rims eight points each, fixed to the cylinder, and the lowest, each with its share. */
@@ -450,7 +453,7 @@ static int cylinder_on_plane(const search *w)
                  *axis = a->R + 6, cosine = mbsri_dot3(n, axis);
     double down[3];
     for (int k = 0; k < 3; ++k) down[k] = cosine * axis[k] - n[k];
-    const double sine = mbsri_norm3(down), share = upright(sine);
+    const double sine = mbsri_norm3(down);
     int status = 0;
     for (int k = 0; k < 16 && !status; ++k) {
         static const double c[] = {1.0, 0.70710678118654752, 0.0, -0.70710678118654752, -1.0};
@@ -459,19 +462,18 @@ static int cylinder_on_plane(const search *w)
                       : at < 7 ? at - 2
                                : 10 - at;
         const double rim[3] = {radius * c[x], radius * c[y], k % 2 ? half : -half};
-        mbsri_touch t = {
-            .features = MBSRI_POINT_PLANE, .ra = a->shape->core.radius, .weight = share};
+        mbsri_touch t = {.features = MBSRI_POINT_PLANE, .ra = a->shape->core.radius};
+        share_rim(cosine, true, &t);
         memcpy(t.n, n, sizeof t.n);
         outward(a, rim, t.pa);
         for (int l = 0; l < 3; ++l) t.s += n[l] * (t.pa[l] - b->x[l]);
         for (int l = 0; l < 3; ++l) t.pb[l] = t.pa[l] - t.s * n[l];
         memcpy(t.ta, axis, sizeof t.ta);
-        t.half[0] = 1.0; /* its share turns with the axis */
         status = give(w, &t);
     }
-    for (int k = 0; k < 2 && !status && share < 1.0; ++k) {
-        mbsri_touch t = {
-            .features = MBSRI_RIM_PLANE, .ra = a->shape->core.radius, .weight = 1.0 - share};
+    for (int k = 0; k < 2 && !status && sine > 1e-8; ++k) {
+        mbsri_touch t = {.features = MBSRI_RIM_PLANE, .ra = a->shape->core.radius};
+        share_rim(cosine, false, &t);
         const double end[3] = {0.0, 0.0, k ? half : -half};
         memcpy(t.n, n, sizeof t.n);
         memcpy(t.ta, axis, sizeof t.ta);

@@ -49,6 +49,8 @@ typedef struct mbsri_touch {
     double window;       /* where weights fade at the ends, m */
     double half[3],
         Ra[9]; /* ELLIPSOID_PLANE: half axes and axes; radius of a rim or circle in half[0] */
+    double by_cosine, curve; /* first and second derivatives of the weight by n . ta, of a cylinder
+                                on a plane */
 } mbsri_touch;
 
 /* Calls `touch` for every point with a depth and a weight above zero. */
@@ -67,6 +69,7 @@ typedef struct mbsri_motion {
 typedef struct mbsri_moved {
     double n[3], p[3]; /* changes of normal and point, p the middle of both surfaces, */
     double depth, weight;
+    double axis[3], cosine; /* of ta and n . ta, where the weight depends on it */
 } mbsri_moved;
 
 void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved *moved);

@@ -302,6 +302,16 @@ static void refusals(void **unused)
     assert_non_null(strstr(error.text, "shape 2 and shape 3"));
     assert_int_equal(mbsr_contacts_pair(c, 3, 2, &box.law, &error), MBSR_OK);
     assert_int_equal(mbsr_contacts_force(c, -1, &force, &error), MBSR_ERR_VALUE);
+    mbsr_contacts *twice;
+    assert_int_equal(mbsr_contacts_create(&twice, &error), MBSR_OK);
+    assert_int_equal(mbsr_contacts_add(twice, &soft, NULL, &error), MBSR_OK);
+    soft.body = 2;
+    assert_int_equal(mbsr_contacts_add(twice, &soft, NULL, &error), MBSR_OK);
+    assert_int_equal(mbsr_contacts_pair(twice, 0, 1, NULL, &error), MBSR_OK); /* never */
+    assert_int_equal(mbsr_contacts_pair(twice, 1, 0, &box.law, &error), MBSR_OK);
+    assert_int_equal(mbsr_contacts_force(twice, 0, &force, &error), MBSR_ERR_VALUE);
+    assert_non_null(strstr(error.text, "shape 0 and shape 1 have a law twice"));
+    mbsr_contacts_destroy(twice);
     assert_int_equal(mbsr_contacts_force(c, 0, &force, &error), MBSR_OK);
     assert_int_equal(mbsr_contacts_add(c, &soft, NULL, &error), MBSR_ERR_FINISHED);
     mbsr_contacts_destroy(c);

@@ -141,7 +141,7 @@ void mbsri_linear_calls(const mbsri_linear *l, size_t k, int *first, int *last)
     while (*last + 1 < l->pairs.count && l->pairs.pair[*last + 1].force == (int)k) ++*last;
 }
 
-static void add_shape(const mbsri_linear *l, int i, int *rows, int *columns)
+static void add_to_pattern(const mbsri_linear *l, int i, int *rows, int *columns)
 {
     const mbsri_body *b = l->model->body + i;
     if (i == 0) return;
@@ -155,7 +155,7 @@ static void pair_shape(const mbsri_linear *l, int *rows, int *columns)
     *rows = *columns = 0;
     for (int i = 1; i <= l->model->bodies; ++i) {
         int r = 0, c = 0;
-        add_shape(l, i, &r, &c);
+        add_to_pattern(l, i, &r, &c);
         if (2 * r > *rows) *rows = 2 * r;
         if (2 * c > *columns) *columns = 2 * c;
     }
@@ -165,16 +165,16 @@ static void shape(const mbsri_linear *l, const mbsri_force *force, int i, int *r
 {
     *rows = *columns = 0;
     if (by_pairs(force)) {
-        for (int k = 0; k < 2; ++k) add_shape(l, l->pairs.pair[i].body[k], rows, columns);
+        for (int k = 0; k < 2; ++k) add_to_pattern(l, l->pairs.pair[i].body[k], rows, columns);
     } else if (on_every_body(force)) {
-        add_shape(l, i, rows, columns);
+        add_to_pattern(l, i, rows, columns);
     } else {
         mbsri_slopes_shape(l->model, force, rows, columns);
     }
 }
 
 /* Where the derivatives of a call are kept. */
-static size_t place_of(const mbsri_linear *l, size_t k, int i)
+static size_t body_place_of(const mbsri_linear *l, size_t k, int i)
 {
     if (by_pairs(force_of(l, k))) return l->of_pairs + (size_t)i * l->a_pair;
     return l->element[k] + (on_every_body(force_of(l, k)) ? l->each[i] : 0);
@@ -183,7 +183,7 @@ static size_t place_of(const mbsri_linear *l, size_t k, int i)
 const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns)
 {
     shape(l, force_of(l, k), i, rows, columns);
-    return l->whole ? l->store + place_of(l, k, i) : l->slopes.out.matrix;
+    return l->whole ? l->store + body_place_of(l, k, i) : l->slopes.out.matrix;
 }
 
 static size_t number_bodies(mbsri_linear *l)
@@ -456,7 +456,7 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
                         : mbsri_force_slopes(l->model, d, force, i, &l->slopes);
     if (status || !l->whole) return status;
     const mbsr_force_derivatives *s = &l->slopes.out;
-    double *to = l->store + place_of(l, k, i);
+    double *to = l->store + body_place_of(l, k, i);
     mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
     return MBSR_OK;
 }
