@@ -89,7 +89,7 @@ static int take_memory(mbsri_null_space *w)
     size_t slope = 0, ints = 0;
     const size_t span = (size_t)element_span(m);
     double *slope_place, *lambda;
-    mbsri_slopes_size(m, &slope, &ints);
+    mbsri_slopes_size(m, MBSRI_SLOPES_WHOLE, &slope, &ints);
     const struct {
         double **place;
         size_t length;
@@ -159,7 +159,8 @@ static int take_memory(mbsri_null_space *w)
     w->first = w->to + 3 * w->k;
     w->touched = w->first + w->k;
     w->rank = w->touched + m->bodies;
-    mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->rank + m->bodies + 1);
+    mbsri_slopes_place(m, MBSRI_SLOPES_WHOLE, &w->slope, slope > 0 ? slope_place : NULL,
+                       w->rank + m->bodies + 1);
     w->factor_size = (int)span;
     w->factor_places = w->rank + m->bodies + 1 + ints;
     w->own = (bool *)(void *)(w->factor_places + 2 * span);
