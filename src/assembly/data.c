@@ -76,6 +76,9 @@ static size_t lay_out_data(const mbsr_model *m, bool lean, unsigned char *base, 
     d->pivots = next_bytes(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies =
         next_bytes(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
+    d->force_text = next_bytes(base, &used, MBSR_TEXT_SIZE);
+    d->force_memory = next_bytes(base, &used, m->size_force_memory);
+    d->force_pairs = next_bytes(base, &used, (size_t)m->max_pairs * sizeof *d->force_pairs);
     if (m->evaluated) {
         d->sweep_state = next_bytes(base, &used, bodies * sizeof *d->sweep_state);
         const mbsri_sweeps *const tree[] = {m->sweeps, m->whole, m->evaluated};
@@ -161,9 +164,10 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->pending = MBSRI_PENDING_NONE;
     d->split = NULL;
     d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
-    d->accelerated = d->single = d->loaded = d->factoring = d->fronts_taken = false;
+    d->accelerated = d->single = d->lambda_known = d->factoring = d->fronts_taken = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
+    memset(d->force_memory, 0, model->size_force_memory);
     d->alignment = 1.0;
     for (int i = 0; i <= model->bodies; ++i) d->factor_rows[i] = -1;
     for (int i = model->live + 1; i <= model->bodies; ++i)

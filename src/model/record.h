@@ -144,6 +144,8 @@ typedef struct mbsri_force {
     int closure;                   /* id of the closure that it has become, or MBSR_NONE */
     bool resting;                  /* whether every coordinate that it acts on is locked */
     int given[MBSR_FORCE_OPTIONS]; /* coordinates as given; those of def leave out locked ones */
+    size_t memory;                 /* offset of its memory in that of a data object */
+    mbsr_force_needs needs;        /* bytes of that, and pairs at most */
 } mbsri_force;
 
 /* A closure; its bodies by index, a root that moves behind them where the table asks for it. */
@@ -213,7 +215,9 @@ struct mbsr_model {
     mbsri_body *body;               /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
-    int anywhere; /* number of elements that act on every body; they come first */
+    size_t size_force_memory; /* bytes of all elements in a data object */
+    int max_pairs, pairs;     /* most of one element by pairs; of all such elements together */
+    int anywhere;             /* number of elements that act on every body; they come first */
     mbsri_coordinate_elements along; /* elements on one coordinate, which come last */
     int rows, held;                  /* velocity and position rows of all closures */
     struct mbsri_plan *plan; /* order in which loops are eliminated (fronts/plan.h); NULL: none */

@@ -115,8 +115,7 @@ struct mbsr_data {
     mbsri_stage stage;
     double t;
     int total_rank;
-    bool loaded;           /* whether loop_lambda are the loop forces of this state, which
-                            * mbsri_forces then adds; cleared by mbsri_positions and _velocities */
+    bool lambda_known;     /* whether loop_lambda are the loop forces of the velocities here */
     void *fronts;          /* memory of one elimination (fronts/fronts.h) */
     bool fronts_taken;     /* whether it is in use */
     bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */
@@ -146,6 +145,9 @@ struct mbsr_data {
     int *factor_rows; /* N + 1: rows of V (recursion/flexible_factors.c); -1: block in one piece */
     bool *carries;    /* N + 1: whether Az of the body may differ from zero */
     mbsr_force_body *force_bodies; /* max_force_bodies */
+    char *force_text;              /* what the element that was called last says of its status */
+    unsigned char *force_memory;   /* size_force_memory: what elements want of their own */
+    int (*force_pairs)[2];         /* max_pairs: of the element by pairs that was asked last */
 #define MBSRI_DECLARE(name, length) double *name;
     MBSRI_DATA_ARRAYS(MBSRI_DECLARE, MBSRI_DECLARE, MBSRI_DECLARE)
 #undef MBSRI_DECLARE
