@@ -137,7 +137,7 @@ static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *i
     if (diagonal && full)
         return mbsri_file_refuse(m->s, e, "it has two tensors, diaginertia and fullinertia");
     *principal = frame;
-    if (full) mbsri_principal(I, moments, principal->R);
+    if (full) mbsri_principal(I, MBSRI_NO_PRODUCT, moments, principal->R);
     return mbsri_stated_solid(m->s, e, mass, &frame, I, inertia);
 }
 
@@ -225,7 +225,7 @@ static mbsr_frame axes_of(const mbsri_mjcf_solids *sum)
     mbsr_frame frame = sum->frame;
     double mass, I[6], moments[3];
     if (sum->heavy != 1 && mbsri_solid_of(&sum->inertia, &mass, frame.x, I))
-        mbsri_principal(I, moments, frame.R);
+        mbsri_principal(I, MBSRI_NO_PRODUCT, moments, frame.R);
     return frame;
 }
 
@@ -247,9 +247,32 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
     return true;
 }
 
+/* MuJoCo takes principal axes for those of the body where their quaternion is that within 1e-6,
+ * and then a centre of mass within 1e-6 m for its origin. */
+static void find_dropped(mbsri_mjcf *m, const mbsri_scene_body *b, const mbsr_frame *principal)
+{
+    const double *R = principal->R;
+    double mass, x[3], I[6], moments[3], most = 0.0, products = 0.0, away = 0.0;
+    if (!mbsri_solid_of(&b->inertia, &mass, x, I)) return;
+    mbsri_moments(I, moments);
+    for (int k = 0; k < 3; ++k) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        const double turn = 0.25 * fabs(R[3 * i + j] - R[3 * j + i]);
+        most = fmax(most, turn);
+        products = fmax(products, 2.0 * turn * fabs(I[i] - I[j]));
+        away = fmax(away, fabs(x[k]));
+    }
+    if (R[0] + R[4] + R[8] < 2.9 || most >= 1e-6 || !(moments[2] > 0.0)) return;
+    mbsri_find_products(m->s, b->element, products / moments[2]);
+    if (away < 1e-6 && away > MBSRI_DROPPED * sqrt(moments[2] / mass))
+        mbsri_file_find(m->s, b->element,
+                        "its centre of mass stays %.0e m from its origin, which MuJoCo drops",
+                        away);
+}
+
 /* A free body that carries none may count from its principal axes: then all that is fixed to it is
  * moved there. */
-static void align(mbsri_mjcf *m, int body, const mbsr_frame *principal)
+static void align(mbsri_mjcf *m, int body, mbsr_frame *principal)
 {
     mbsri_scene_body *b = mbsri_scene_bodies(m->s) + body;
     const mbsri_scene_joint *j = mbsri_scene_joints(m->s) + b->first;
@@ -267,6 +290,7 @@ static void align(mbsri_mjcf *m, int body, const mbsr_frame *principal)
         shapes[k].frame = mbsr_frame_product(&back, &shapes[k].frame);
     for (int k = m->s->sites.count; k-- > 0 && sites[k].body == body;)
         sites[k].frame = mbsr_frame_product(&back, &sites[k].frame);
+    *principal = mbsr_frame_identity();
 }
 
 static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
@@ -295,6 +319,7 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at 
         !add_inertia(m, e, within.body, &sum, &principal) || !add_bodies(m, e, &within))
         return false;
     align(m, within.body, &principal);
+    find_dropped(m, mbsri_scene_bodies(m->s) + within.body, &principal);
     return true;
 }
 

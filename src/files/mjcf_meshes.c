@@ -110,11 +110,13 @@ static const char *take_hull(mbsri_arena *arena, mbsri_list *triangles)
 }
 
 /* The box of a mesh: the inertia box, and the one around it. */
-static void find_boxes(const mbsri_list *triangles, mbsri_mjcf_mesh *mesh)
+static void find_boxes(mbsri_mjcf *m, const mbsri_list *triangles, mbsri_mjcf_mesh *mesh)
 {
     double moments[3];
     mbsr_frame *frame = &mesh->principal;
-    mbsri_principal(mesh->solid.tensor, moments, frame->R);
+    const double dropped =
+        mbsri_principal(mesh->solid.tensor, MBSRI_NO_PRODUCT_OF_MESHES, moments, frame->R);
+    mbsri_find_products(m->s, mesh->element, dropped);
     memcpy(frame->x, mesh->solid.centre, sizeof frame->x);
     for (int k = 0; k < 3; ++k) {
         const double others = moments[(k + 1) % 3] + moments[(k + 2) % 3];
@@ -136,7 +138,7 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh)
         mbsri_mesh_move(&triangles, &mesh->place);
         mesh->wrong = mbsri_mesh_measure(&triangles, mesh->kind, &mesh->solid);
     }
-    if (!mesh->wrong) find_boxes(&triangles, mesh);
+    if (!mesh->wrong) find_boxes(m, &triangles, mesh);
     if (arena.failed) m->s->arena->failed = true;
     mbsri_arena_close(&arena);
     return mesh->wrong;

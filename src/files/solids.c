@@ -24,21 +24,31 @@ static void rotate(double A[3][3], double R[9], int p, int q)
     }
 }
 
-void mbsri_principal(const double t[6], double moments[3], double axes[9])
+static const int beside[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+
+static int largest_product(double A[3][3])
 {
-    static const int beside[3][2] = {{1, 2}, {0, 2}, {0, 1}};
-    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}};
+    int largest = 0;
+    for (int k = 1; k < 3; ++k)
+        if (fabs(A[beside[k][0]][beside[k][1]]) > fabs(A[beside[largest][0]][beside[largest][1]]))
+            largest = k;
+    return largest;
+}
+
+double mbsri_principal(const double t[6], double small, double moments[3], double axes[9])
+{
+    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}}, left = 0.0;
     const mbsr_frame identity = mbsr_frame_identity();
     memcpy(axes, identity.R, sizeof identity.R);
     for (int turn = 0; turn < 90; ++turn) { /* Jacobi: the largest product becomes zero */
-        const double size = fabs(A[0][0]) + fabs(A[1][1]) + fabs(A[2][2]);
-        int largest = 0;
-        for (int k = 1; k < 3; ++k)
-            if (fabs(A[beside[k][0]][beside[k][1]]) >
-                fabs(A[beside[largest][0]][beside[largest][1]]))
-                largest = k;
-        if (fabs(A[beside[largest][0]][beside[largest][1]]) <= 1e-17 * size) break;
-        rotate(A, axes, beside[largest][0], beside[largest][1]);
+        const double size = fmax(fabs(A[0][0]), fmax(fabs(A[1][1]), fabs(A[2][2])));
+        const int k = largest_product(A);
+        left = fabs(A[beside[k][0]][beside[k][1]]);
+        if (left <= small * size) {
+            left = size > 0.0 ? left / size : 0.0;
+            break;
+        }
+        rotate(A, axes, beside[k][0], beside[k][1]);
     }
     for (int k = 0; k < 3; ++k) moments[k] = A[k][k];
     for (int k = 0; k < 3; ++k) { /* in order, by quarter turns */
@@ -51,12 +61,13 @@ void mbsri_principal(const double t[6], double moments[3], double axes[9])
             axes[3 * i + l] = axes[3 * i + 3 + l], axes[3 * i + 3 + l] = -first;
         }
     }
+    return left;
 }
 
 void mbsri_moments(const double tensor[6], double moments[3])
 {
     double axes[9];
-    mbsri_principal(tensor, moments, axes);
+    mbsri_principal(tensor, MBSRI_NO_PRODUCT, moments, axes);
     for (int k = 0; k < 2; ++k) { /* equal ones may stand in any order there */
         for (int l = 0; l < 2 - k; ++l) {
             const double first = moments[l];
@@ -163,6 +174,14 @@ bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,
                         "others); kept as they are");
     *inertia = mbsri_solid(s->arena, mass, frame, tensor);
     return true;
+}
+
+void mbsri_find_products(mbsri_scene *s, const mbsri_element *e, double dropped)
+{
+    if (dropped > MBSRI_DROPPED)
+        mbsri_file_find(
+            s, e, "products of inertia that MuJoCo drops are kept: %.0e of the largest moment",
+            dropped);
 }
 
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6])

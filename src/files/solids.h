@@ -21,8 +21,17 @@ bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6]);
 
 /* The eigenvalues of such a tensor, descending, and their directions as columns of a rotation, the
- * one that MuJoCo finds. */
-void mbsri_principal(const double tensor[6], double moments[3], double axes[9]);
+ * one that MuJoCo finds. Products of inertia are zero where they are at most `small` times the
+ * largest moment: MuJoCo's number for meshes, else that of rounding. The result is the largest
+ * product that stays, by that moment. */
+#define MBSRI_NO_PRODUCT 3e-17
+#define MBSRI_NO_PRODUCT_OF_MESHES 1e-7
+double mbsri_principal(const double tensor[6], double small, double moments[3], double axes[9]);
+
+/* A finding where MuJoCo drops products of inertia, by the largest moment, that are larger than
+ * MBSRI_DROPPED. */
+#define MBSRI_DROPPED 1e-9
+void mbsri_find_products(mbsri_scene *s, const mbsri_element *e, double dropped);
 
 /* The same eigenvalues, ascending. */
 void mbsri_moments(const double tensor[6], double moments[3]);

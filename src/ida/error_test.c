@@ -95,10 +95,11 @@ static double bounded(mbsri_stiff *s, double filtered, double plain)
 /* The norm by which an error of `norm`, `momenta` in its momenta, is tested where it may be that of
  * a jump. Less than `many` tolerances may be noise that no step makes smaller, or what the filter
  * leaves of an offset: by `doubtful` times IDA's constant at most. */
-static double as_jump(const mbsri_stiff *s, double norm, double momenta, double doubtful)
+static double as_jump(mbsri_stiff *s, double norm, double momenta, double doubtful)
 {
     static const double many = 10.0;
-    const double all = mbsri_stiff_unequal(s), unequal = momenta > many ? all : fmin(doubtful, all);
+    const double all = mbsri_stiff_unequal(s, momenta);
+    const double unequal = momenta > many ? all : fmin(doubtful, all);
     return unequal * momenta > many ? unequal * norm : norm;
 }
 

@@ -17,18 +17,25 @@
  * one of those before: something has made it so. Smaller ones may be noise that no step makes
  * smaller, which must not end a run: by 20 times C at most.
  *
+ * After failures IDA falls to order 1, whose prediction goes on as the whole last step went. Where
+ * that was long and smooth a short step errs by h h_last p'' / 2, and no force has jumped. What
+ * jumps leaves the tangent p_last + h p'_last as well, by as much: so of either error the smaller
+ * is taken.
+ *
  * The filter (filter.c). It says that the next step forgets an error along a direction in which
  * something stiff acts: an offset. That holds if it has acted before as well. What a stop takes in
  * the step in which it is hit is no offset but the impact, and the velocity with which it was hit
- * is gone. So a large error is filtered only where its direction v was stiff at the end of the last
- * step, too:
+ * is gone. So a large error e is filtered, to v, only where it met something stiff at the end of
+ * the last step, too. It is asked along w, what the filter takes off of e - v,
  *
- *   v_u . (K_last v - c v_p) > v_u . (K v - c v_p) / 2,     K v = (0, c e_p, 0),
- *       K_last v a difference of two residuals.
+ *   K w = (0, c (e_p - v_p), 0),   w_u . (K_last w - c w_p) > w_u . (K w - c w_p) / 2,
+ *       K_last w a difference of two residuals.
  *
- * Inertia, c v_p, resists before and after. What moves freely along v has a larger v_u than what is
- * stiff, and says nothing. What the filter leaves is no offset either, and is tested as that of a
- * jump. */
+ * Inertia, c w_p, resists before and after. What moves freely is left of e, and is nearly gone from
+ * e - v: along v it would pull at a stiff direction that turns, by its angle in one step, as much
+ * as that moves itself. What the filter leaves is no offset either, and is tested as that of a
+ * jump.
+ */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -43,22 +50,33 @@ void mbsri_stiff_note_step(mbsri_stiff *s, long before)
     for (int j = MBSRI_PAST_STEPS - 1; j > 0; --j) past->step[j] = past->step[j - 1];
     IDAGetLastStep(s->memory, &past->step[0]);
     past->known = !next ? 0 : past->known < MBSRI_PAST_STEPS ? past->known + 1 : past->known;
-    N_Vector y = past->y;
-    past->y = past->attempt;
-    past->attempt = y;
+    const N_Vector y = past->y, rate = past->rate;
+    past->y = past->attempt, past->rate = past->attempt_rate;
+    past->attempt = y, past->attempt_rate = rate;
 }
 
 void mbsri_stiff_note_attempt(mbsri_stiff *s)
 {
-    N_Vector y = NULL;
-    if (IDAGetCurrentY(s->memory, &y) >= 0) N_VScale(1.0, y, s->past.attempt);
+    N_Vector y = NULL, rate = NULL;
+    if (IDAGetCurrentY(s->memory, &y) < 0 || IDAGetCurrentYp(s->memory, &rate) < 0) return;
+    N_VScale(1.0, y, s->past.attempt);
+    N_VScale(1.0, rate, s->past.attempt_rate);
 }
 
-double mbsri_stiff_unequal(const mbsri_stiff *s)
+/* The momenta's distance from where their last rates lead, a step of h on. */
+static double from_straight(mbsri_stiff *s, double h)
+{
+    N_VLinearSum(1.0, s->past.attempt, -1.0, s->past.y, s->trial);
+    N_VLinearSum(1.0, s->trial, -h, s->past.rate, s->trial);
+    return mbsri_stiff_momentum_norm(s, s->trial);
+}
+
+double mbsri_stiff_unequal(mbsri_stiff *s, double momenta)
 {
     static const double shorter = 2.0;
     double h = 0.0, last = 0.0, sum = 0.0, longest = 0.0;
-    if (s->past.known < s->now.order || IDAGetCurrentStep(s->memory, &h) < 0) return 1.0;
+    if (s->past.known == 0 || s->past.known < s->now.order || IDAGetCurrentStep(s->memory, &h) < 0)
+        return 1.0;
     double time = h;
     for (int j = 0; j <= s->now.order; ++j) {
         if (j > 0) time += s->past.step[j - 1];
@@ -69,7 +87,8 @@ double mbsri_stiff_unequal(const mbsri_stiff *s)
     const bool shrunk = shorter * fabs(h) < longest;
     const double constant = fmax(last, fabs(last + sum)),
                  wanted = shrunk ? 1.0 : 1.0 / (s->now.order + 1);
-    return fmax(1.0, wanted / constant);
+    if (!(wanted > constant)) return 1.0;
+    return fmax(1.0, fmin(1.0, from_straight(s, h) / momenta) * wanted / constant);
 }
 
 /* The power of inertia along v, at the rates of v. */
@@ -87,18 +106,19 @@ static int inertia(mbsri_stiff *s, N_Vector v, double *power)
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)
 {
     static const double least = 0.5;
-    N_Vector v = s->filtered, y = NULL;
+    N_Vector w = s->filtered, y = NULL;
     double always = 0.0;
-    if (s->past.known == 0 || IDAGetCurrentY(s->memory, &y) < 0 || inertia(s, v, &always))
-        return true;
-    const double now = mbsri_stiff_power(s, v, s->error) - always;
+    if (s->past.known == 0 || IDAGetCurrentY(s->memory, &y) < 0) return true;
+    N_VLinearSum(1.0, x, -1.0, w, s->trial);
+    if (mbsri_stiff_filter(s, s->trial, s->error) || inertia(s, w, &always)) return true;
+    const double now = mbsri_stiff_power(s, w, s->error) - always;
     N_VLinearSum(1.0, s->past.y, -1.0, y, s->trial);
     N_VLinearSum(1.0, s->trial, 1.0, x, s->trial);
     int status = s->system(s->trial, s->change, s->memory);
-    N_VLinearSum(1.0, s->trial, 1.0, v, s->trial);
+    N_VLinearSum(1.0, s->trial, 1.0, w, s->trial);
     if (!status) status = s->system(s->trial, s->error, s->memory);
     N_VLinearSum(1.0, s->error, -1.0, s->change, s->error);
-    const double before = mbsri_stiff_power(s, v, s->error) - always;
+    const double before = mbsri_stiff_power(s, w, s->error) - always;
     s->system(x, s->change, s->memory); /* IDA's y and y' are what they were */
     return status || before > least * now;
 }

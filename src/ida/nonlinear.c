@@ -135,13 +135,13 @@ static int get_failures(SUNNonlinearSolver solver, long int *failures)
 
 /* ---- birth and death ---- */
 
-enum { VECTORS = 8 };
+enum { VECTORS = 10 };
 
 static void list_vectors(mbsri_stiff *s, N_Vector *vector[VECTORS])
 {
-    N_Vector *const all[VECTORS] = {&s->change, &s->filtered,        &s->trial,
-                                    &s->error,  &s->blame.direction, &s->blame.state,
-                                    &s->past.y, &s->past.attempt};
+    N_Vector *const all[VECTORS] = {
+        &s->change,      &s->filtered, &s->trial,        &s->error,     &s->blame.direction,
+        &s->blame.state, &s->past.y,   &s->past.attempt, &s->past.rate, &s->past.attempt_rate};
     for (int k = 0; k < VECTORS; ++k) vector[k] = all[k];
 }
 

@@ -56,9 +56,10 @@ typedef struct mbsri_attempt {
 /* The steps before the present attempt. */
 enum { MBSRI_PAST_STEPS = 5 }; /* the highest order */
 typedef struct mbsri_past {
-    double step[MBSRI_PAST_STEPS]; /* lengths, the last step's first */
-    int known;                     /* as many of them */
-    N_Vector y, attempt; /* where the last step ended, and where the present attempt does */
+    double step[MBSRI_PAST_STEPS];  /* lengths, the last step's first */
+    int known;                      /* as many of them */
+    N_Vector y, rate;               /* where the last step ended */
+    N_Vector attempt, attempt_rate; /* and where the present attempt does */
 } mbsri_past;
 
 /* What mbsr_ida_stiffest is told. */
@@ -137,8 +138,9 @@ void mbsri_stiff_note_step(mbsri_stiff *s, long before);
 void mbsri_stiff_note_attempt(mbsri_stiff *s);
 
 /* By how much IDA's error constant is smaller than that of equal steps, or than 1 where steps have
- * become short; at least 1. */
-double mbsri_stiff_unequal(const mbsri_stiff *s);
+ * become short; at least 1. Less where an error of norm `momenta` in its momenta is larger than
+ * what the last rates were wrong by. */
+double mbsri_stiff_unequal(mbsri_stiff *s, double momenta);
 
 /* Whether what takes an error x off along s->filtered has acted before the step, too: K s->filtered
  * = s->error. True where that is not known. */

@@ -35,7 +35,6 @@ static int load_springs(mbsri_dense *w)
                 w->d->loop_lambda[c->row + k] = 0.0;
         }
     }
-    w->d->loaded = true;
     return status;
 }
 
@@ -47,7 +46,7 @@ int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double 
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = load_springs(w);
-    if (!status) status = mbsri_forces(m, d, tau);
+    if (!status) status = mbsri_forces(m, d, tau, d->loop_lambda);
     if (status) return status;
     mbsri_inverse(m, d, a);
     mbsri_scatter(m, d->out, r);

@@ -132,7 +132,7 @@ static int stays_as_it_is(mbsri_start *s)
 }
 
 /* Into s->found (`second`: its second half), or back from there, what has been found. */
-static void keep(mbsri_start *s, bool second, bool back)
+static void keep_state(mbsri_start *s, bool second, bool back)
 {
     mbsr_completion *w = s->w;
     const size_t rows = (size_t)w->m->rows, size = (size_t)w->size;
@@ -156,7 +156,7 @@ static int return_rest(mbsri_start *s)
     bool there = false;
     int status = MBSR_OK, number = 0;
     for (int k = 0; k < WAYS && !there && !status; ++k, last = way) {
-        keep(s, false, false);
+        keep_state(s, false, false);
         status = mbsri_start_return(s, number, &way);
         there = mbsri_completion_converged(way, last, enough, near);
         number = way > last ? 0 : number + 1;
@@ -165,17 +165,17 @@ static int return_rest(mbsri_start *s)
     }
     if (status < 0 || (there && !status)) return status;
     if (!(s->c_balanced > 0.0)) {
-        keep(s, false, true);
+        keep_state(s, false, true);
         mbsri_completion_forget(w);
         status = stays_as_it_is(s);
         if (status) return status;
-        keep(s, true, false);
+        keep_state(s, true, false);
         s->c_balanced = w->c;
     }
     return MBSR_NO_CONVERGENCE;
 }
 
-static int find_rates(mbsri_start *s)
+static int accelerate(mbsri_start *s)
 {
     const int status = mbsri_start_evaluate(s, true);
     if (status) return status;
@@ -190,7 +190,7 @@ static int balance(mbsri_start *s)
     int status = w->elastic && w->m->held == 0 ? settle_dampers(s) : MBSR_OK;
     if (!status) status = alternate(s, false);
     if (!status && w->elastic && s->displaced) status = return_rest(s);
-    return status ? status : find_rates(s);
+    return status ? status : accelerate(s);
 }
 
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but
@@ -292,8 +292,8 @@ static int take_balance(mbsri_start *s)
     w->elastic = true;
     s->info->elastic = 1;
     mbsri_completion_forget(w);
-    keep(s, true, true);
-    const int status = find_rates(s);
+    keep_state(s, true, true);
+    const int status = accelerate(s);
     return status ? status : stays_as_it_is(s);
 }
 

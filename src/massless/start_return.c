@@ -18,7 +18,7 @@
 
 #include <math.h>
 
-static int fail(mbsr_completion *w, int status)
+static int report_failure(mbsr_completion *w, int status)
 {
     if (status) w->error = w->d->error;
     return status;
@@ -33,7 +33,7 @@ static int move_along(mbsri_start *s, double *q, const double *x)
     if (!status) status = mbsri_coordinate_rates(w->m, w->d, w->q);
     for (int k = 0; k < w->m->nq; ++k) q[k] += w->q[k];
     if (!status) status = mbsri_normalise(w->m, w->d, q);
-    return fail(w, status);
+    return report_failure(w, status);
 }
 
 /* What momenta the masses need to be where they were, into s->missing. */
@@ -44,7 +44,7 @@ static int miss_masses(mbsri_start *s)
     int status = mbsri_positions(m, w->d, w->t, w->y);
     mbsri_zero((size_t)m->nu, w->u);
     if (!status) status = mbsri_velocities(m, w->d, w->u);
-    if (status) return fail(w, status);
+    if (status) return report_failure(w, status);
     mbsri_masses_displacement(m, w->d, &s->masses, w->y, s->missing);
     return MBSR_OK;
 }
@@ -72,7 +72,7 @@ static void solve_by_cholesky(int n, const double *L, double *x)
 }
 
 /* z (n) with G z closest to dq, in joint i at the positions of the data. */
-static int find_rates(mbsri_start *s, int i, const double *dq, double *z)
+static int rates_towards(mbsri_start *s, int i, const double *dq, double *z)
 {
     mbsr_data *d = s->w->d;
     const mbsri_body *b = s->w->m->body + i;
@@ -107,9 +107,9 @@ static int find_way(mbsri_start *s)
     for (int k = 0; k < m->nq; ++k) w->q[k] = s->q_given[k] - w->y[k];
     for (int i = 1; i <= m->bodies && !status; ++i) {
         const mbsri_body *b = m->body + i;
-        status = find_rates(s, i, w->q + b->q, w->u + b->u);
+        status = rates_towards(s, i, w->q + b->q, w->u + b->u);
     }
-    return fail(w, status);
+    return report_failure(w, status);
 }
 
 /* F_u,u z of balances of forces, z = w->u, into the rows of u of w->r: by two states beside w->y,
@@ -139,7 +139,7 @@ static int differ(mbsri_start *s)
 
 /* Weights of differences of ways, `count` of them, that take most off the newest way; fewer where
  * these depend on each other. */
-static void weigh(const mbsri_start *s, int count, double *weight)
+static void weigh_ways(const mbsri_start *s, int count, double *weight)
 {
     const double *per_span = s->w->per_span, *way = s->ways;
     const int nu = s->w->m->nu;
@@ -167,7 +167,7 @@ static void shorten_way(mbsri_start *s, int count, double *step)
     const size_t nu = (size_t)s->w->m->nu;
     const double *way = s->ways, *rest = s->ways + MBSRI_WAYS * nu;
     double weight[MBSRI_WAYS];
-    weigh(s, count, weight);
+    weigh_ways(s, count, weight);
     mbsri_copy(nu, way, step);
     for (size_t i = 0; i < (size_t)count; ++i) {
         for (size_t k = 0; k < nu; ++k) {

@@ -15,7 +15,7 @@
 #include <math.h>
 
 /* How many numbers s->columns needs. */
-static size_t columns_of(const mbsr_model *m)
+static size_t columns_size(const mbsr_model *m)
 {
     size_t most = 0;
     for (int i = 1; i <= m->bodies; ++i) {
@@ -44,7 +44,7 @@ int mbsri_start_open(mbsri_start *s, mbsr_completion *w)
                   {&s->load_before, rows},
                   {&s->step, size},
                   {&s->load_step, rows},
-                  {&s->columns, columns_of(m)},
+                  {&s->columns, columns_size(m)},
                   {&s->found, 2 * (size + 3 * rows)},
                   {&s->ways, 2 * MBSRI_WAYS * nu}};
     enum { VECTORS = sizeof vector / sizeof vector[0] };

@@ -3,6 +3,7 @@
 #include "program/program.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static const char *const kinds[] = {"undetermined", "elastic", "damped"};
 
@@ -39,7 +40,12 @@ static void print_directions(FILE *to, const program_model *m, const mbsr_index_
         if (json && k > 0) fputs(", ", to);
         print_direction(to, m, r->direction + k, json);
     }
-    fputs(json ? "]" : r->text, to);
+    if (json) fputs("]", to);
+    for (const char *line = json ? "" : r->text; *line;) {
+        const int length = (int)strcspn(line, "\n");
+        say(to, "%.*s\n", length, line);
+        line += length + (line[length] != '\0');
+    }
 }
 
 static void print_report(FILE *to, const program_model *m, const mbsr_index_report *r, bool json)
@@ -102,7 +108,6 @@ static void print_open_directions(FILE *to, const program_model *m, const double
         mbsr_index_report_create(m->model, m->data, 0.0, assembled ? closed : q, u, &report);
     if (json) fputs(", \"directions\": [", to);
     if (!status) print_directions(to, m, report, json);
-    if (!status && !json && report->text[0]) fputc('\n', to);
     if (status && json) fputc(']', to);
     if (!status) mbsr_index_report_destroy(m->model, report);
     free(closed);

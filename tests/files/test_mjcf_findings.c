@@ -90,6 +90,73 @@ static void folders_of_meshes(void **state)
     }
 }
 
+/* The body b of this inertia, on a joint: has it a finding with these words, or none? */
+static void assert_dropped(const char *joint, const char *inertial, const char *words)
+{
+    char text[600];
+    snprintf(text, sizeof text, WORLD("<body name='b'>%s<inertial mass='2' %s/></body>"), joint,
+             inertial);
+    mbsr_file *file = read_small(text, NULL);
+    if (file->findings != (words ? 1 : 0)) print_error("%s\n", text);
+    assert_int_equal(file->findings, words ? 1 : 0);
+    if (words) assert_found(file, "body 'b'", words);
+    mbsr_file_destroy(file);
+}
+
+/* Principal axes and centres that MuJoCo 3.14 takes for those of the body, as its M has them. */
+static void frames_that_mujoco_drops(void **state)
+{
+    static const struct {
+        const char *inertial, *words;
+    } cases[] = {
+        {"pos='0 0 0' fullinertia='3 2 1.5 3e-7 0 0'", "products|MuJoCo|1e-07"},
+        {"pos='0 0 0' fullinertia='3 2 1.5 0 0 -6e-8'", "products|MuJoCo|2e-08"},
+        {"pos='0 0 0' fullinertia='3 2 1.5 3e-6 0 0'", NULL},
+        {"pos='0 0 0' fullinertia='3 2 1.5 1e-15 0 0'", NULL},
+        {"pos='0 0 5e-7' diaginertia='3 2 1.5'", "centre|5e-07 m|MuJoCo"},
+        {"pos='0 -9e-7 0' diaginertia='3 2 1.5'", "centre|9e-07 m|MuJoCo"},
+        {"pos='0 0 2e-6' diaginertia='3 2 1.5'", NULL},
+        {"pos='0 0 1e-17' diaginertia='3 2 1.5'", NULL},
+        {"pos='0 0 5e-7' quat='1 0 0 5e-6' diaginertia='3 2 1.5'", NULL},
+        {"pos='0 0 0' quat='1 0 0 5e-7' diaginertia='3 2 1.5'", "products|MuJoCo"},
+        {"pos='0 0 0' quat='-1 0 0 5e-7' diaginertia='3 2 1.5'", "products|MuJoCo"},
+        {"pos='0 0 5e-7' quat='1 0 0 5e-7' diaginertia='2 2 1.5'", "centre"},
+        {"pos='0 0 0' quat='1 0 0 5e-7' diaginertia='2 2 1.5'", NULL},
+        {"pos='0 0 5e-7' quat='0 0 0 1' diaginertia='2 2 1.5'", NULL},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+        assert_dropped("<joint/>", cases[k].inertial, cases[k].words);
+        assert_dropped("<freejoint/>", cases[k].inertial, cases[k].words);
+        assert_dropped("<freejoint align='true'/>", cases[k].inertial, NULL);
+    }
+}
+
+/* A block whose cross section is no rectangle by some units of the last place of 32-bit numbers:
+ * of products of inertia of a mesh MuJoCo keeps what is above 1e-7 of the largest moment. */
+static void products_of_meshes(void **state)
+{
+    static const double scale[] = {1.0, 0.01, 0.001};
+    (void)state;
+    for (int k = 0; k < 6; ++k) {
+        const double s = scale[k / 2], skew = (k % 2 ? 12 : 8) * 1.1920928955078125e-7;
+        char text[3000];
+        int at = snprintf(text, sizeof text, "<mujoco><asset><mesh name='m' vertex='");
+        for (int l = 0; l < 8; ++l) {
+            const int x = l & 1 ? 1 : -1, y = l & 2 ? 1 : -1, z = l & 4 ? 1 : -1;
+            at += snprintf(text + at, sizeof text - (size_t)at, "%.9g %.9g %.9g ",
+                           s * x * (1.0 + 0.5 * x * y * skew), s * 2 * y, s * 3 * z);
+        }
+        snprintf(text + at, sizeof text - (size_t)at,
+                 "'/></asset><worldbody><body><joint/><geom type='mesh' mesh='m' pos='1 0 0' "
+                 "euler='30 40 50'/></body></worldbody></mujoco>");
+        mbsr_file *file = read_small(text, NULL);
+        assert_int_equal(file->findings, k % 2 ? 0 : 1);
+        if (k % 2 == 0) assert_found(file, "mesh 'm'", "products|MuJoCo|e-08");
+        mbsr_file_destroy(file);
+    }
+}
+
 static void refused_files(void **state)
 {
     static const struct {
@@ -124,9 +191,13 @@ static void refused_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(findings),      cmocka_unit_test(more_findings),
-        cmocka_unit_test(flags),         cmocka_unit_test(folders_of_meshes),
+        cmocka_unit_test(findings),
+        cmocka_unit_test(more_findings),
+        cmocka_unit_test(flags),
+        cmocka_unit_test(folders_of_meshes),
         cmocka_unit_test(refused_files),
+        cmocka_unit_test(frames_that_mujoco_drops),
+        cmocka_unit_test(products_of_meshes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

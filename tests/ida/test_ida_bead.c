@@ -245,18 +245,20 @@ static void without_dampers_the_energy_stays(void **state)
 }
 
 /* At sharp tolerances steps become so short where the rod is slack that rounding of q is one of
- * velocities that Newton's method can not halve: it is done then. */
+ * velocities that Newton's method can not halve: it is done then. Three of four runs by dense
+ * matrices ended at steps of 1e-9 s, since short steps of order 1 after long ones seemed to jump.
+ */
 static void without_dampers_sharp_tolerances_are_no_end(void **state)
 {
     (void)state;
     const double kinetic = 18.0;
-    for (int k = 0; k < 4; ++k) {
-        const double tolerance = 1e-9 * (1.0 + 0.02 * k);
+    for (int k = 0; k < 8; ++k) {
+        const double tolerance = 1e-9 * (1.0 + 0.02 * (k / 2));
         bead s;
         double y[9];
         make(&s, MBSR_DAE_MOMENTUM, 0.0, 0.0, origin);
         const double before = energy(&s, 0.0, s.y);
-        mbsr_ida *ida = start_with(&s, MBSR_IDA_TREE, true, tolerance);
+        mbsr_ida *ida = start_with(&s, k % 2 ? MBSR_IDA_DENSE : MBSR_IDA_TREE, true, tolerance);
         assert_ok(mbsr_ida_advance(ida, 10.0, NULL, y, NULL), mbsr_ida_error(ida));
         assert_close(across(y), 0.0, 100.0 * tolerance);
         assert_close(energy(&s, 10.0, y), before, 1000.0 * tolerance * kinetic);

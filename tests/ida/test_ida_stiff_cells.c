@@ -351,6 +351,18 @@ static void steps_are_smooth_in_the_tolerance(void **state)
     }
 }
 
+/* Where something stiff turns fast an error that is left of a step pulls at it in the matrix of the
+ * step before, and it seemed not to have acted then: twice the steps at 1e-7 and 1e-8. */
+static void what_turns_has_acted_before(void **state)
+{
+    (void)state;
+    cell c = find_cell("slider_crank", 1e8, 0.3);
+    const double steps = mean_steps(&c, 1e-7), sharper = mean_steps(&c, 1e-8);
+    print_message("%.0f, %.0f steps\n", steps, sharper);
+    assert_true(steps > 800.0 && steps < 1300.0);
+    assert_true(sharper > 3000.0 && sharper < 5500.0);
+}
+
 /* A knee that leaves its stop: IDA's Newton's method, with the matrix of the stop, finds no
  * correction worth while, and the knee stays; at 1e-7 and 1e-8 it ends 0.8 rad off. The reference
  * is IDA alone at 1e-10. */
@@ -459,6 +471,7 @@ int main(void)
         cmocka_unit_test(other_forms_are_not_stuck),
         cmocka_unit_test(stiff_pins_gain_no_more_than_rigid_ones),
         cmocka_unit_test(steps_are_smooth_in_the_tolerance),
+        cmocka_unit_test(what_turns_has_acted_before),
         cmocka_unit_test(a_stop_that_is_left_holds_nothing),
         cmocka_unit_test(newton_settles_on_the_kink_of_a_stop),
         cmocka_unit_test(dense_matrices_know_the_side_of_a_stop),

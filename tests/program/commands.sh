@@ -153,6 +153,9 @@ done
 # control characters of a file do not reach the terminal
 printf '<mujoco model="a&#127;b&#x9b;c"><worldbody><body name="d&#9;e"/></worldbody></mujoco>' >"$work/odd.xml"
 ends 0 '^a?b?c: 1 bodies' info "$work/odd.xml"
+printf '<mujoco><worldbody><body name="d&#x9b;e"><joint/></body></worldbody></mujoco>' >"$work/odd.xml"
+ends 1 "^body 0 'd?e': .* or lock it\$" check "$work/odd.xml"
+[ -z "$("$program" check "$work/odd.xml" | tail -c 1)" ] || { echo "the last line of check has no end"; failed=1; }
 
 ends 0 'usage: mbsrank convert' convert --help
 ends 2 'there is no file' convert
