@@ -103,6 +103,12 @@ if(MBSR_FILES)
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT files)
 endif()
 
+if(MBSR_CONTACT)
+    mbsr_install_library(mbsrank_contact contact)
+    install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/contact.h"
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT contact)
+endif()
+
 if(MBSR_FE)
     mbsr_link_flags(mbsr_fe_private ${mbsr_cholmod} ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
     mbsr_install_library(mbsrank_fe fe)

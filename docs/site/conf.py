@@ -51,6 +51,7 @@ docs/neighbours
 docs/conventions
 docs/joints_and_forces
 docs/closed_loops
+docs/contact
 docs/flexible
 docs/small_masses
 docs/files

@@ -215,6 +215,13 @@ typedef struct mbsr_contact_state {
 MBSR_API int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force,
                              mbsr_contact_state *state);
 
+/* Calls `look` once with what the functions of an element are called with at this state, f and tau
+ * NULL; for elements of your own that are to be asked for more than forces. Needs
+ * mbsr_stage_velocities. What look returns other than 0 is reported as its status. MBSR_ERR_NULL,
+ * MBSR_ERR_ID, MBSR_ERR_VALUE (the element acts on every body). */
+MBSR_API int mbsr_force_inspect(const mbsr_model *model, mbsr_data *data, int force,
+                                int (*look)(const mbsr_force_args *args, void *user), void *user);
+
 /* Switches a force element off in these data (on = 0) and on again: it then exerts nothing, has no
  * energy and no derivatives there, as if the model had been made without it. For inverse dynamics
  * without the element that a controller stands for, say. Gravity cannot be switched off. Batches

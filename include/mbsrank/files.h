@@ -196,17 +196,6 @@ typedef struct mbsr_file_key {
     const double *q, *u, *control;
 } mbsr_file_key;
 
-/* Kinds of shapes, with their sizes (m). */
-typedef enum mbsr_shape_kind {
-    MBSR_SHAPE_BOX,       /* size: half edges */
-    MBSR_SHAPE_SPHERE,    /* size[0]: radius */
-    MBSR_SHAPE_CYLINDER,  /* radius, half length along z */
-    MBSR_SHAPE_CAPSULE,   /* radius, half length between the centres of its caps, along z */
-    MBSR_SHAPE_ELLIPSOID, /* half axes */
-    MBSR_SHAPE_PLANE,     /* z = 0; half edges, 0: endless */
-    MBSR_SHAPE_MESH       /* size: scale */
-} mbsr_shape_kind;
-
 /* Something to draw; no part of the model. */
 typedef struct mbsr_file_shape {
     const char *name;

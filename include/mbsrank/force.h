@@ -42,7 +42,18 @@ typedef struct mbsr_force_args {
     double t;                    /* s */
     int bodies;                  /* number of entries in body */
     const mbsr_force_body *body; /* in the order of the definition */
+    char *text; /* MBSR_TEXT_SIZE: where evaluate and pairs may explain the status they return; NULL
+                   in check */
+    void *memory;    /* what `needs` asked for, of one data object, zero at first; NULL in check */
+    const int *pair; /* in derivatives of an element by pairs: places of both bodies in the
+                        definition, body has these two; else NULL */
 } mbsr_force_args;
+
+/* What an element wants of every data object. */
+typedef struct mbsr_force_needs {
+    size_t bytes; /* of args->memory */
+    int pairs;    /* that act on each other at a time, at most; elements by pairs */
+} mbsr_force_needs;
 
 /* Derivatives of the forces of an element: matrix (rows x columns, column-major). Body k of args
  * has its f (d) in the rows from row[k] on, then its tau (n); in the columns from column[k] on its
@@ -56,7 +67,7 @@ typedef struct mbsr_force_derivatives {
     const int *row, *column;
 } mbsr_force_derivatives;
 
-#define MBSR_FORCE_TABLE_VERSION 1u
+#define MBSR_FORCE_TABLE_VERSION 2u
 
 /* The element acts on every body of the tree: called once a body, with that body alone. */
 #define MBSR_FORCE_EVERY_BODY 1u
@@ -70,6 +81,11 @@ typedef struct mbsr_force_derivatives {
 
 /* The element reads p, V and M of its bodies and adds to their f only. */
 #define MBSR_FORCE_NO_JOINT 8u
+
+/* The element acts between two of its many bodies at a time, and few of these pairs act in a state,
+ * such as contacts. It has `needs`, `pairs` and `derivatives`, and MBSR_FORCE_NO_MASS and _NO_JOINT
+ * besides. Newton systems are eliminated in an order that these pairs determine. */
+#define MBSR_FORCE_BY_PAIRS 16u
 
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
  * recoverable, < 0 fatal). They may be called by several threads at once, with different
@@ -110,6 +126,15 @@ typedef struct mbsr_force_table {
 
     /* Optional: steps of differences where derivatives are missing. */
     mbsr_scales scales;
+
+    /* Optional: memory that every data object sets aside for the element, and pairs at most. */
+    void (*needs)(const mbsr_force_def *force, mbsr_force_needs *needs);
+
+    /* Of elements by pairs: the pairs that act at this state, by their places in body, and their
+     * number, which is not above needs.pairs: more is for a status. Each once, of different bodies;
+     * the ground may be one. derivatives is then called for each of them, with args->pair, and adds
+     * what follows from this pair; its row and column have two entries. */
+    int (*pairs)(const mbsr_force_args *args, int (*pair)[2], int *count);
 } mbsr_force_table;
 
 /* A force as function of time: writes `n` components. Returns 0 or a status. */

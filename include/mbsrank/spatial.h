@@ -24,6 +24,18 @@ typedef struct mbsr_frame {
     double R[9]; /* axes */
 } mbsr_frame;
 
+/* Kinds of shapes, as files draw them (files.h) and as bodies touch (contact.h), with their sizes
+ * (m). */
+typedef enum mbsr_shape_kind {
+    MBSR_SHAPE_BOX,       /* size: half edges */
+    MBSR_SHAPE_SPHERE,    /* size[0]: radius */
+    MBSR_SHAPE_CYLINDER,  /* radius, half length along z */
+    MBSR_SHAPE_CAPSULE,   /* radius, half length between the centres of its caps, along z */
+    MBSR_SHAPE_ELLIPSOID, /* half axes */
+    MBSR_SHAPE_PLANE,     /* z = 0, all below is solid; drawn with half edges, 0: endless */
+    MBSR_SHAPE_MESH       /* by its triangles; size: scale, in drawings alone */
+} mbsr_shape_kind;
+
 /* The frame in which it stands: no displacement, no rotation. */
 MBSR_API mbsr_frame mbsr_frame_identity(void);
 

@@ -111,7 +111,7 @@ static void place_root(mbsr_model *m)
                               .parent = -1,
                               .d = m->root.d,
                               .np = m->root.np,
-                              .seen = true,
+                              .in_sweeps = true,
                               .joint.space = m->root.space};
     m->max_d = m->root.d > 1 ? m->root.d : 1;
 }
@@ -141,8 +141,8 @@ static void number_body(mbsr_model *m, int i, int id, const mbsri_welds *w)
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }
     if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
-    b->given_held = mbsri_held_values(m, id);
-    if (locks > 0) b->held = (const double *)m->matrices.data + entry->held;
+    b->given_locked_at = mbsri_held_values(m, id);
+    if (locks > 0) b->locked_at = (const double *)m->matrices.data + entry->locked_at;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
     m->differences = m->differences || mbsri_rates_need_tree(b);
@@ -291,7 +291,7 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
                                       .np = b->np,
                                       .n = b->n,
                                       .nq = b->nq,
-                                      .held = b->given_held};
+                                      .held = b->given_locked_at};
         if (!named || b->id == MBSR_GROUND) continue;
         bodies[k].n = entry[b->id].joint.n;
         bodies[k].nq = entry[b->id].joint.nq;
@@ -307,6 +307,27 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
                       table->name, one ? " on " : "",
                       one ? mbsri_body_label(m, m->list_index[force->list], on) : "",
                       text[0] ? text : mbsr_status_text(status));
+}
+
+/* What an element wants of every data object. */
+static int find_needs(mbsr_model *m, mbsri_force *force)
+{
+    const mbsr_force_table *table = force->def.table;
+    char label[MBSRI_LABEL];
+    force->needs = (mbsr_force_needs){0};
+    force->memory = m->size_force_memory;
+    if (table->needs) table->needs(&force->def, &force->needs);
+    if (force->needs.pairs < 0 || force->needs.pairs > INT_MAX - m->pairs) {
+        return mbsri_fail(
+            &m->error, MBSR_ERR_VALUE, MBSR_NONE, force->id, "%s (%s): needs.pairs is %d",
+            mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+            table->name, force->needs.pairs);
+    }
+    m->size_force_memory +=
+        (force->needs.bytes + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
+    m->pairs += force->needs.pairs;
+    if (force->needs.pairs > m->max_pairs) m->max_pairs = force->needs.pairs;
+    return MBSR_OK;
 }
 
 /* Bodies of force elements by index; each element may refuse its bodies. */
@@ -336,8 +357,10 @@ static int resolve_forces(mbsr_model *m, int N)
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_finish: no memory");
     int status = MBSR_OK;
-    for (size_t id = 0; id < m->forces.count && !status; ++id)
+    for (size_t id = 0; id < m->forces.count && !status; ++id) {
         status = check_force(m, (int)id, bodies);
+        if (!status) status = find_needs(m, (mbsri_force *)m->forces.data + id);
+    }
     mbsri_release(&m->allocator, bodies);
     return status;
 }
@@ -436,6 +459,8 @@ static void undo(mbsr_model *m)
     m->differences = m->grouped = false;
     m->bodies = m->live = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
+    m->size_force_memory = 0;
+    m->max_pairs = m->pairs = 0;
     m->rows = m->held = m->max_columns = 0;
     m->size_c = m->size_moved = 0;
     m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =

@@ -117,7 +117,7 @@ static void add_elements(mbsr_derivatives *w, const double *dq, const double *du
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last, rows, columns;
-        mbsri_linear_calls(l, force_of(l, k), &first, &last);
+        mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
             const double *matrix = mbsri_linear_element(l, k, i, &rows, &columns);
@@ -276,7 +276,7 @@ static void unadd_elements(mbsr_derivatives *w, const double *load, double *dq, 
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last, rows, columns;
-        mbsri_linear_calls(l, force_of(l, k), &first, &last);
+        mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
             const double *matrix = mbsri_linear_element(l, k, i, &rows, &columns);

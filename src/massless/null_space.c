@@ -44,7 +44,6 @@ static int take_loop_forces(mbsri_null_space *w)
     if (!w->lambda) return MBSR_OK;
     const int status = mbsri_closure_jacobians(w->m, w->d);
     mbsri_copy((size_t)w->m->rows, w->lambda, w->d->loop_lambda);
-    w->d->loaded = true;
     return status;
 }
 
@@ -54,7 +53,7 @@ static int evaluate(mbsri_null_space *w, double t, const double *q, const double
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = take_loop_forces(w);
-    if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL);
+    if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL, w->lambda);
     w->d->exactly = exactly;
     if (!status) status = mbsri_backward(w->m, w->d);
     w->d->exactly = false;
@@ -90,7 +89,7 @@ static int take_memory(mbsri_null_space *w)
     size_t slope = 0, ints = 0;
     const size_t span = (size_t)element_span(m);
     double *slope_place, *lambda;
-    mbsri_slopes_size(m, &slope, &ints);
+    mbsri_slopes_size(m, MBSRI_SLOPES_WHOLE, &slope, &ints);
     const struct {
         double **place;
         size_t length;
@@ -160,7 +159,8 @@ static int take_memory(mbsri_null_space *w)
     w->first = w->to + 3 * w->k;
     w->touched = w->first + w->k;
     w->rank = w->touched + m->bodies;
-    mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->rank + m->bodies + 1);
+    mbsri_slopes_place(m, MBSRI_SLOPES_WHOLE, &w->slope, slope > 0 ? slope_place : NULL,
+                       w->rank + m->bodies + 1);
     w->factor_size = (int)span;
     w->factor_places = w->rank + m->bodies + 1 + ints;
     w->own = (bool *)(void *)(w->factor_places + 2 * span);

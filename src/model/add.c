@@ -122,6 +122,15 @@ static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const c
                           "%s: table is NULL, of another version, or lacks name or evaluate",
                           label);
     }
+    const unsigned by_pairs = MBSR_FORCE_BY_PAIRS, apart = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT;
+    if (table->flags & by_pairs && (!table->needs || !table->pairs || !table->derivatives ||
+                                    (table->flags & apart) != apart)) {
+        return mbsri_fail(
+            &m->error, MBSR_ERR_VALUE, MBSR_NONE, id,
+            "%s (%s): acts by pairs, but lacks needs, pairs, derivatives, or the flags "
+            "MBSR_FORCE_NO_MASS and MBSR_FORCE_NO_JOINT",
+            label, table->name);
+    }
     int status = mbsri_check_scales(m, &table->scales, MBSR_NONE, id, label, table->name);
     if (status) return status;
     const bool every = (table->flags & MBSR_FORCE_EVERY_BODY) != 0;

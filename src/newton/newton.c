@@ -22,7 +22,7 @@ enum { LARGEST_RANK = 120 };
 
 /* Multiplications a body past which loops are too many to be carried, and what one of the front
  * counts beside one of these. */
-static const double too_many = 30000.0, slower = 3.0;
+static const double too_many = 3000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {
@@ -54,6 +54,9 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_ELIMINATED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
+    if (opt->lean && m->pairs > 0)
+        return wrong(error, MBSR_ERR_VALUE, "a lean solver does not serve elements by pairs; lean",
+                     opt->lean);
     if (opt->lean && opt->products)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver has no products; products",
                      opt->products);
@@ -119,10 +122,10 @@ static void lay_out_slopes(mbsr_newton *w, layout *l)
     size_t doubles_of, ints_of;
     double *at;
     int *numbers;
-    mbsri_slopes_size(m, &doubles_of, &ints_of);
+    mbsri_slopes_size(m, MBSRI_SLOPES_BY_PAIRS, &doubles_of, &ints_of);
     doubles(l, &at, doubles_of);
     ints(l, &numbers, ints_of);
-    if (l->doubles) mbsri_slopes_place(m, &w->slopes, at, numbers);
+    if (l->doubles) mbsri_slopes_place(m, MBSRI_SLOPES_BY_PAIRS, &w->slopes, at, numbers);
 }
 
 static void lay_out(mbsr_newton *w, layout *l)
@@ -268,7 +271,8 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     w->correction.element = (mbsri_across *)(void *)((unsigned char *)w->numbers + nodes);
     number_nodes(w);
     list_across(w);
-    if (!opt->by_blocks && !opt->transposes) w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
+    if (!opt->by_blocks && !opt->transposes && m->pairs == 0)
+        w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
     if (!place_front(w) || !place_loops(w)) return false;
     choose_method(w, opt);
     if (!place_mixed(w)) return false;
@@ -358,7 +362,6 @@ static int factor_by_sweeps(mbsr_newton *w, mbsr_data *d, double t, const double
     if (!w->sweeps) return MBSRI_NOT_SERVED;
     if (m->rows > 0) mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
     const int status = mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c);
-    d->loaded = m->rows > 0;
     return status || !w->corrected ? status : mbsri_correction_factor(w, d);
 }
 

@@ -20,7 +20,7 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_ques
                             .np = b->np,
                             .n = b->n,
                             .nq = b->nq,
-                            .held = b->given_held,
+                            .held = b->given_locked_at,
                             .p = d->p + b->p,
                             .V = ask != MBSRI_ENERGY ? d->V + b->v : NULL,
                             .f = ask == MBSRI_FORCES ? d->f + b->v : NULL};
@@ -51,15 +51,29 @@ int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
                        const char *function)
 {
     char label[MBSRI_LABEL];
-    return mbsri_fail(
-        &d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
-        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
-        force->def.table->name, function, status, d->t);
+    d->force_text[MBSR_TEXT_SIZE - 1] = '\0';
+    mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name);
+    if (d->force_text[0])
+        return mbsri_fail(&d->error, status, MBSR_NONE, force->id, "%s (%s): %.150s at t = %g",
+                          label, force->def.table->name, d->force_text, d->t);
+    return mbsri_fail(&d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
+                      label, force->def.table->name, function, status, d->t);
 }
 
 bool mbsri_force_off(const mbsr_model *m, const mbsr_data *d, const mbsri_force *force)
 {
     return d->off[force - (const mbsri_force *)m->forces.data];
+}
+
+mbsr_force_args mbsri_force_args(mbsr_data *d, const mbsri_force *force, int bodies)
+{
+    d->force_text[0] = '\0';
+    return (mbsr_force_args){.force = &force->def,
+                             .t = d->t,
+                             .bodies = bodies,
+                             .body = d->force_bodies,
+                             .text = d->force_text,
+                             .memory = d->force_memory + force->memory};
 }
 
 /* One call of an element; its energy or dissipation is added to *sum. */
@@ -68,8 +82,7 @@ static int call_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *fo
 {
     static const char *const names[] = {"evaluate", "energy", "dissipation"};
     const mbsr_force_table *table = force->def.table;
-    const mbsr_force_args args = {
-        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
+    const mbsr_force_args args = mbsri_force_args(d, force, bodies);
     double one = 0.0;
     int status = MBSR_OK;
     if (mbsri_force_off(m, d, force)) return MBSR_OK;
@@ -118,15 +131,17 @@ static int visit_all(const mbsr_model *m, mbsr_data *d, mbsri_question ask, doub
     return status;
 }
 
-/* Loop forces where they are known; else those of stiff rows alone. */
-static int add_loop_forces(const mbsr_model *m, mbsr_data *d)
+static int add_loop_forces(const mbsr_model *m, mbsr_data *d, const double *lambda)
 {
-    const int status = d->loaded ? MBSR_OK : mbsri_closure_springs(m, d);
-    if (!status) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
-    return status;
+    const int status = lambda ? MBSR_OK : mbsri_closure_springs(m, d);
+    if (status) return status;
+    if (lambda && lambda != d->loop_lambda) mbsri_copy((size_t)m->rows, lambda, d->loop_lambda);
+    d->lambda_known = lambda != NULL;
+    mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
+    return MBSR_OK;
 }
 
-int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
+int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau, const double *lambda)
 {
     d->stage = MBSRI_STAGE_VELOCITIES;
     d->accelerated = false;
@@ -143,7 +158,7 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
     /* + force elements */
     status = visit_all(m, d, MBSRI_FORCES, NULL);
     /* + closures */
-    if (!status && m->rows > 0) status = add_loop_forces(m, d);
+    if (!status && m->rows > 0) status = add_loop_forces(m, d, lambda);
     if (status) return status;
     d->stage = MBSRI_STAGE_FORCES;
     return MBSR_OK;
@@ -166,6 +181,33 @@ int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
 {
     const bool joints = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
     return view_all(m, d, force, body, MBSRI_DERIVATIVES, joints ? d->q : NULL, d->u);
+}
+
+int mbsri_force_pairs(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int *count)
+{
+    *count = 0;
+    if (mbsri_force_off(m, d, force)) return MBSR_OK;
+    const mbsr_force_args args =
+        mbsri_force_args(d, force, view_all(m, d, force, 0, MBSRI_DERIVATIVES, NULL, NULL));
+    int status = force->def.table->pairs(&args, d->force_pairs, count);
+    bool good = *count >= 0 && *count <= force->needs.pairs;
+    for (int k = 0; k < *count && good && !status; ++k) {
+        const int *pair = d->force_pairs[k];
+        good = pair[0] >= 0 && pair[1] >= 0 && pair[0] < args.bodies && pair[1] < args.bodies &&
+               pair[0] != pair[1];
+    }
+    if (!status && !good) status = MBSR_ERR_VALUE;
+    if (status) *count = 0;
+    return status ? mbsri_force_failed(m, d, force, status, "pairs") : MBSR_OK;
+}
+
+void mbsri_pair_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                       const int pair[2])
+{
+    for (int k = 0; k < 2; ++k) {
+        const int i = m->list_index[force->list + (size_t)pair[k]];
+        d->force_bodies[k] = view(m, d, i, MBSRI_DERIVATIVES);
+    }
 }
 
 int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i)

@@ -5,8 +5,10 @@
 
 #include "recursion/data.h"
 
-/* The stage: f and tau at the state of mbsri_velocities; tau by the caller's order, or NULL. */
-int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau);
+/* The stage: f and tau at the state of mbsri_velocities. tau (nu): by the caller's order, or NULL.
+ * lambda (rows): loop forces, after the derivatives of the rows, which go to loop_lambda and may be
+ * there already; NULL: those of stiff rows by their law, of others zero. */
+int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau, const double *lambda);
 
 /* Adds to tau what the force elements that act on joints alone exert; q, u in the order of the
  * sweeps. */
@@ -40,6 +42,17 @@ int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
  * scratch of the data. */
 int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int place,
                    double *f, double *tau);
+
+/* What an element's functions are called with, for as many bodies of the data's force_bodies. */
+mbsr_force_args mbsri_force_args(mbsr_data *d, const mbsri_force *force, int bodies);
+
+/* The pairs of an element by pairs that act at the state of mbsri_velocities, to force_pairs, by
+ * places in its list; force_bodies has all its bodies then. A status, with the text in the data. */
+int mbsri_force_pairs(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int *count);
+
+/* Fills the first two of force_bodies with those of a pair. */
+void mbsri_pair_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                       const int pair[2]);
 
 /* Whether an element is switched off in the data. */
 bool mbsri_force_off(const mbsr_model *m, const mbsr_data *d, const mbsri_force *force);

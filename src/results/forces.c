@@ -59,13 +59,29 @@ int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force, mbsr_co
     }
     *state = (mbsr_contact_state){0};
     if (mbsri_force_off(m, d, element)) return MBSR_OK;
-    const mbsr_force_args args = {.force = &element->def,
-                                  .t = d->t,
-                                  .bodies = mbsri_force_bodies(m, d, element, 0),
-                                  .body = d->force_bodies};
+    const mbsr_force_args args = mbsri_force_args(d, element, mbsri_force_bodies(m, d, element, 0));
     mbsri_contact_at(&args, state);
     return mbsri_check_result(m, d, sizeof *state / sizeof(double), (const double *)state,
                               "mbsr_contact_at");
+}
+
+int mbsr_force_inspect(const mbsr_model *model, mbsr_data *data, int force,
+                       int (*look)(const mbsr_force_args *args, void *user), void *user)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    const int status = mbsri_enter(m, d, look, MBSRI_STAGE_VELOCITIES, "mbsr_force_inspect");
+    if (status) return status;
+    const mbsri_force *element = mbsri_find_force(m, d, force, "mbsr_force_inspect");
+    if (!element) return MBSR_ERR_ID;
+    if (element->def.table->flags & MBSR_FORCE_EVERY_BODY) {
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, force,
+                          "mbsr_force_inspect: force %d (%s) acts on every body", force,
+                          element->def.table->name);
+    }
+    const mbsr_force_args args = mbsri_force_args(d, element, mbsri_force_bodies(m, d, element, 0));
+    const int answer = look(&args, user);
+    return answer ? mbsri_force_failed(m, d, element, answer, "mbsr_force_inspect: look") : MBSR_OK;
 }
 
 int mbsr_force_switch(const mbsr_model *model, mbsr_data *data, int force, int on)

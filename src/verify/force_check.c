@@ -114,7 +114,7 @@ int mbsr_force_verify(const mbsr_model *model, mbsr_data *data, int force,
     }
     /* two for slopes, and one more has room for a vector of forces */
     size_t doubles, ints;
-    mbsri_slopes_size(model, &doubles, &ints);
+    mbsri_slopes_size(model, MBSRI_SLOPES_WHOLE, &doubles, &ints);
     void *memory =
         mbsri_allocate(&model->allocator, 3 * doubles * sizeof(double) + 2 * ints * sizeof(int));
     if (!memory) {
@@ -123,8 +123,8 @@ int mbsr_force_verify(const mbsr_model *model, mbsr_data *data, int force,
     }
     double *numbers = memory;
     int *integers = (int *)(numbers + 3 * doubles);
-    mbsri_slopes_place(model, &w.own, numbers, integers);
-    mbsri_slopes_place(model, &w.truth, numbers + doubles, integers + ints);
+    mbsri_slopes_place(model, MBSRI_SLOPES_WHOLE, &w.own, numbers, integers);
+    mbsri_slopes_place(model, MBSRI_SLOPES_WHOLE, &w.truth, numbers + doubles, integers + ints);
     w.forces = numbers + 2 * doubles;
     *errors = (mbsr_force_errors){0.0, ""};
     status = verify_all(&w);

@@ -145,6 +145,13 @@ static bool holds(const mbsri_front *f, const mbsri_closure *c, int k)
     return k < c->held && !f->linear->dropped[c->row + k];
 }
 
+/* Whether an element of the plan is a closure: behind forces, before pairs. */
+static bool is_closure(const mbsri_front *f, int element)
+{
+    const int at = element - (int)f->model->forces.count;
+    return at >= 0 && at < (int)f->model->closures.count;
+}
+
 static const mbsri_closure *closure_of(const mbsri_front *f, int element)
 {
     return (const mbsri_closure *)f->model->closures.data + element - (int)f->model->forces.count;
@@ -155,7 +162,7 @@ static void list_multipliers(build *b)
     const mbsri_front *f = b->f;
     for (int l = 0; l < b->step->elements; ++l) {
         const int element = f->plan.element[b->step->first_element + l];
-        if (element < (int)f->model->forces.count) continue;
+        if (!is_closure(f, element)) continue;
         const mbsri_closure *c = closure_of(f, element);
         for (int r = 0; r < c->rows; ++r) {
             if (!counts(f, c, r)) continue;
@@ -318,18 +325,19 @@ static bool takes(const build *b, int on, int by)
     return relation != MBSRI_APART && (relation == MBSRI_ABOVE ? by : on) == b->i;
 }
 
-static int add_element(build *b, int element)
+/* Element `element` in the call of a body or pair. */
+static int add_element(build *b, int element, int call)
 {
     const mbsri_front *f = b->f;
     const mbsri_linear *w = f->linear;
     const mbsri_force *force = (const mbsri_force *)f->model->forces.data + element;
     const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT);
-    const int *list, count = mbsri_linear_bodies(w, force, b->i, &list);
+    const int *list, count = mbsri_linear_bodies(w, force, call, &list);
     int rows, columns, column = 0;
     const int status =
-        w->whole ? MBSR_OK : mbsri_linear_force(f->linear, b->d, (size_t)element, b->i);
+        w->whole ? MBSR_OK : mbsri_linear_force(f->linear, b->d, (size_t)element, call);
     if (status) return status;
-    const double *matrix = mbsri_linear_element(w, (size_t)element, b->i, &rows, &columns);
+    const double *matrix = mbsri_linear_element(w, (size_t)element, call, &rows, &columns);
     for (int l = 0; l < count; ++l) {
         if (list[l] == 0) continue;
         const mbsri_body *by = f->model->body + list[l];
@@ -460,14 +468,17 @@ static int add_elements(build *b)
     int status = MBSR_OK;
     for (int k = 0; k < f->model->anywhere && !status; ++k) {
         const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
-        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) status = add_element(b, k);
+        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) status = add_element(b, k, b->i);
     }
     for (int l = 0; l < b->step->elements && !status; ++l) {
-        const int element = f->plan.element[b->step->first_element + l];
-        if (element < (int)f->model->forces.count)
-            status = add_element(b, element);
-        else
+        const int element = f->plan.element[b->step->first_element + l],
+                  pair = element - (int)(f->model->forces.count + f->model->closures.count);
+        if (is_closure(f, element))
             add_closure(b, element);
+        else if (pair >= 0)
+            status = add_element(b, f->linear->pairs.pair[pair].force, pair);
+        else
+            status = add_element(b, element, b->i);
     }
     return status;
 }

@@ -1,189 +1,15 @@
-/* Memory of the front, and factoring: see front.h.
+/* Factoring: see front.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/front/pass.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
-#include "base/memory.h"
 #include "model/query.h"
 #include "newton/front/axes_step.h"
 #include "newton/front/pivots.h"
 #include "recursion/backward.h"
 #include "recursion/closure_view.h"
-
-#include <mbsrank/dae.h>
-
-#include <string.h>
-
-/* ---- numbers ---- */
-
-static int next(int *used, int count)
-{
-    *used += count;
-    return *used - count;
-}
-
-/* The numbers of all bodies; owners where there is room for them. */
-static void number(mbsri_front *f)
-{
-    const mbsr_model *m = f->model;
-    int rows = 0, columns = 0;
-    for (int i = 0; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const int row = rows, column = columns, range = b->head == i ? b->group_n : b->n;
-        mbsri_front_names at = {0};
-        at.x = next(&columns, f->linear->e[i] + 2 * b->d);
-        at.y = next(&rows, 3 * b->d);
-        if (f->memory) f->names[i] = at;
-        if (f->served && !f->served[i]) continue;
-        at.q = next(&columns, b->nq);
-        at.u = next(&columns, b->n);
-        at.rates = next(&columns, b->n);
-        at.range = next(&columns, range);
-        at.kappa = next(&rows, b->d);
-        at.tau = next(&rows, b->n);
-        at.push = next(&rows, b->n);
-        at.place = next(&rows, b->nq);
-        at.a = next(&rows, b->n);
-        at.b = next(&rows, b->n);
-        at.range_of_a = next(&rows, range);
-        at.momentum = next(&rows, b->n);
-        at.rate = next(&rows, b->n);
-        if (!f->memory) continue;
-        f->names[i] = at;
-        for (int k = row; k < rows; ++k) f->owner_row[k] = i;
-        for (int k = column; k < columns; ++k) f->owner_column[k] = i;
-    }
-    f->row_count = rows;
-    f->column_count = columns;
-}
-
-/* What the numbers of a body, and those of closures, are. */
-static void sort(mbsri_front *f)
-{
-    const mbsr_model *m = f->model;
-    for (int k = 0; k < f->row_count; ++k) f->row_kind[k] = MBSRI_FRONT_NONE;
-    for (int k = 0; k < f->column_count; ++k) f->column_kind[k] = MBSRI_FRONT_NONE;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const mbsri_front_names *at = f->names + i;
-        if (f->served && !f->served[i]) continue;
-        const int range = b->head == i ? b->group_n : b->n;
-        for (int k = 0; k < b->nq; ++k)
-            f->row_kind[at->place + k] = f->column_kind[at->q + k] = MBSRI_FRONT_PLACE;
-        for (int k = 0; k < b->n; ++k)
-            f->row_kind[at->b + k] = f->column_kind[at->u + k] = MBSRI_FRONT_OWN;
-        for (int k = 0; k < range; ++k)
-            f->row_kind[at->range_of_a + k] = f->column_kind[at->range + k] = MBSRI_FRONT_OWN;
-    }
-    for (size_t k = 0; k < m->closures.count; ++k) {
-        const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
-        for (int r = 0; r < c->rows + c->held; ++r) {
-            const int at = r < c->rows ? c->row + r : m->rows + c->held_row + r - c->rows,
-                      kind = r < c->rows ? MBSRI_FRONT_LAMBDA : MBSRI_FRONT_ETA;
-            f->row_kind[f->row_count + at] = f->column_kind[f->column_count + at] =
-                (unsigned char)kind;
-            f->owner_row[f->row_count + at] = f->owner_column[f->column_count + at] = -1 - (int)k;
-        }
-    }
-}
-
-/* ---- memory ---- */
-
-static void *take(unsigned char *base, size_t *used, size_t count, size_t size)
-{
-    void *here = base ? base + *used : NULL;
-    *used += (count * size + 15) / 16 * 16;
-    return here;
-}
-
-static size_t place(mbsri_front *f, unsigned char *base)
-{
-    const mbsr_model *m = f->model;
-    const mbsri_front_plan *plan = &f->plan;
-    const size_t multipliers = (size_t)(m->rows + m->held),
-                 rows = (size_t)f->row_count + multipliers,
-                 columns = (size_t)f->column_count + multipliers, bodies = (size_t)m->bodies + 1,
-                 front = (size_t)plan->most_rows * (size_t)plan->most_columns;
-    size_t used = 0;
-    f->names = take(base, &used, bodies, sizeof *f->names);
-    f->left = take(base, &used, bodies, sizeof *f->left);
-    int **const ints[] = {&f->owner_row, &f->owner_column, &f->row_at, &f->column_at,
-                          &f->row,       &f->column,       &f->numbers};
-    const size_t int_count[] = {
-        rows,      columns, rows, columns, (size_t)plan->most_rows, (size_t)plan->most_columns,
-        plan->ints};
-    for (size_t k = 0; k < sizeof ints / sizeof ints[0]; ++k)
-        *ints[k] = take(base, &used, int_count[k], sizeof(int));
-    f->row_kind = take(base, &used, rows, 1);
-    f->column_kind = take(base, &used, columns, 1);
-    double **const doubles[] = {&f->LU,           &f->matrices, &f->M,        &f->N, &f->row_scale,
-                                &f->column_scale, &f->largest,  &f->value,    &f->h, &f->local,
-                                &f->rates,        &f->wbar,     &f->left_over};
-    const size_t count[] = {plan->doubles,
-                            plan->matrices,
-                            front,
-                            front,
-                            (size_t)plan->most_rows,
-                            (size_t)plan->most_columns,
-                            (size_t)plan->most_rows,
-                            columns,
-                            rows,
-                            (size_t)(plan->most_rows + plan->most_columns),
-                            5 * (size_t)m->nu,
-                            m->size_v,
-                            2 * (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM)};
-    for (size_t k = 0; k < sizeof doubles / sizeof doubles[0]; ++k)
-        *doubles[k] = take(base, &used, count[k], sizeof(double));
-    double *vectors =
-        take(base, &used, mbsri_vectors_place(f->linear, NULL, &f->vectors), sizeof(double));
-    if (base) (void)mbsri_vectors_place(f->linear, vectors, &f->vectors);
-    return used;
-}
-
-static bool *copy_of(const mbsr_model *m, const bool *served)
-{
-    const size_t size = ((size_t)m->bodies + 1) * sizeof *served;
-    bool *copy = mbsri_allocate(&m->allocator, size);
-    if (copy) memcpy(copy, served, size);
-    return copy;
-}
-
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served)
-{
-    mbsri_front *f = mbsri_allocate(&m->allocator, sizeof *f);
-    if (!f) return NULL;
-    *f = (mbsri_front){.model = m, .served = served ? copy_of(m, served) : NULL};
-    if (f->served || !served) f->linear = mbsri_linear_create(m, m->rows > 0, f->served);
-    if (f->linear && mbsri_front_plan_create(m, f->served, &f->plan)) {
-        number(f);
-        const size_t size = place(f, NULL);
-        f->memory = mbsri_allocate(&m->allocator, size);
-        f->bytes = sizeof *f + size + f->linear->bytes + mbsri_front_plan_bytes(m, &f->plan);
-    }
-    if (!f->memory) {
-        mbsri_front_destroy(f);
-        return NULL;
-    }
-    (void)place(f, f->memory);
-    memset(f->left, 0, ((size_t)m->bodies + 1) * sizeof *f->left);
-    number(f);
-    sort(f);
-    for (int k = 0; k < f->plan.steps; ++k) f->plan.step[k].axes = mbsri_front_may_step(f, k);
-    return f;
-}
-
-void mbsri_front_destroy(mbsri_front *f)
-{
-    if (!f) return;
-    const mbsr_allocator allocator = f->model->allocator;
-    mbsri_linear_destroy(f->linear);
-    mbsri_front_plan_destroy(f->model, &f->plan);
-    if (f->memory) mbsri_release(&allocator, f->memory);
-    if (f->served) mbsri_release(&allocator, f->served);
-    mbsri_release(&allocator, f);
-}
 
 /* ---- what is left singular ---- */
 
@@ -215,20 +41,25 @@ static int singular_row(const mbsri_front *f, mbsr_data *d, int closure, int row
                       mbsri_closure_row_name(m, c, row), d->t);
 }
 
-/* Names the joint nearest to the leaves, or else a row of a closure, that is left. */
+/* Names the joint nearest to the leaves, or else a row of a closure, that is left. Rounding alone
+ * leaves a joint's unknown with rows of closures, or its row with multipliers: these depend on each
+ * other then. */
 static int singular(const mbsri_front *f, mbsr_data *d, const mbsri_front_pivots *p)
 {
     const mbsr_model *m = f->model;
-    int joint = 0, closure = 0, number = 0, joint_kind = MBSRI_FRONT_NONE;
+    int joint = 0, joint_row = 0, closure = 0, number = 0, joint_kind = MBSRI_FRONT_NONE;
     for (int l = p->done; l < p->size; ++l) {
-        const int owner = f->owner_column[p->column[l]], at = p->column[l] - f->column_count;
-        const int kind = f->column_kind[p->column[l]];
+        const int owner = f->owner_column[p->column[l]], row = f->owner_row[p->row[l]],
+                  kind = f->column_kind[p->column[l]];
         if (kind == MBSRI_FRONT_PENDING) continue;
         if (owner > joint || (owner == joint && kind == MBSRI_FRONT_PLACE))
             joint = owner, joint_kind = kind;
-        if (owner < closure || closure == 0) closure = owner, number = at;
+        if (row > joint_row) joint_row = row;
+        if (owner < closure) closure = owner, number = p->column[l] - f->column_count;
+        if (row < closure) closure = row, number = p->row[l] - f->row_count;
     }
-    if (joint > 0) return singular_joint(f, d, joint, joint_kind);
+    if (joint > 0 && (joint_row > 0 || closure == 0))
+        return singular_joint(f, d, joint, joint_kind);
     const mbsri_closure *c = (const mbsri_closure *)m->closures.data - 1 - closure;
     const int row = number < m->rows ? number - c->row : number - m->rows - c->held_row;
     return singular_row(f, d, -1 - closure, row);
@@ -291,6 +122,7 @@ static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pi
                               .columns = b->columns,
                               .stride = b->all_rows,
                               .watched = b->watched,
+                              .light = b->step->light,
                               .lacks_mass = b->lacks_mass,
                               .M = b->M,
                               .N = b->N,
@@ -346,6 +178,7 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
     f->c = c;
     int status = f->linear->whole ? mbsri_linear_at(f->linear, d, t, y, yp, c)
                                   : mbsri_linear_open(f->linear, d, t, y, yp, c);
+    if (!status) status = mbsri_front_replan(f, d);
     for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
     if (!status && f->model->grouped) status = mbsri_backward(f->model, d);
     return status;

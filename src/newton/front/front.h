@@ -36,8 +36,17 @@ typedef struct mbsri_front_left {
     bool plain;
 } mbsri_front_left;
 
+/* Memory that plans are made in, one after the other. */
+typedef struct mbsri_front_arena {
+    unsigned char *memory; /* NULL: the one plan is made once, by the model's allocator */
+    size_t size, used;
+} mbsri_front_arena;
+
 typedef struct mbsri_front {
     const mbsr_model *model;
+    mbsri_front_arena *arena; /* of a model with elements by pairs; else NULL */
+    mbsri_acting *planned;    /* the pairs that its plan is for */
+    int planned_count;
     bool *served; /* N + 1: bodies that it passes; NULL: all */
     mbsri_linear *linear;
     mbsri_front_plan plan;
@@ -61,7 +70,8 @@ typedef struct mbsri_front {
     double *wbar;      /* size_v */
     double *left_over; /* twice as y */
     void *memory;
-    size_t bytes;
+    unsigned char *of_plan; /* in memory: what the plan determines the sizes of, */
+    size_t room, bytes;     /* and how much that may be */
 } mbsri_front;
 
 /* What a text of MBSR_SINGULAR_BLOCK says of a joint. */
@@ -72,6 +82,10 @@ typedef struct mbsri_front {
 /* served: see plan.h. NULL: there is no memory. */
 mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served);
 void mbsri_front_destroy(mbsri_front *f);
+
+/* The plan of the pairs that act, as the linearised equations have them. A status, with a text in
+ * the data. */
+int mbsri_front_replan(mbsri_front *f, mbsr_data *d);
 
 /* Linearises and eliminates at the state (t, y), with the loop forces of y', for the factor c. A
  * status, with a text in the data. */

@@ -8,19 +8,6 @@
 
 #include "base/memory.h"
 
-int mbsri_front_bodies(const mbsr_model *m, int element, const int **list)
-{
-    const int forces = (int)m->forces.count;
-    if (element < forces) {
-        const mbsri_force *force = (const mbsri_force *)m->forces.data + element;
-        *list = m->list_index + force->list;
-        return force->def.table->flags & MBSR_FORCE_EVERY_BODY ? 0 : force->def.bodies;
-    }
-    const mbsri_closure *c = (const mbsri_closure *)m->closures.data + element - forces;
-    *list = c->body;
-    return c->bodies;
-}
-
 /* ---- by depth ---- */
 
 void mbsri_front_order_by_depth(const mbsr_model *m, int *order, int *work)
@@ -44,6 +31,7 @@ typedef struct link {
 
 typedef struct graph {
     const mbsr_model *m;
+    const mbsri_front_source *from;
     mbsri_array members, links, heap; /* int, link, key */
     int *first, *count;               /* of cliques in `members`; count -1: joined to another */
     int cliques;
@@ -63,7 +51,7 @@ static bool less(key a, key b)
 
 static bool push(graph *g, key now)
 {
-    if (!mbsri_reserve(&g->m->allocator, &g->heap, 1, sizeof now)) return false;
+    if (!mbsri_reserve(g->from->allocator, &g->heap, 1, sizeof now)) return false;
     key *heap = g->heap.data;
     size_t at = g->heap.count++;
     for (; at > 0 && less(now, heap[(at - 1) / 2]); at = (at - 1) / 2)
@@ -90,7 +78,7 @@ static bool add_member(graph *g, int body)
 {
     if (body == 0 || g->left[body] < 0 || g->marked[body] == g->mark) return true;
     g->marked[body] = g->mark;
-    if (!mbsri_reserve(&g->m->allocator, &g->members, 1, sizeof(int))) return false;
+    if (!mbsri_reserve(g->from->allocator, &g->members, 1, sizeof(int))) return false;
     ((int *)g->members.data)[g->members.count++] = body;
     return true;
 }
@@ -103,7 +91,7 @@ static bool close_clique(graph *g, size_t first)
     g->count[clique] = (int)(g->members.count - first);
     for (int k = 0; k < g->count[clique]; ++k) {
         const int body = ((int *)g->members.data)[first + (size_t)k];
-        if (!mbsri_reserve(&g->m->allocator, &g->links, 1, sizeof(link))) return false;
+        if (!mbsri_reserve(g->from->allocator, &g->links, 1, sizeof(link))) return false;
         ((link *)g->links.data)[g->links.count] = (link){clique, g->first_link[body]};
         g->first_link[body] = (int)g->links.count++;
     }
@@ -151,11 +139,11 @@ static bool pass(graph *g, int i)
 static bool begin(graph *g)
 {
     const mbsr_model *m = g->m;
-    const int elements = (int)(m->forces.count + m->closures.count);
+    const int elements = mbsri_front_elements(g->from);
     for (int i = 0; i <= m->bodies; ++i) g->left[i] = g->marked[i] = 0, g->first_link[i] = -1;
     for (int i = 1; i <= m->bodies; ++i) ++g->left[m->body[i].parent];
     for (int k = 0; k < elements; ++k) {
-        const int *list, count = mbsri_front_bodies(m, k, &list);
+        const int *list, count = mbsri_front_bodies(g->from, k, &list);
         const size_t first = g->members.count;
         ++g->mark;
         for (int l = 0; l < count; ++l) {
@@ -190,12 +178,12 @@ static bool order_all(graph *g, int *order)
     return true;
 }
 
-bool mbsri_front_order_by_border(const mbsr_model *m, int *order)
+bool mbsri_front_order_by_border(const mbsri_front_source *from, int *order)
 {
-    const size_t bodies = (size_t)m->bodies + 1,
-                 cliques = bodies + m->forces.count + m->closures.count;
-    int *memory = mbsri_allocate(&m->allocator, (2 * cliques + 3 * bodies) * sizeof(int));
-    graph g = {.m = m};
+    const size_t bodies = (size_t)from->model->bodies + 1,
+                 cliques = bodies + (size_t)mbsri_front_elements(from);
+    int *memory = mbsri_allocate(from->allocator, (2 * cliques + 3 * bodies) * sizeof(int));
+    graph g = {.m = from->model, .from = from};
     bool made = memory != NULL;
     if (made) {
         g.first = memory;
@@ -204,11 +192,11 @@ bool mbsri_front_order_by_border(const mbsr_model *m, int *order)
         g.left = g.first_link + bodies;
         g.marked = g.left + bodies;
         made = order_all(&g, order);
-        mbsri_release(&m->allocator, memory);
+        mbsri_release(from->allocator, memory);
     }
     void *const arrays[] = {g.members.data, g.links.data, g.heap.data};
     for (size_t k = 0; k < 3; ++k) {
-        if (arrays[k]) mbsri_release(&m->allocator, arrays[k]);
+        if (arrays[k]) mbsri_release(from->allocator, arrays[k]);
     }
     return made;
 }

@@ -3,15 +3,12 @@
 #ifndef MBSRI_FRONT_ORDER_H
 #define MBSRI_FRONT_ORDER_H
 
-#include "model/record.h"
-
-/* The bodies of an element, or closure, by index, the root and repetitions among them. */
-int mbsri_front_bodies(const mbsr_model *m, int element, const int **list);
+#include "newton/front/source.h"
 
 /* N bodies: the deepest first. work: 2 N + 2. */
 void mbsri_front_order_by_depth(const mbsr_model *m, int *order, int *work);
 
 /* That with the fewest bodies in its border next; false: there is no memory. */
-bool mbsri_front_order_by_border(const mbsr_model *m, int *order);
+bool mbsri_front_order_by_border(const mbsri_front_source *from, int *order);
 
 #endif

@@ -21,6 +21,7 @@ enum { SPARE = 6 };
 
 typedef struct draft {
     const mbsr_model *m;
+    const mbsri_front_source *from;
     const bool *served; /* NULL: all */
     mbsri_front_plan *plan;
     bool crosses;       /* something ties bodies that are no neighbours */
@@ -33,62 +34,58 @@ typedef struct draft {
                                        * whether bodies without full inertia are behind */
 } draft;
 
-static void *numbers(const mbsr_model *m, size_t count)
+static void *numbers(const mbsri_front_source *from, size_t count)
 {
-    return mbsri_allocate(&m->allocator, (count > 0 ? count : 1) * sizeof(int));
-}
-
-static int elements_of(const mbsr_model *m)
-{
-    return (int)(m->forces.count + m->closures.count);
+    return mbsri_allocate(from->allocator, (count > 0 ? count : 1) * sizeof(int));
 }
 
 /* Elements with their bodies, at most. */
-static size_t entries_of(const mbsr_model *m)
+static size_t entries_of(const mbsri_front_source *from)
 {
     size_t sum = 0;
-    for (int k = 0; k < elements_of(m); ++k) {
+    for (int k = 0; k < mbsri_front_elements(from); ++k) {
         const int *list;
-        sum += (size_t)mbsri_front_bodies(m, k, &list);
+        sum += (size_t)mbsri_front_bodies(from, k, &list);
     }
     return sum;
 }
 
-void mbsri_front_plan_destroy(const mbsr_model *m, mbsri_front_plan *plan)
+void mbsri_front_plan_destroy(const mbsr_allocator *allocator, mbsri_front_plan *plan)
 {
     void *const memory[] = {plan->step,    plan->position, plan->child,
                             plan->element, plan->border,   plan->coordinates};
     for (size_t k = 0; k < sizeof memory / sizeof memory[0]; ++k) {
-        if (memory[k]) mbsri_release(&m->allocator, memory[k]);
+        if (memory[k]) mbsri_release(allocator, memory[k]);
     }
     *plan = (mbsri_front_plan){0};
 }
 
-size_t mbsri_front_plan_bytes(const mbsr_model *m, const mbsri_front_plan *plan)
+size_t mbsri_front_plan_bytes(const mbsri_front_source *from, const mbsri_front_plan *plan)
 {
-    const size_t bodies = (size_t)m->bodies + 1;
+    const size_t bodies = (size_t)from->model->bodies + 1;
     return bodies * (sizeof *plan->step + 2 * sizeof(int) + sizeof(bool)) +
-           (entries_of(m) + (size_t)plan->entries) * sizeof(int);
+           (entries_of(from) + (size_t)plan->entries) * sizeof(int);
 }
 
-static bool allocate(const mbsr_model *m, mbsri_front_plan *plan)
+static bool allocate(const mbsri_front_source *from, mbsri_front_plan *plan)
 {
-    const size_t bodies = (size_t)m->bodies + 1;
-    *plan = (mbsri_front_plan){.steps = m->bodies};
-    return (plan->step = mbsri_allocate(&m->allocator, bodies * sizeof *plan->step)) &&
-           (plan->position = numbers(m, bodies)) && (plan->child = numbers(m, bodies)) &&
-           (plan->element = numbers(m, entries_of(m))) &&
-           (plan->coordinates = mbsri_allocate(&m->allocator, bodies * sizeof(bool)));
+    const size_t bodies = (size_t)from->model->bodies + 1;
+    *plan = (mbsri_front_plan){.steps = from->model->bodies};
+    return (plan->step = mbsri_allocate(from->allocator, bodies * sizeof *plan->step)) &&
+           (plan->position = numbers(from, bodies)) && (plan->child = numbers(from, bodies)) &&
+           (plan->element = numbers(from, entries_of(from))) &&
+           (plan->coordinates = mbsri_allocate(from->allocator, bodies * sizeof(bool)));
 }
 
 /* ---- what is where ---- */
 
-static void find_coordinates(const mbsr_model *m, const bool *served, bool *coordinates)
+static void find_coordinates(const mbsri_front_source *from, const bool *served, bool *coordinates)
 {
-    const int forces = (int)m->forces.count;
+    const mbsr_model *m = from->model;
+    const int forces = (int)m->forces.count, fixed = forces + (int)m->closures.count;
     memset(coordinates, 0, ((size_t)m->bodies + 1) * sizeof *coordinates);
-    for (int k = 0; k < elements_of(m) && !served; ++k) {
-        const int *list, count = mbsri_front_bodies(m, k, &list);
+    for (int k = 0; k < fixed && !served; ++k) { /* pairs do not read joints */
+        const int *list, count = mbsri_front_bodies(from, k, &list);
         const bool reads =
             k < forces
                 ? !(((const mbsri_force *)m->forces.data)[k].def.table->flags & MBSR_FORCE_NO_JOINT)
@@ -101,9 +98,9 @@ static void find_coordinates(const mbsr_model *m, const bool *served, bool *coor
 
 /* The step in which an element is added: the first that passes one of its bodies; -1: there is
  * none. */
-static int step_of(const mbsr_model *m, const mbsri_front_plan *plan, int element)
+static int step_of(const mbsri_front_source *from, const mbsri_front_plan *plan, int element)
 {
-    const int *list, count = mbsri_front_bodies(m, element, &list);
+    const int *list, count = mbsri_front_bodies(from, element, &list);
     int first = -1;
     for (int k = 0; k < count; ++k) {
         if (list[k] == 0) continue;
@@ -117,9 +114,9 @@ static int step_of(const mbsr_model *m, const mbsri_front_plan *plan, int elemen
 static bool is_added(const draft *d, int element, int l)
 {
     const int *list;
-    (void)mbsri_front_bodies(d->m, element, &list);
+    (void)mbsri_front_bodies(d->from, element, &list);
     if (list[l] == 0) return false;
-    if (!d->served) return d->plan->position[list[l]] == step_of(d->m, d->plan, element);
+    if (!d->served) return d->plan->position[list[l]] == step_of(d->from, d->plan, element);
     return d->served[list[l]];
 }
 
@@ -136,8 +133,8 @@ static int list_elements(draft *d, bool listed)
 {
     mbsri_front_plan *plan = d->plan;
     int used = 0;
-    for (int k = 0; k < elements_of(d->m); ++k) {
-        const int *list, count = mbsri_front_bodies(d->m, k, &list);
+    for (int k = 0; k < mbsri_front_elements(d->from); ++k) {
+        const int *list, count = mbsri_front_bodies(d->from, k, &list);
         for (int l = 0; l < count; ++l) {
             if (is_repeated(list, l) || !is_added(d, k, l)) continue;
             mbsri_front_step *s = plan->step + plan->position[list[l]];
@@ -168,7 +165,7 @@ static bool add_body(draft *d, int k, int body)
 {
     const mbsri_front_plan *plan = d->plan;
     if (body == 0 || plan->position[body] <= k || d->marked[body] == k + 1) return true;
-    if (!mbsri_reserve(&d->m->allocator, &d->border, 1, sizeof(int))) return false;
+    if (!mbsri_reserve(d->from->allocator, &d->border, 1, sizeof(int))) return false;
     d->marked[body] = k + 1;
     ((int *)d->border.data)[d->border.count++] = body;
     return true;
@@ -195,7 +192,7 @@ static bool find_border(draft *d, int k)
     bool room = add_body(d, k, parent);
     for (int l = 0; l < s->elements && room && !d->served; ++l) {
         const int *list,
-            count = mbsri_front_bodies(d->m, plan->element[s->first_element + l], &list);
+            count = mbsri_front_bodies(d->from, plan->element[s->first_element + l], &list);
         for (int j = 0; j < count && room; ++j) room = add_body(d, k, list[j]);
     }
     for (int l = 0; l < s->children && room && !d->served; ++l) {
@@ -244,7 +241,7 @@ static int multipliers_of(const draft *d, const mbsri_front_step *s, int *rows)
     *rows = 0;
     for (int l = 0; l < s->elements; ++l) {
         const int k = d->plan->element[s->first_element + l] - forces;
-        if (k < 0) continue;
+        if (k < 0 || k >= (int)d->m->closures.count) continue;
         const mbsri_closure *c = (const mbsri_closure *)d->m->closures.data + k;
         sum += c->rows + c->held;
         *rows += c->rows;
@@ -313,7 +310,7 @@ static void measure(draft *d, int k)
     if (waiting > s->border_columns) waiting = s->border_columns;
     d->waiting[k] = waiting;
     d->unsettled[k] = groups;
-    d->light[k] = light;
+    d->light[k] = s->light = light;
     s->held = d->crosses || d->m->rows > 0 ? waiting + SPARE + (light ? s->border_columns : 0) : 0;
     s->carried = all < s->held + 2 * groups ? all : s->held + 2 * groups;
     if (s->borders == 0) s->carried = 0;
@@ -356,10 +353,11 @@ static bool lay_out(draft *d, const int *order, double most)
 
 /* ---- orders ---- */
 
-static bool crosses(const mbsr_model *m)
+static bool crosses(const mbsri_front_source *from)
 {
-    for (int k = 0; k < elements_of(m); ++k) {
-        const int *list, count = mbsri_front_bodies(m, k, &list);
+    const mbsr_model *m = from->model;
+    for (int k = 0; k < mbsri_front_elements(from); ++k) {
+        const int *list, count = mbsri_front_bodies(from, k, &list);
         for (int l = 1; l < count; ++l) {
             const int a = list[0], b = list[l];
             if (a != b && a != 0 && b != 0 && m->body[a].parent != b && m->body[b].parent != a)
@@ -389,7 +387,7 @@ static bool choose(draft *d, int *order, int *other)
     if (!compare(d, &best, order, order)) return false;
     mbsri_front_order_by_depth(m, other, d->marked);
     if (!compare(d, &best, order, other)) return false;
-    return mbsri_front_order_by_border(m, other) && compare(d, &best, order, other);
+    return mbsri_front_order_by_border(d->from, other) && compare(d, &best, order, other);
 }
 
 /* ---- places ---- */
@@ -457,14 +455,15 @@ static void place(mbsri_front_plan *plan, gap *gaps)
     }
 }
 
-bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_front_plan *plan)
+bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
+                             mbsri_front_plan *plan)
 {
-    const size_t bodies = (size_t)m->bodies + 1;
-    int *memory = numbers(m, 10 * bodies);
-    gap *gaps = memory ? mbsri_allocate(&m->allocator, bodies * sizeof *gaps) : NULL;
-    draft d = {.m = m, .served = served, .plan = plan};
+    const size_t bodies = (size_t)from->model->bodies + 1;
+    int *memory = numbers(from, 10 * bodies);
+    gap *gaps = memory ? mbsri_allocate(from->allocator, bodies * sizeof *gaps) : NULL;
+    draft d = {.m = from->model, .from = from, .served = served, .plan = plan};
     *plan = (mbsri_front_plan){0};
-    bool made = gaps && allocate(m, plan);
+    bool made = gaps && allocate(from, plan);
     if (made) {
         int *order = memory, *other = memory + bodies;
         d.marked = memory + 2 * bodies;
@@ -475,8 +474,8 @@ bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_fron
         d.unsettled = memory + 7 * bodies;
         d.light = memory + 8 * bodies;
         d.waiting = memory + 9 * bodies;
-        d.crosses = !served && crosses(m);
-        find_coordinates(m, served, plan->coordinates);
+        d.crosses = !served && crosses(from);
+        find_coordinates(from, served, plan->coordinates);
         made = choose(&d, order, other) && lay_out(&d, order, 1e300);
     }
     if (made) {
@@ -484,10 +483,10 @@ bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_fron
         plan->entries = (int)d.border.count;
         place(plan, gaps);
     } else {
-        if (d.border.data) mbsri_release(&m->allocator, d.border.data);
-        mbsri_front_plan_destroy(m, plan);
+        if (d.border.data) mbsri_release(from->allocator, d.border.data);
+        mbsri_front_plan_destroy(from->allocator, plan);
     }
-    if (memory) mbsri_release(&m->allocator, memory);
-    if (gaps) mbsri_release(&m->allocator, gaps);
+    if (memory) mbsri_release(from->allocator, memory);
+    if (gaps) mbsri_release(from->allocator, gaps);
     return made;
 }

@@ -11,12 +11,13 @@
 #ifndef MBSRI_FRONT_PLAN_H
 #define MBSRI_FRONT_PLAN_H
 
-#include "model/record.h"
+#include "newton/front/source.h"
 
 typedef struct mbsri_front_step {
     int body;
     int first_child, children;   /* in `child`: steps whose fronts are added here */
-    int first_element, elements; /* in `element`: a force, or the number of forces and a closure */
+    int first_element, elements; /* in `element`: a force; the number of forces and a closure; that
+                                  * of both and a pair */
     int first_border, borders;   /* in `border`: bodies, as they are passed */
     int next;                    /* the step that takes in what is handed on; -1: nothing is */
     int unknowns; /* own, multipliers, and carried ones, at most; then the rest of the matrix */
@@ -25,6 +26,7 @@ typedef struct mbsri_front_step {
     int border_rows, border_columns;
     int carried;        /* unknowns that are handed on, at most */
     bool axes;          /* axes_step.h may serve it */
+    bool light;         /* some joint that has been passed by then may lack mass */
     int held;           /* of these, how many may be, but for those of an open group */
     size_t matrix;      /* doubles: of what is handed on, */
     size_t LU, numbers; /* and of what is eliminated, with d(M u) and dp' of the joint; ints */
@@ -44,8 +46,9 @@ typedef struct mbsri_front_plan {
 /* The cheapest of some plans. served (N + 1; NULL: all): the bodies that are passed, in their
  * order, beside others that something else passes; their elements are added pair by pair
  * (newton/slopes/relation.h). False: there is no memory. */
-bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_front_plan *plan);
-void mbsri_front_plan_destroy(const mbsr_model *m, mbsri_front_plan *plan);
-size_t mbsri_front_plan_bytes(const mbsr_model *m, const mbsri_front_plan *plan);
+bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
+                             mbsri_front_plan *plan);
+void mbsri_front_plan_destroy(const mbsr_allocator *allocator, mbsri_front_plan *plan);
+size_t mbsri_front_plan_bytes(const mbsri_front_source *from, const mbsri_front_plan *plan);
 
 #endif

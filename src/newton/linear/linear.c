@@ -15,6 +15,7 @@
 #include "newton/slopes/relation.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
+#include "recursion/elements.h"
 #include "recursion/forward.h"
 #include "recursion/group.h"
 #include "recursion/inverse.h"
@@ -113,34 +114,76 @@ static bool on_every_body(const mbsri_force *force)
     return (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
 }
 
+static bool by_pairs(const mbsri_force *force)
+{
+    return (force->def.table->flags & MBSR_FORCE_BY_PAIRS) != 0;
+}
+
 int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, const int **list)
 {
     const mbsr_model *m = l->model;
+    if (by_pairs(force)) {
+        *list = l->pairs.pair[i].body;
+        return 2;
+    }
     *list = on_every_body(force) ? m->member + m->body[i].at : m->list_index + force->list;
     return on_every_body(force) ? 1 : force->def.bodies;
 }
 
-void mbsri_linear_calls(const mbsri_linear *l, const mbsri_force *force, int *first, int *last)
+void mbsri_linear_calls(const mbsri_linear *l, size_t k, int *first, int *last)
 {
+    const mbsri_force *force = force_of(l, k);
     *first = on_every_body(force) ? 1 : 0;
     *last = on_every_body(force) ? l->model->bodies : 0;
+    if (!by_pairs(force)) return;
+    while (*first < l->pairs.count && l->pairs.pair[*first].force < (int)k) ++*first;
+    *last = *first - 1;
+    while (*last + 1 < l->pairs.count && l->pairs.pair[*last + 1].force == (int)k) ++*last;
+}
+
+static void add_to_pattern(const mbsri_linear *l, int i, int *rows, int *columns)
+{
+    const mbsri_body *b = l->model->body + i;
+    if (i == 0) return;
+    *rows += b->d + b->n;
+    *columns += l->e[i] + b->d + b->nq + b->n;
+}
+
+/* Rows and columns of the largest pair. */
+static void pair_shape(const mbsri_linear *l, int *rows, int *columns)
+{
+    *rows = *columns = 0;
+    for (int i = 1; i <= l->model->bodies; ++i) {
+        int r = 0, c = 0;
+        add_to_pattern(l, i, &r, &c);
+        if (2 * r > *rows) *rows = 2 * r;
+        if (2 * c > *columns) *columns = 2 * c;
+    }
 }
 
 static void shape(const mbsri_linear *l, const mbsri_force *force, int i, int *rows, int *columns)
 {
-    const mbsri_body *b = l->model->body + i;
-    mbsri_slopes_shape(l->model, force, rows, columns);
-    if (!on_every_body(force)) return;
-    *rows = b->d + b->n;
-    *columns = l->e[i] + b->d + b->nq + b->n;
+    *rows = *columns = 0;
+    if (by_pairs(force)) {
+        for (int k = 0; k < 2; ++k) add_to_pattern(l, l->pairs.pair[i].body[k], rows, columns);
+    } else if (on_every_body(force)) {
+        add_to_pattern(l, i, rows, columns);
+    } else {
+        mbsri_slopes_shape(l->model, force, rows, columns);
+    }
+}
+
+/* Where the derivatives of a call are kept. */
+static size_t body_place_of(const mbsri_linear *l, size_t k, int i)
+{
+    if (by_pairs(force_of(l, k))) return l->of_pairs + (size_t)i * l->a_pair;
+    return l->element[k] + (on_every_body(force_of(l, k)) ? l->each[i] : 0);
 }
 
 const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns)
 {
-    const mbsri_force *force = force_of(l, k);
-    shape(l, force, i, rows, columns);
-    if (!l->whole) return l->slopes.out.matrix;
-    return l->store + l->element[k] + (on_every_body(force) ? l->each[i] : 0);
+    shape(l, force_of(l, k), i, rows, columns);
+    return l->whole ? l->store + body_place_of(l, k, i) : l->slopes.out.matrix;
 }
 
 static size_t number_bodies(mbsri_linear *l)
@@ -171,13 +214,19 @@ static size_t number_all(mbsri_linear *l, size_t *work)
     for (size_t k = 0; k < m->forces.count; ++k) {
         int first, last;
         l->element[k] = used;
-        mbsri_linear_calls(l, force_of(l, k), &first, &last);
+        if (by_pairs(force_of(l, k))) continue;
+        mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last && l->whole; ++i) {
             int rows, columns;
             shape(l, force_of(l, k), i, &rows, &columns);
             used += (size_t)rows * (size_t)columns;
         }
     }
+    int rows, columns;
+    pair_shape(l, &rows, &columns);
+    l->of_pairs = used;
+    l->a_pair = l->whole ? (size_t)rows * (size_t)columns : 0;
+    used += (size_t)m->pairs * l->a_pair;
     *work = 0;
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = closure_of(l, k);
@@ -193,7 +242,8 @@ static size_t numbers_size(const mbsr_model *m)
 {
     const size_t bodies = (size_t)m->bodies + 1;
     return (3 * bodies + m->forces.count + m->closures.count) * sizeof(size_t) +
-           2 * bodies * sizeof(int) + (2 * bodies + (size_t)m->rows) * sizeof(bool);
+           (size_t)m->pairs * sizeof(mbsri_acting) + 2 * bodies * sizeof(int) +
+           (2 * bodies + (size_t)m->rows) * sizeof(bool);
 }
 
 static void place_numbers(mbsri_linear *l, void *memory)
@@ -205,7 +255,8 @@ static void place_numbers(mbsri_linear *l, void *memory)
     l->each = l->terms + bodies;
     l->element = l->each + bodies;
     l->closure = l->element + m->forces.count;
-    l->rank = (int *)(void *)(l->closure + m->closures.count);
+    l->pairs.pair = (mbsri_acting *)(void *)(l->closure + m->closures.count);
+    l->rank = (int *)(void *)(l->pairs.pair + m->pairs);
     l->e = l->rank + bodies;
     l->deep = (bool *)(void *)(l->e + bodies);
     l->coupled = l->deep + bodies;
@@ -216,7 +267,7 @@ static size_t place_doubles(mbsri_linear *l, size_t store, size_t work, double *
 {
     const mbsr_model *m = l->model;
     size_t used = 0, slopes, ints, one = 0;
-    mbsri_slopes_size(m, &slopes, &ints);
+    mbsri_slopes_size(m, MBSRI_SLOPES_BY_PAIRS, &slopes, &ints);
     for (int i = 1; i <= m->bodies && !l->whole; ++i) {
         const size_t terms = own_terms(l, i);
         if (terms > one) one = terms;
@@ -228,7 +279,8 @@ static size_t place_doubles(mbsri_linear *l, size_t store, size_t work, double *
     l->spare = take(&memory, &used, (size_t)(m->nq + 3 * m->nu));
     l->terms_of_one = take(&memory, &used, one);
     double *matrix = take(&memory, &used, slopes);
-    if (memory) mbsri_slopes_place(m, &l->slopes, matrix, (int *)(void *)memory);
+    if (memory)
+        mbsri_slopes_place(m, MBSRI_SLOPES_BY_PAIRS, &l->slopes, matrix, (int *)(void *)memory);
     return used * sizeof(double) + ints * sizeof(int);
 }
 
@@ -272,9 +324,9 @@ int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double
     if (!status && m->rows > 0) {
         mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
         status = mbsri_closure_jacobians(m, d);
-        d->loaded = true;
     }
-    if (!status) status = mbsri_momentum_derivatives(m, d, spare, spare + m->nq);
+    const double *lambda = m->rows > 0 ? d->loop_lambda : NULL;
+    if (!status) status = mbsri_momentum_derivatives(m, d, lambda, spare, spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
     return status;
@@ -399,10 +451,12 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
 {
     const mbsri_force *force = force_of(l, k);
-    const int status = mbsri_force_slopes(l->model, d, force, i, &l->slopes);
+    const int status =
+        by_pairs(force) ? mbsri_pair_slopes(l->model, d, force, l->pairs.pair[i].place, &l->slopes)
+                        : mbsri_force_slopes(l->model, d, force, i, &l->slopes);
     if (status || !l->whole) return status;
     const mbsr_force_derivatives *s = &l->slopes.out;
-    double *to = l->store + l->element[k] + (on_every_body(force) ? l->each[i] : 0);
+    double *to = l->store + body_place_of(l, k, i);
     mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
     return MBSR_OK;
 }
@@ -412,7 +466,7 @@ static int keep_elements(mbsri_linear *l, mbsr_data *d)
     int status = MBSR_OK;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last;
-        mbsri_linear_calls(l, force_of(l, k), &first, &last);
+        mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last && !status; ++i) status = mbsri_linear_force(l, d, k, i);
     }
     return status;
@@ -433,6 +487,29 @@ static int keep_closures(mbsri_linear *l, mbsr_data *d)
     return MBSR_OK;
 }
 
+/* Which pairs act, element by element. */
+static int find_pairs(mbsri_linear *l, mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    l->pairs.count = 0;
+    for (size_t k = 0; k < m->forces.count && m->pairs > 0; ++k) {
+        const mbsri_force *force = force_of(l, k);
+        int count;
+        if (!by_pairs(force)) continue;
+        const int status = mbsri_force_pairs(m, d, force, &count);
+        if (status) return status;
+        for (int j = 0; j < count; ++j) {
+            mbsri_acting *pair = l->pairs.pair + l->pairs.count++;
+            *pair = (mbsri_acting){.force = (int)k};
+            for (int side = 0; side < 2; ++side) {
+                pair->place[side] = d->force_pairs[j][side];
+                pair->body[side] = m->list_index[force->list + (size_t)pair->place[side]];
+            }
+        }
+    }
+    return MBSR_OK;
+}
+
 int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                       double c)
 {
@@ -441,7 +518,7 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
     if (status) return status;
     double *rates = l->spare, *x = rates + l->model->nu;
     if (mbsri_linear_mark(l, d, NULL)) mbsri_linear_react(l->model, d, rates, x, x + l->model->nu);
-    return MBSR_OK;
+    return l->whole ? MBSR_OK : find_pairs(l, d); /* else with what is kept */
 }
 
 int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d)
@@ -449,6 +526,7 @@ int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d)
     const mbsr_model *m = l->model;
     int status = MBSR_OK;
     for (int i = 1; i <= m->bodies && !status; ++i) status = mbsri_linear_joint(l, d, i);
+    if (!status) status = find_pairs(l, d);
     if (!status) status = keep_elements(l, d);
     if (!status) status = keep_closures(l, d);
     return status;

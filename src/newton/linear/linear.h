@@ -21,8 +21,20 @@ typedef struct mbsri_terms {
     double *H, *Hdot, *J, *Jdot, *G, *s, *X;
 } mbsri_terms;
 
+/* Two bodies between which element `force` acts at the state: by index, and by place in its list.
+ */
+typedef struct mbsri_acting {
+    int force, body[2], place[2];
+} mbsri_acting;
+
+typedef struct mbsri_pairs {
+    int count;
+    mbsri_acting *pair; /* as many as the model has at most */
+} mbsri_pairs;
+
 typedef struct mbsri_linear {
     const mbsr_model *model;
+    mbsri_pairs pairs;
     double c;
     bool whole; /* keeps all for products; else P, below and own are those of the last joint, and
                  * derivatives of elements those of the last */
@@ -35,6 +47,7 @@ typedef struct mbsri_linear {
     size_t *element; /* of elements, */
     size_t *each;    /* N + 1: of those on every body, behind that */
     size_t *closure; /* S, slope and C of closures */
+    size_t of_pairs, a_pair; /* of pairs, and how much each takes */
     size_t motions, bytes;
     double *store, *work; /* work: of a closure */
     double *joint, *body, *spare, *terms_of_one;
@@ -70,7 +83,8 @@ void mbsri_linear_mark_all(mbsri_linear *l);
 int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                       double c);
 
-/* Then the derivatives of joint and body i, and of element k, in the call of body i. A status. */
+/* Then the derivatives of joint and body i, and of element k, in the call of body or pair i. A
+ * status. */
 int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i);
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
 
@@ -96,9 +110,10 @@ static inline int mbsri_linear_actions(const mbsri_linear *l, int i)
     return (l->deep[i] ? 3 : 2) * l->model->body[i].d;
 }
 
-/* Elements. How often one is called: for body `first` .. `last`; the bodies that it sees in the
- * call of body i, and their number; its derivatives there, and their rows and columns. */
-void mbsri_linear_calls(const mbsri_linear *l, const mbsri_force *force, int *first, int *last);
+/* Elements. How often one is called: for body `first` .. `last`, an element by pairs for pairs of
+ * these numbers; the bodies that it sees in the call of body or pair i, and their number; its
+ * derivatives there, and their rows and columns. */
+void mbsri_linear_calls(const mbsri_linear *l, size_t k, int *first, int *last);
 int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, const int **list);
 const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns);
 

@@ -149,7 +149,7 @@ static void add_elements(const mbsri_linear *w, const double *delta, mbsri_vecto
     for (size_t k = 0; k < m->forces.count; ++k) {
         const mbsri_force *force = force_of(w, k);
         int first, last;
-        mbsri_linear_calls(w, force, &first, &last);
+        mbsri_linear_calls(w, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
             const int bodies = mbsri_linear_bodies(w, force, i, &list);

@@ -54,12 +54,29 @@ static void raise(const mbsr_model *m, const extent *e, size_t *matrix, size_t *
     *work = larger(*work, e->copies + e->rows + larger((size_t)m->root.d, e->most_d));
 }
 
-static void measure(const mbsr_model *m, size_t *matrix, size_t *work)
+/* One pair: twice the largest body. */
+static void raise_pair(const mbsr_model *m, const mbsri_force *force, size_t *matrix, size_t *work)
+{
+    extent pair = {0, 0, 0, 0};
+    for (int l = 0; l < force->def.bodies; ++l) {
+        extent one = {0, 0, 0, 0};
+        add_body(m->body + m->list_index[force->list + (size_t)l], &one);
+        pair.rows = larger(pair.rows, 2 * one.rows);
+        pair.columns = larger(pair.columns, 2 * one.columns);
+    }
+    raise(m, &pair, matrix, work);
+}
+
+static void measure(const mbsr_model *m, mbsri_slopes_room room, size_t *matrix, size_t *work)
 {
     const mbsri_force *force = m->forces.data;
     *matrix = *work = 0;
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
         extent whole = {0, 0, 0, 0};
+        if (force->def.table->flags & MBSR_FORCE_BY_PAIRS && room == MBSRI_SLOPES_BY_PAIRS) {
+            raise_pair(m, force, matrix, work);
+            continue;
+        }
         for (int l = 0; l < force->def.bodies; ++l)
             add_body(m->body + m->list_index[force->list + (size_t)l], &whole);
         raise(m, &whole, matrix, work);
@@ -72,18 +89,19 @@ static void measure(const mbsr_model *m, size_t *matrix, size_t *work)
     }
 }
 
-void mbsri_slopes_size(const mbsr_model *m, size_t *doubles, size_t *ints)
+void mbsri_slopes_size(const mbsr_model *m, mbsri_slopes_room room, size_t *doubles, size_t *ints)
 {
     size_t work;
-    measure(m, doubles, &work);
+    measure(m, room, doubles, &work);
     *doubles += work;
     *ints = 2 * (size_t)m->max_force_bodies;
 }
 
-void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, int *ints)
+void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slopes *s,
+                        double *doubles, int *ints)
 {
     size_t matrix, work;
-    measure(m, &matrix, &work);
+    measure(m, room, &matrix, &work);
     s->row = ints;
     s->column = ints + m->max_force_bodies;
     s->matrix = doubles;
@@ -310,10 +328,7 @@ static differences prepare(const mbsr_model *m, mbsr_data *d, const mbsri_force 
                            mbsri_slopes *s)
 {
     differences w = {.m = m, .d = d, .force = force, .s = s};
-    w.args = (mbsr_force_args){.force = &force->def,
-                               .t = d->t,
-                               .bodies = mbsri_force_bodies(m, d, force, body),
-                               .body = d->force_bodies};
+    w.args = mbsri_force_args(d, force, mbsri_force_bodies(m, d, force, body));
     lay_out(s, w.args.bodies, w.args.body);
     detach(&w);
     w.spans = mbsri_spans_of(m, &force->def.table->scales);
@@ -352,14 +367,63 @@ static bool has_own(const mbsr_force_table *table, int bodies, const mbsr_force_
     return true;
 }
 
+/* The derivatives that the element adds to s->out. */
+static int add_own(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                   const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const int status = force->def.table->derivatives(args, out);
+    return status ? mbsri_force_failed(m, d, force, status, "derivatives") : MBSR_OK;
+}
+
+/* Pair by pair. */
+static int add_pairs(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, mbsri_slopes *s)
+{
+    int count;
+    int status = mbsri_force_pairs(m, d, force, &count);
+    for (int k = 0; k < count && !status; ++k) {
+        const int *pair = d->force_pairs[k];
+        const int row[2] = {s->row[pair[0]], s->row[pair[1]]},
+                  column[2] = {s->column[pair[0]], s->column[pair[1]]};
+        mbsr_force_derivatives out = s->out;
+        const mbsr_force_body body[2] = {d->force_bodies[pair[0]], d->force_bodies[pair[1]]};
+        mbsr_force_args args = mbsri_force_args(d, force, 2);
+        out.row = row, out.column = column;
+        args.body = body, args.pair = pair;
+        status = add_own(m, d, force, &args, &out);
+    }
+    return status;
+}
+
 static int own_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
                       mbsri_slopes *s)
 {
     lay_out(s, bodies, d->force_bodies);
-    const mbsr_force_args args = {
-        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
-    const int status = force->def.table->derivatives(&args, &s->out);
-    return status ? mbsri_force_failed(m, d, force, status, "derivatives") : MBSR_OK;
+    if (force->def.table->flags & MBSR_FORCE_BY_PAIRS) return add_pairs(m, d, force, s);
+    const mbsr_force_args args = mbsri_force_args(d, force, bodies);
+    return add_own(m, d, force, &args, &s->out);
+}
+
+static int check_slopes(mbsr_data *d, const mbsr_model *m, const mbsri_force *force,
+                        const mbsri_slopes *s)
+{
+    if (mbsri_finite((size_t)s->out.rows * (size_t)s->out.columns, s->matrix)) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &d->error, MBSR_NOT_FINITE, MBSR_NONE, force->id,
+        "%s (%s): its derivatives are not finite at t = %g",
+        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        force->def.table->name, d->t);
+}
+
+int mbsri_pair_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                      const int pair[2], mbsri_slopes *s)
+{
+    mbsri_pair_bodies(m, d, force, pair);
+    lay_out(s, 2, d->force_bodies);
+    mbsr_force_args args = mbsri_force_args(d, force, 2);
+    args.pair = pair;
+    const int status = add_own(m, d, force, &args, &s->out);
+    return status ? status : check_slopes(d, m, force, s);
 }
 
 /* Of an element that is on. */
@@ -369,14 +433,7 @@ static int find_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
     const int status = has_own(force->def.table, bodies, d->force_bodies)
                            ? own_slopes(m, d, force, bodies, s)
                            : mbsri_force_differences(m, d, force, body, s);
-    if (status) return status;
-    if (mbsri_finite((size_t)s->out.rows * (size_t)s->out.columns, s->matrix)) return MBSR_OK;
-    char label[MBSRI_LABEL];
-    return mbsri_fail(
-        &d->error, MBSR_NOT_FINITE, MBSR_NONE, force->id,
-        "%s (%s): its derivatives are not finite at t = %g",
-        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
-        force->def.table->name, d->t);
+    return status ? status : check_slopes(d, m, force, s);
 }
 
 int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,

@@ -20,8 +20,13 @@ typedef struct mbsri_slopes {
 } mbsri_slopes;
 
 /* Doubles and ints that it needs, and where they are given to it. */
-void mbsri_slopes_size(const mbsr_model *m, size_t *doubles, size_t *ints);
-void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, int *ints);
+typedef enum mbsri_slopes_room {
+    MBSRI_SLOPES_BY_PAIRS, /* of elements by pairs one pair at a time */
+    MBSRI_SLOPES_WHOLE     /* all of any element */
+} mbsri_slopes_room;
+void mbsri_slopes_size(const mbsr_model *m, mbsri_slopes_room room, size_t *doubles, size_t *ints);
+void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slopes *s,
+                        double *doubles, int *ints);
 
 /* Derivatives of an element at the state of mbsr_stage_velocities, into s->out: its own, or central
  * differences. `body`: the index of the one body it is asked for, for elements that act on every
@@ -29,6 +34,10 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, i
  * set. Leaves f and tau of the data as they were. */
 int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                        mbsri_slopes *s);
+
+/* Those of one pair of an element by pairs, which has two bodies then. */
+int mbsri_pair_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                      const int pair[2], mbsri_slopes *s);
 
 /* The forces themselves, in the order of the rows; s->out has these and a matrix of zeros. */
 int mbsri_force_values(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,

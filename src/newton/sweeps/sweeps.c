@@ -87,7 +87,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     const bool deep = may_be_deep(tree);
     w->below = take(base, &used, deep ? nu * sizeof *w->below : 0);
     w->reaction = take(base, &used, deep ? bodies * sizeof *w->reaction : 0);
-    mbsri_slopes_size(m, &doubles, &ints);
+    mbsri_slopes_size(m, MBSRI_SLOPES_BY_PAIRS, &doubles, &ints);
     double *work = take(base, &used, doubles * sizeof *work);
     int *places = take(base, &used, ints * sizeof *places);
     if (!base) return used;
@@ -101,7 +101,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->looped = m->rows > 0;
     if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
-    mbsri_slopes_place(m, &w->slopes, work, places);
+    mbsri_slopes_place(m, MBSRI_SLOPES_BY_PAIRS, &w->slopes, work, places);
     *newton = w;
     return used;
 }
@@ -124,7 +124,7 @@ static bool finds_light(const mbsri_sweeps *tree, bool *light)
 static bool serves_loops(const mbsr_model *m, const mbsri_sweeps *tree)
 {
     bool light;
-    return tree->open && !m->grouped && finds_light(tree, &light);
+    return tree->with_loops && !m->grouped && finds_light(tree, &light);
 }
 
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)

@@ -271,6 +271,7 @@ static const finite_row rows[] = {
     {"mbsr_force_power", run_force_power, velocities, T | Q | U, 0, BOTH, of_two},
     {"mbsr_force_load", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_contact_at", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_force_inspect", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_force_switch", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_tree_momentum", run_tree_momentum, velocities, T | Q | U, OTHER, BOTH, of_totals},
     {"mbsr_stage_accelerations", run_accelerations, forces, T | Q | U | TAU, UDOT, BOTH, NULL},

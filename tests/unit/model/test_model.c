@@ -651,7 +651,7 @@ static void force_tables_and_body_lists_are_checked(void **state)
     force_refused(force, MBSR_ERR_VALUE, "force 0 'pull'|table is NULL");
     for (int lack = 0; lack < 3; ++lack) {
         mbsr_force_table table = nothing;
-        if (lack == 0) table.version = 2;
+        if (lack == 0) table.version = MBSR_FORCE_TABLE_VERSION + 1;
         if (lack == 1) table.name = NULL;
         if (lack == 2) table.evaluate = NULL;
         force = mbsr_force_custom(&table, 1, three, NULL);

@@ -149,14 +149,14 @@ static void place(const scene *s, int k, mbsri_slopes *slopes)
     for (size_t l = 0; l < s->doubles; ++l) s->memory[k][l] = NAN;
     for (size_t l = 0; l < MARGIN; ++l) s->memory[k][s->doubles + l] = 7.0;
     for (size_t l = 0; l < s->ints + MARGIN; ++l) s->integers[k][l] = 7;
-    mbsri_slopes_place(s->model, slopes, s->memory[k], s->integers[k]);
+    mbsri_slopes_place(s->model, MBSRI_SLOPES_WHOLE, slopes, s->memory[k], s->integers[k]);
 }
 
 static void scene_finish(scene *s)
 {
     assert_ok(mbsr_model_finish(s->model), mbsr_model_error(s->model));
     assert_ok(mbsr_data_create(s->model, &s->data, NULL), NULL);
-    mbsri_slopes_size(s->model, &s->doubles, &s->ints);
+    mbsri_slopes_size(s->model, MBSRI_SLOPES_WHOLE, &s->doubles, &s->ints);
     for (int k = 0; k < 2; ++k) {
         s->memory[k] = calloc(s->doubles + MARGIN, sizeof(double));
         s->integers[k] = calloc(s->ints + MARGIN, sizeof(int));
@@ -1079,11 +1079,11 @@ static void joint_elements_on_lean_data(void **state)
     assert_ok(mbsr_data_create_lean(model, &data, NULL), NULL);
     for (int k = 0; k < 3; ++k) data->q[k] = 0.1 * k, data->u[k] = 0.3 * k;
     size_t doubles, ints;
-    mbsri_slopes_size(model, &doubles, &ints);
+    mbsri_slopes_size(model, MBSRI_SLOPES_WHOLE, &doubles, &ints);
     double *memory = calloc(doubles, sizeof *memory);
     int *integers = calloc(ints, sizeof *integers);
     mbsri_slopes slopes;
-    mbsri_slopes_place(model, &slopes, memory, integers);
+    mbsri_slopes_place(model, MBSRI_SLOPES_WHOLE, &slopes, memory, integers);
     /* F slip^2 / (u^2 + slip^2)^(3/2) with u = 0.3, slip = 0.4 */
     const double expected = -2.0 * 0.16 / 0.125;
     assert_ok(mbsri_force_slopes(model, data, model->forces.data, 0, &slopes), NULL);

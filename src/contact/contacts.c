@@ -1,0 +1,353 @@
+/* The object of all shapes: adding, and what may touch what.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "algebra/space3.h"
+#include "base/cookie.h"
+#include "contact/core.h"
+#include "contact/error.h"
+#include "contact/near.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+mbsr_shape mbsr_default_shape(void)
+{
+    return (mbsr_shape){
+        .cookie = MBSRI_COOKIE,
+        .body = MBSR_GROUND,
+        .frame = {{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}},
+        .groups = 1,
+        .mask = 1,
+        .law = {.stiffness = INFINITY, .exponent = 1.5, .slip = 1e-3, .spin = 1e-2}};
+}
+
+int mbsr_contacts_create(mbsr_contacts **contacts, mbsr_error *error)
+{
+    if (!contacts)
+        return mbsri_contact_fail(error, MBSR_ERR_NULL, "mbsr_contacts_create: contacts is NULL");
+    *contacts = calloc(1, sizeof **contacts);
+    return *contacts
+               ? MBSR_OK
+               : mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_contacts_create: no memory");
+}
+
+void mbsr_contacts_destroy(mbsr_contacts *contacts)
+{
+    if (!contacts) return;
+    for (int k = 0; k < contacts->count; ++k) free(contacts->shape[k].memory);
+    void *const memory[] = {contacts->shape, contacts->exclude, contacts->couple, contacts->body,
+                            contacts->first, contacts->member,  contacts->touches};
+    for (size_t k = 0; k < sizeof memory / sizeof memory[0]; ++k) free(memory[k]);
+    free(contacts);
+}
+
+/* Room for one more of `size` bytes. */
+static bool make_room(void **data, int count, int *room, size_t size)
+{
+    if (count < *room) return true;
+    const int more = *room > 0 ? 2 * *room : 16;
+    void *larger = realloc(*data, (size_t)more * size);
+    if (!larger) return false;
+    *data = larger;
+    *room = more;
+    return true;
+}
+
+static int lacks_memory(mbsr_error *error, const char *function)
+{
+    return mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "%s: no memory", function);
+}
+
+static int check_open(const mbsr_contacts *c, mbsr_error *error, const char *function)
+{
+    if (!c) return mbsri_contact_fail(error, MBSR_ERR_NULL, "%s: contacts is NULL", function);
+    if (c->made)
+        return mbsri_contact_fail(error, MBSR_ERR_FINISHED, "%s: the element has been made",
+                                  function);
+    return MBSR_OK;
+}
+
+/* ---- adding ---- */
+
+/* The name of a number of a law that is out of range, and the number; NULL: none is. */
+static const char *wrong_in_law(const mbsr_contact_law *law, double *value)
+{
+    const struct {
+        const char *name;
+        double value;
+        bool good;
+    } part[] = {
+        {"stiffness", law->stiffness, law->stiffness > 0.0},
+        {"exponent", law->exponent, law->exponent >= 1.0 && isfinite(law->exponent)},
+        {"damping", law->damping, law->damping >= 0.0 && isfinite(law->damping)},
+        {"friction", law->friction, law->friction >= 0.0 && isfinite(law->friction)},
+        {"slip", law->slip, (law->slip > 0.0 || law->friction == 0.0) && isfinite(law->slip)},
+        {"torsional", law->torsional, law->torsional >= 0.0 && isfinite(law->torsional)},
+        {"rolling", law->rolling, law->rolling >= 0.0 && isfinite(law->rolling)},
+        {"spin", law->spin,
+         (law->spin > 0.0 || (law->torsional == 0.0 && law->rolling == 0.0)) &&
+             isfinite(law->spin)},
+    };
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; ++k) {
+        *value = part[k].value;
+        if (!part[k].good) return part[k].name;
+    }
+    return NULL;
+}
+
+static bool is_frame(const mbsr_frame *f)
+{
+    double z[3], worst = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        if (!isfinite(f->x[k])) return false;
+        for (int l = 0; l <= k; ++l)
+            worst = fmax(worst, fabs(mbsri_dot3(f->R + 3 * k, f->R + 3 * l) - (k == l)));
+    }
+    for (int k = 0; k < 9; ++k) {
+        if (!isfinite(f->R[k])) return false;
+    }
+    mbsri_cross3(f->R, f->R + 3, z);
+    return worst < 1e-6 && mbsri_dot3(z, f->R + 6) > 0.0;
+}
+
+static int check_shape(const mbsr_shape *shape, const char *name, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_add";
+    double value;
+    const char *wrong = wrong_in_law(&shape->law, &value);
+    if (shape->kind < MBSR_SHAPE_BOX || shape->kind > MBSR_SHAPE_MESH)
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE, "%s: %s: kind is %d", function, name,
+                                  (int)shape->kind);
+    if (shape->body < MBSR_GROUND)
+        return mbsri_contact_fail(error, MBSR_ERR_ID,
+                                  "%s: %s: body is %d, neither a body nor MBSR_GROUND", function,
+                                  name, shape->body);
+    if (shape->kind == MBSR_SHAPE_PLANE && shape->body != MBSR_GROUND)
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE,
+                                  "%s: %s: a plane on body %d, but planes are on the ground",
+                                  function, name, shape->body);
+    if (!is_frame(&shape->frame))
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE,
+                                  "%s: %s: frame is not right-handed and orthonormal to 1e-6",
+                                  function, name);
+    if (wrong)
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE, "%s: %s: law.%s is %g, out of range",
+                                  function, name, wrong, value);
+    return MBSR_OK;
+}
+
+int mbsr_contacts_add(mbsr_contacts *contacts, const mbsr_shape *shape, int *id, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_add";
+    mbsr_contacts *c = contacts;
+    if (id) *id = MBSR_NONE;
+    int status = check_open(c, error, function);
+    if (status) return status;
+    if (!shape) return mbsri_contact_fail(error, MBSR_ERR_NULL, "%s: shape is NULL", function);
+    if (shape->cookie != MBSRI_COOKIE)
+        return mbsri_contact_fail(error, MBSR_ERR_NO_DEFAULT,
+                                  "%s: shape was not made by mbsr_default_shape", function);
+    mbsri_shape now = {.id = c->count,
+                       .body = shape->body,
+                       .kind = shape->kind,
+                       .groups = shape->groups,
+                       .mask = shape->mask,
+                       .law = shape->law};
+    if (shape->name && shape->name[0])
+        mbsri_contact_print(now.name, sizeof now.name, "shape '%.38s'", shape->name);
+    else
+        mbsri_contact_print(now.name, sizeof now.name, "shape %d", c->count);
+    status = check_shape(shape, now.name, error);
+    if (status) return status;
+    memcpy(now.R, shape->frame.R, sizeof now.R);
+    memcpy(now.x, shape->frame.x, sizeof now.x);
+    char text[MBSR_TEXT_SIZE] = "no memory";
+    status = mbsri_core_make(shape, &now, text);
+    if (!status && !make_room((void **)&c->shape, c->count, &c->room, sizeof now))
+        status = MBSR_ERR_NO_MEMORY;
+    if (status) {
+        free(now.memory);
+        return mbsri_contact_fail(error, status, "%s: %s: %.150s", function, now.name, text);
+    }
+    if (id) *id = c->count;
+    c->shape[c->count++] = now;
+    return MBSR_OK;
+}
+
+int mbsr_contacts_exclude(mbsr_contacts *contacts, int body_a, int body_b, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_exclude";
+    const int status = check_open(contacts, error, function);
+    if (status) return status;
+    if (body_a < MBSR_GROUND || body_b < MBSR_GROUND)
+        return mbsri_contact_fail(error, MBSR_ERR_ID, "%s: body_%c is %d", function,
+                                  body_a < MBSR_GROUND ? 'a' : 'b',
+                                  body_a < MBSR_GROUND ? body_a : body_b);
+    if (!make_room((void **)&contacts->exclude, contacts->excluded, &contacts->excluded_room,
+                   sizeof *contacts->exclude))
+        return lacks_memory(error, function);
+    int *to = contacts->exclude[contacts->excluded++];
+    to[0] = body_a < body_b ? body_a : body_b;
+    to[1] = body_a < body_b ? body_b : body_a;
+    return MBSR_OK;
+}
+
+int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
+                       const mbsr_contact_law *law, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_pair";
+    const int status = check_open(contacts, error, function);
+    if (status) return status;
+    if (shape_a < 0 || shape_b < 0 || shape_a >= contacts->count || shape_b >= contacts->count ||
+        shape_a == shape_b)
+        return mbsri_contact_fail(error, MBSR_ERR_ID, "%s: shape_a is %d, shape_b %d of %d shapes",
+                                  function, shape_a, shape_b, contacts->count);
+    double value;
+    const char *wrong = law ? wrong_in_law(law, &value) : NULL;
+    if (law && !wrong && !isfinite(law->stiffness)) wrong = "stiffness", value = law->stiffness;
+    if (wrong)
+        return mbsri_contact_fail(
+            error, MBSR_ERR_VALUE, "%s: %s and %s: law.%s is %g, out of range", function,
+            contacts->shape[shape_a].name, contacts->shape[shape_b].name, wrong, value);
+    if (!make_room((void **)&contacts->couple, contacts->couples, &contacts->couples_room,
+                   sizeof *contacts->couple))
+        return lacks_memory(error, function);
+    contacts->couple[contacts->couples++] =
+        (mbsri_couple){.a = shape_a < shape_b ? shape_a : shape_b,
+                       .b = shape_a < shape_b ? shape_b : shape_a,
+                       .never = law == NULL,
+                       .law = law ? *law : contacts->shape[shape_a].law};
+    return MBSR_OK;
+}
+
+/* ---- making the element ---- */
+
+static bool is_excluded(const mbsr_contacts *c, int a, int b)
+{
+    const int low = a < b ? a : b, high = a < b ? b : a;
+    bool yes = a == b;
+    for (int k = 0; k < c->excluded && !yes; ++k)
+        yes = c->exclude[k][0] == low && c->exclude[k][1] == high;
+    return yes;
+}
+
+/* Whether shapes a < b may touch; a status where they may but cannot. */
+static int find_touch(const mbsr_contacts *c, int a, int b, bool *may, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_force";
+    const mbsri_shape *x = c->shape + a, *y = c->shape + b;
+    const mbsri_couple *own = mbsri_find_couple(c, a, b);
+    *may = (own ? !own->never : mbsri_by_groups(x, y)) && !is_excluded(c, x->body, y->body);
+    if (!*may) return MBSR_OK;
+    if (!mbsri_kinds_served(x->kind, y->kind))
+        return mbsri_contact_fail(error, MBSR_ERR_SPACE,
+                                  "%s: %s and %s may touch, but two of these kinds are not served",
+                                  function, x->name, y->name);
+    if (!isfinite(mbsri_law_of_shapes(c, a, b).stiffness))
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE,
+                                  "%s: %s and %s may touch, but neither has a finite stiffness",
+                                  function, x->name, y->name);
+    return MBSR_OK;
+}
+
+static int find_touches(mbsr_contacts *c, size_t *pairs, mbsr_error *error)
+{
+    *pairs = 0;
+    for (int a = 0; a < c->count; ++a) {
+        for (int b = a + 1; b < c->count; ++b) {
+            bool may;
+            const int status = find_touch(c, a, b, &may, error);
+            if (status) return status;
+            const size_t bits[] = {(size_t)a * (size_t)c->count + (size_t)b,
+                                   (size_t)b * (size_t)c->count + (size_t)a};
+            for (int k = 0; k < 2 && may; ++k)
+                c->touches[bits[k] / 8] |= (unsigned char)(1U << bits[k] % 8);
+            *pairs += may;
+        }
+    }
+    return MBSR_OK;
+}
+
+/* Sorts the laws of two shapes; two of the same shapes are refused. */
+static int sort_couples(mbsr_contacts *c, mbsr_error *error)
+{
+    if (c->couples == 0) return MBSR_OK;
+    qsort(c->couple, (size_t)c->couples, sizeof *c->couple, mbsri_compare_couples);
+    for (int k = 1; k < c->couples; ++k) {
+        const mbsri_couple *now = c->couple + k;
+        if (mbsri_compare_couples(now - 1, now) == 0)
+            return mbsri_contact_fail(error, MBSR_ERR_VALUE,
+                                      "mbsr_contacts_force: %s and %s have a law twice",
+                                      c->shape[now->a].name, c->shape[now->b].name);
+    }
+    return MBSR_OK;
+}
+
+static int compare_ids(const void *x, const void *y)
+{
+    const int a = *(const int *)x, b = *(const int *)y;
+    return (a > b) - (a < b);
+}
+
+/* The bodies, and the shapes of each. */
+static void list_bodies(mbsr_contacts *c)
+{
+    int used = 0;
+    for (int k = 0; k < c->count; ++k) c->body[k] = c->shape[k].body;
+    qsort(c->body, (size_t)c->count, sizeof *c->body, compare_ids);
+    for (int k = 0; k < c->count; ++k) {
+        if (k == 0 || c->body[k] != c->body[used - 1]) c->body[used++] = c->body[k];
+    }
+    c->bodies = used;
+    int at = 0;
+    for (int i = 0; i < used; ++i) {
+        c->first[i] = at;
+        for (int k = 0; k < c->count; ++k) {
+            if (c->shape[k].body != c->body[i]) continue;
+            c->shape[k].place = i;
+            c->member[at++] = k;
+        }
+    }
+    c->first[used] = at;
+}
+
+/* Anew where an attempt before failed, since shapes may have been added. */
+static bool allocate_lists(mbsr_contacts *c)
+{
+    const size_t count = (size_t)c->count;
+    free(c->body);
+    free(c->first);
+    free(c->member);
+    free(c->touches);
+    c->body = calloc(count + 1, sizeof *c->body);
+    c->first = calloc(count + 1, sizeof *c->first);
+    c->member = calloc(count + 1, sizeof *c->member);
+    c->touches = calloc(count * count / 8 + 1, 1);
+    return c->body && c->first && c->member && c->touches;
+}
+
+int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *force,
+                        mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_force";
+    mbsr_contacts *c = contacts;
+    if (!c || !force)
+        return mbsri_contact_fail(error, MBSR_ERR_NULL, "%s: %s is NULL", function,
+                                  c ? "force" : "contacts");
+    if (max_pairs < 0 || max_pairs > 1 << 24)
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE, "%s: max_pairs is %d", function,
+                                  max_pairs);
+    if (!c->made) {
+        size_t pairs;
+        if (!allocate_lists(c)) return lacks_memory(error, function);
+        int status = sort_couples(c, error);
+        if (!status) status = find_touches(c, &pairs, error);
+        if (status) return status;
+        list_bodies(c);
+        for (int k = 0; k < c->count; ++k) c->planes += c->shape[k].kind == MBSR_SHAPE_PLANE;
+        const size_t most = max_pairs > 0 ? (size_t)max_pairs : 16 * (size_t)c->count + 64;
+        c->most = (int)(pairs < most ? pairs : most);
+        c->made = true;
+    }
+    *force = mbsr_force_custom(&mbsri_contacts_table, c->bodies, c->body, c);
+    return MBSR_OK;
+}

@@ -1,0 +1,184 @@
+/* How points of contact move with the bodies: see touch.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * With w = pa - pb = s n, material velocities va at pa and vb at pb, and angular velocities: the
+ * distance changes by n . (va - vb) for all features, since w is normal to whatever the points
+ * slide along. What the points slide follows from w staying normal to it, w . t = 0, for every
+ * direction t that turns with its body. */
+#include "contact/touch.h"
+
+#include "algebra/space3.h"
+
+#include <string.h>
+
+/* dn and dpa; then dpb follows. */
+typedef struct change {
+    double n[3], pa[3], s, weight;
+} change;
+
+static void difference_of(const double a[3], const double b[3], double c[3])
+{
+    for (int k = 0; k < 3; ++k) c[k] = a[k] - b[k];
+}
+
+/* n follows from w: dn = (dw - n ds) / s */
+static void turn_normal(const mbsri_touch *t, const double dw[3], change *c)
+{
+    if (!(t->s > 0.0)) return;
+    for (int k = 0; k < 3; ++k) c->n[k] = (dw[k] - t->n[k] * c->s) / t->s;
+}
+
+static void point_line(const mbsri_touch *t, const mbsri_motion *by, const double between[3],
+                       change *c)
+{
+    double turned[3], across[3], dw[3] = {0.0, 0.0, 0.0}, w[3];
+    difference_of(t->pa, t->pb, w);
+    mbsri_cross3(by->wb, t->tb, turned);
+    mbsri_cross3(t->n, t->tb, across);
+    mbsri_add3(c->s, t->n, dw);
+    mbsri_add3(-mbsri_dot3(w, turned), t->tb, dw);
+    mbsri_add3(mbsri_dot3(across, between), across, dw);
+    memcpy(c->pa, by->va, sizeof c->pa);
+    turn_normal(t, dw, c);
+}
+
+/* 6 x - 6 x^2 of the fade, by the place along the edge. */
+static double fade_slope(double u, double length, double width, double *fade)
+{
+    const double end = fmin(u, 1.0 - u) * length / width;
+    *fade = end >= 1.0 ? 1.0 : end * end * (3.0 - 2.0 * end);
+    if (end >= 1.0) return 0.0;
+    return 6.0 * end * (1.0 - end) * length / width * (u < 0.5 ? 1.0 : -1.0);
+}
+
+static void line_line(const mbsri_touch *t, const mbsri_motion *by, const double between[3],
+                      change *c)
+{
+    const double g = mbsri_dot3(t->ta, t->tb), sine = 1.0 - g * g, root = sqrt(sine);
+    double ta[3], tb[3], product[3], cross[3], e[3], fa, fb;
+    mbsri_cross3(by->wa, t->ta, ta);
+    mbsri_cross3(by->wb, t->tb, tb);
+    mbsri_cross3(ta, t->tb, product);
+    mbsri_add_cross3(t->ta, tb, product);
+    mbsri_cross3(t->ta, t->tb, cross);
+    const double sign = mbsri_dot3(cross, t->n) < 0.0 ? -1.0 : 1.0;
+    for (int k = 0; k < 3; ++k) c->n[k] = sign * product[k] / root;
+    mbsri_add3(-mbsri_dot3(c->n, t->n), t->n, c->n);
+    for (int k = 0; k < 3; ++k) e[k] = c->s * t->n[k] + t->s * c->n[k] - between[k];
+    const double x = mbsri_dot3(e, t->ta), y = mbsri_dot3(e, t->tb), a = (x - g * y) / sine,
+                 b = (g * x - y) / sine;
+    memcpy(c->pa, by->va, sizeof c->pa);
+    mbsri_add3(a, t->ta, c->pa);
+    const double of_a = fade_slope(t->ua, t->la, t->window, &fa),
+                 of_b = fade_slope(t->ub, t->lb, t->window, &fb),
+                 dg = mbsri_dot3(ta, t->tb) + mbsri_dot3(t->ta, tb);
+    c->weight = -2.0 * g * dg * fa * fb + sine * (of_a * a / t->la * fb + fa * of_b * b / t->lb);
+}
+
+/* pb = middle + radius e, e along what of pa - middle is normal to the axis. */
+static void point_circle(const mbsri_touch *t, const mbsri_motion *by, change *c)
+{
+    double d[3], middle[3], arm[3], axis[3], e[3], de[3], dw[3];
+    difference_of(t->pa, t->tb, d);
+    difference_of(t->tb, t->pb, arm);
+    memcpy(middle, by->vb, sizeof middle);
+    mbsri_add_cross3(by->wb, arm, middle);
+    mbsri_cross3(by->wb, t->ta, axis);
+    const double h = mbsri_dot3(t->ta, d);
+    for (int k = 0; k < 3; ++k) e[k] = d[k] - h * t->ta[k];
+    const double rho = mbsri_norm3(e);
+    double dd[3];
+    difference_of(by->va, middle, dd);
+    const double dh = mbsri_dot3(axis, d) + mbsri_dot3(t->ta, dd);
+    for (int k = 0; k < 3; ++k) {
+        e[k] /= rho;
+        de[k] = dd[k] - dh * t->ta[k] - h * axis[k];
+    }
+    const double along = mbsri_dot3(e, de);
+    for (int k = 0; k < 3; ++k) {
+        de[k] = (de[k] - along * e[k]) / rho;
+        dw[k] = by->va[k] - middle[k] - t->half[0] * de[k];
+    }
+    memcpy(c->pa, by->va, sizeof c->pa);
+    turn_normal(t, dw, c);
+}
+
+/* pa = middle + radius e, e along q = (n . axis) axis - n */
+static void rim_plane(const mbsri_touch *t, const mbsri_motion *by, change *c)
+{
+    double axis[3], q[3], dq[3], arm[3], e[3];
+    mbsri_cross3(by->wa, t->ta, axis);
+    const double cosine = mbsri_dot3(t->n, t->ta),
+                 slope = mbsri_dot3(c->n, t->ta) + mbsri_dot3(t->n, axis);
+    for (int k = 0; k < 3; ++k) {
+        q[k] = cosine * t->ta[k] - t->n[k];
+        dq[k] = slope * t->ta[k] + cosine * axis[k] - c->n[k];
+    }
+    const double size = mbsri_norm3(q);
+    for (int k = 0; k < 3; ++k) e[k] = q[k] / size;
+    const double along = mbsri_dot3(e, dq);
+    difference_of(t->tb, t->pa, arm);
+    memcpy(c->pa, by->va, sizeof c->pa); /* of the middle: */
+    mbsri_add_cross3(by->wa, arm, c->pa);
+    for (int k = 0; k < 3; ++k) c->pa[k] += t->half[0] * (dq[k] - along * e[k]) / size;
+}
+
+/* In the axes of the ellipsoid p = S^2 m / root(m S^2 m), m = -n, which turns by wb - wa. */
+static void ellipsoid_plane(const mbsri_touch *t, const mbsri_motion *by, change *c)
+{
+    double turn[3], dm[3], m[3], local[3], moved[3], out[3], size = 0.0, along = 0.0;
+    difference_of(by->wb, by->wa, turn);
+    mbsri_cross3(turn, t->n, dm);
+    mbsri_unrotate3(t->Ra, dm, local);
+    mbsri_unrotate3(t->Ra, t->n, m);
+    for (int k = 0; k < 3; ++k) {
+        m[k] = -m[k];
+        local[k] = -local[k];
+        size += t->half[k] * t->half[k] * m[k] * m[k];
+        along += t->half[k] * t->half[k] * m[k] * local[k];
+    }
+    const double root = sqrt(size);
+    for (int k = 0; k < 3; ++k)
+        moved[k] = t->half[k] * t->half[k] * (local[k] - m[k] * along / size) / root;
+    mbsri_rotate3(t->Ra, moved, out);
+    for (int k = 0; k < 3; ++k) c->pa[k] = by->va[k] + out[k];
+}
+
+void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved *moved)
+{
+    change c = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0};
+    double between[3];
+    difference_of(by->va, by->vb, between);
+    c.s = mbsri_dot3(t->n, between);
+    switch (t->features) {
+    case MBSRI_POINT_PLANE:
+        mbsri_cross3(by->wb, t->n, c.n);
+        memcpy(c.pa, by->va, sizeof c.pa);
+        break;
+    case MBSRI_POINT_POINT:
+        memcpy(c.pa, by->va, sizeof c.pa);
+        turn_normal(t, between, &c);
+        break;
+    case MBSRI_POINT_LINE: point_line(t, by, between, &c); break;
+    case MBSRI_LINE_LINE: line_line(t, by, between, &c); break;
+    case MBSRI_POINT_CIRCLE: point_circle(t, by, &c); break;
+    case MBSRI_RIM_PLANE:
+        mbsri_cross3(by->wb, t->n, c.n);
+        rim_plane(t, by, &c);
+        break;
+    case MBSRI_ELLIPSOID_PLANE:
+        mbsri_cross3(by->wb, t->n, c.n);
+        ellipsoid_plane(t, by, &c);
+        break;
+    }
+    /* p = pa - s n / 2 + (rb - ra) n / 2 */
+    const double half = 0.5 * (t->rb - t->ra - t->s);
+    for (int k = 0; k < 3; ++k) {
+        moved->n[k] = c.n[k];
+        moved->p[k] = c.pa[k] - 0.5 * c.s * t->n[k] + half * c.n[k];
+    }
+    mbsri_cross3(by->wa, t->ta, moved->axis);
+    moved->cosine = mbsri_dot3(c.n, t->ta) + mbsri_dot3(t->n, moved->axis);
+    moved->depth = -c.s;
+    moved->weight = c.weight + t->by_cosine * moved->cosine;
+}

@@ -1,0 +1,32 @@
+/* Shapes that are near each other.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_CONTACT_NEAR_H
+#define MBSRI_CONTACT_NEAR_H
+
+#include "contact/touch.h"
+
+/* What the element keeps in the memory of a data object. */
+typedef struct mbsri_near {
+    mbsri_placed *placed; /* by shape */
+    int *order;           /* shapes but planes, by where they begin along an axis */
+    int (*pair)[2];       /* of shapes, a < b, in ascending order */
+    int (*spare)[2];
+    int *start;
+    int *kept; /* whether the order is one; the axis */
+} mbsri_near;
+
+/* Bytes; where the parts stand in them. */
+size_t mbsri_near_place(const mbsr_contacts *c, void *memory, mbsri_near *near);
+
+/* Places all shapes, and finds the pairs whose boxes overlap and that may touch; args: all bodies.
+ * A status, with a text. */
+int mbsri_near_find(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near *near,
+                    int *count);
+
+/* Sorts pairs by both numbers, which are below `numbers`. */
+void mbsri_near_sort(mbsri_near *near, int numbers, int count);
+
+/* Places one shape on its body. */
+void mbsri_near_put(const mbsri_shape *shape, const mbsr_force_body *body, mbsri_placed *placed);
+
+#endif

@@ -1,0 +1,80 @@
+/* Shapes as the component keeps them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_CONTACT_RECORD_H
+#define MBSRI_CONTACT_RECORD_H
+
+#include <mbsrank/contact.h>
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { MBSRI_SHAPE_NAME = 48 };
+
+/* The core of a shape, which its surface keeps the distance `radius` from: corners, edges and faces
+ * of a convex body (of points and segments there are fewer), or what `kind` says. */
+typedef struct mbsri_core {
+    double radius;
+    int corners, edges, faces;
+    const double (*corner)[3];
+    const int (*edge)[2];
+    const double (*face)[4];  /* unit normal; its product with the points of the plane */
+    const int (*triangle)[3]; /* of each face; NULL: the core is a box */
+    double half[3];           /* box, cylinder (radius, half length), ellipsoid */
+} mbsri_core;
+
+typedef struct mbsri_shape {
+    char name[MBSRI_SHAPE_NAME];
+    int id, body, place; /* place: of the body in the element's list */
+    mbsr_shape_kind kind;
+    double R[9], x[3];           /* in the body */
+    double middle[3], extent[3]; /* of a box around all of it, in the shape's frame */
+    unsigned groups, mask;
+    mbsr_contact_law law;
+    mbsri_core core;
+    void *memory; /* of the core */
+} mbsri_shape;
+
+typedef struct mbsri_couple {
+    int a, b;   /* a < b */
+    bool never; /* they never touch */
+    mbsr_contact_law law;
+} mbsri_couple;
+
+struct mbsr_contacts {
+    int count, room;
+    mbsri_shape *shape;
+    int excluded, excluded_room;
+    int (*exclude)[2]; /* bodies, the smaller id first */
+    int couples, couples_room;
+    mbsri_couple *couple;
+    /* from here on set when the element is made */
+    bool made;
+    int bodies, planes, most; /* most: pairs of shapes */
+    int *body;                /* ids */
+    int *first;               /* bodies + 1: of the shapes of each in `member` */
+    int *member;
+    unsigned char *touches; /* count x count bits: whether shapes may touch */
+};
+
+static inline bool mbsri_by_groups(const mbsri_shape *x, const mbsri_shape *y)
+{
+    return (x->groups & y->mask) != 0 || (y->groups & x->mask) != 0;
+}
+
+/* Whether shapes a and b may touch. */
+static inline bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
+{
+    const size_t bit = (size_t)a * (size_t)c->count + (size_t)b;
+    return c->touches[bit / 8] >> bit % 8 & 1;
+}
+
+/* Of law.c: the order of couples, in which they stand once the element is made; that of shapes
+ * a < b, or NULL; the law of shapes a and b. */
+int mbsri_compare_couples(const void *x, const void *y);
+const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b);
+mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b);
+
+/* The element's table. */
+extern const mbsr_force_table mbsri_contacts_table;
+
+#endif

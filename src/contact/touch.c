@@ -1,0 +1,551 @@
+/* Finding the points at which two shapes touch: see touch.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "contact/touch.h"
+
+#include "algebra/space3.h"
+
+#include <string.h>
+
+/* Below that part of its length a vector has no direction. */
+static const double tiny = 1e-300;
+
+/* A search: a's features over b's, in b's frame. */
+typedef struct search {
+    const mbsri_placed *a, *b;
+    bool turned;
+    mbsri_touch_fn touch;
+    void *user;
+} search;
+
+/* ---- placing ---- */
+
+void mbsri_place_shape(const mbsri_shape *shape, const double R[9], const double x[3],
+                       mbsri_placed *placed)
+{
+    double middle[3];
+    placed->shape = shape;
+    mbsri_multiply3(R, shape->R, placed->R);
+    mbsri_rotate3(R, shape->x, placed->x);
+    mbsri_add3(1.0, x, placed->x);
+    mbsri_rotate3(placed->R, shape->middle, middle);
+    for (int k = 0; k < 3; ++k) {
+        double reach = 0.0;
+        for (int l = 0; l < 3; ++l) reach += fabs(placed->R[3 * l + k]) * shape->extent[l];
+        placed->low[k] = placed->x[k] + middle[k] - reach;
+        placed->high[k] = placed->x[k] + middle[k] + reach;
+    }
+}
+
+/* A point or direction of a placed shape, in the world; and the other way. */
+static void outward(const mbsri_placed *p, const double in_shape[3], double x[3])
+{
+    mbsri_rotate3(p->R, in_shape, x);
+    mbsri_add3(1.0, p->x, x);
+}
+
+static void inward(const mbsri_placed *p, const double x[3], double in_shape[3])
+{
+    const double arm[3] = {x[0] - p->x[0], x[1] - p->x[1], x[2] - p->x[2]};
+    mbsri_unrotate3(p->R, arm, in_shape);
+}
+
+/* ---- what is found ---- */
+
+static int give(const search *w, mbsri_touch *t)
+{
+    t->depth = t->ra + t->rb - t->s;
+    t->turned = w->turned;
+    return t->depth > 0.0 && t->weight > 0.0 ? w->touch(w->user, t) : 0;
+}
+
+/* A point of a over a face of b: unit normal and a point of its plane in the world. */
+static int over_plane(const search *w, const double pa[3], const double n[3], const double on[3])
+{
+    mbsri_touch t = {.features = MBSRI_POINT_PLANE,
+                     .ra = w->a->shape->core.radius,
+                     .rb = w->b->shape->core.radius,
+                     .weight = 1.0};
+    memcpy(t.n, n, sizeof t.n);
+    memcpy(t.pa, pa, sizeof t.pa);
+    for (int k = 0; k < 3; ++k) t.s += n[k] * (pa[k] - on[k]);
+    for (int k = 0; k < 3; ++k) t.pb[k] = pa[k] - t.s * n[k];
+    return give(w, &t);
+}
+
+/* n and s from the points of the cores; where they coincide, from the middle of b to that of a. */
+static void find_normal(const search *w, mbsri_touch *t)
+{
+    double d[3];
+    for (int k = 0; k < 3; ++k) d[k] = t->pa[k] - t->pb[k];
+    t->s = mbsri_norm3(d);
+    if (!(t->s > tiny)) {
+        for (int k = 0; k < 3; ++k) d[k] = w->a->x[k] - w->b->x[k];
+        if (!mbsri_direction3(d, t->n)) t->n[0] = t->n[1] = 0.0, t->n[2] = 1.0;
+        t->s = 0.0;
+        return;
+    }
+    for (int k = 0; k < 3; ++k) t->n[k] = d[k] / t->s;
+}
+
+/* A point of a near a point pb, which is a corner of b or on a line along `line` (unit, NULL: a
+ * corner). */
+static int near_point(const search *w, const double pa[3], const double pb[3], const double *line,
+                      double more)
+{
+    mbsri_touch t = {.features = line ? MBSRI_POINT_LINE : MBSRI_POINT_POINT,
+                     .ra = w->a->shape->core.radius,
+                     .rb = w->b->shape->core.radius + more,
+                     .weight = 1.0};
+    memcpy(t.pa, pa, sizeof t.pa);
+    memcpy(t.pb, pb, sizeof t.pb);
+    if (line) memcpy(t.tb, line, sizeof t.tb);
+    find_normal(w, &t);
+    return give(w, &t);
+}
+
+/* ---- a point over a core ---- */
+
+static int point_over_segment(const search *w, const double pa[3], const double local[3])
+{
+    const mbsri_placed *b = w->b;
+    const double half = b->shape->core.corner[1][2], z = local[2];
+    const double end[3] = {0.0, 0.0, fmax(-half, fmin(half, z))};
+    double pb[3];
+    outward(b, end, pb);
+    return near_point(w, pa, pb, fabs(z) < half ? b->R + 6 : NULL, 0.0);
+}
+
+/* The face of a box that a point inside is nearest to. */
+static int inside_box(const search *w, const double pa[3], const double local[3])
+{
+    const mbsri_placed *b = w->b;
+    const double *half = b->shape->core.half;
+    int nearest = 0;
+    for (int k = 1; k < 3; ++k) {
+        if (half[k] - fabs(local[k]) < half[nearest] - fabs(local[nearest])) nearest = k;
+    }
+    const double sign = local[nearest] < 0.0 ? -1.0 : 1.0;
+    double n[3], on[3] = {0.0, 0.0, 0.0}, at[3];
+    on[nearest] = sign * half[nearest];
+    outward(b, on, at);
+    for (int k = 0; k < 3; ++k) n[k] = sign * b->R[3 * nearest + k];
+    return over_plane(w, pa, n, at);
+}
+
+static int point_over_box(const search *w, const double pa[3], const double local[3])
+{
+    const mbsri_placed *b = w->b;
+    const double *half = b->shape->core.half;
+    double near[3], pb[3], n[3];
+    int beyond = 0, out = 0, along = 0;
+    for (int k = 0; k < 3; ++k) {
+        near[k] = fmax(-half[k], fmin(half[k], local[k]));
+        if (fabs(local[k]) > half[k])
+            ++beyond, out = k;
+        else
+            along = k;
+    }
+    if (beyond == 0) return inside_box(w, pa, local);
+    outward(b, near, pb);
+    if (beyond > 1)
+        return near_point(w, pa, pb, beyond == 2 ? b->R + (ptrdiff_t)(3 * along) : NULL, 0.0);
+    for (int k = 0; k < 3; ++k) n[k] = (local[out] < 0.0 ? -1.0 : 1.0) * b->R[3 * out + k];
+    return over_plane(w, pa, n, pb);
+}
+
+/* Side, end, rim or inside of a cylinder. */
+static int point_over_cylinder(const search *w, const double pa[3], const double local[3])
+{
+    const mbsri_placed *b = w->b;
+    const double radius = b->shape->core.half[0], half = b->shape->core.half[1];
+    const double rho = hypot(local[0], local[1]), sign = local[2] < 0.0 ? -1.0 : 1.0;
+    const bool beside = rho > radius, beyond = fabs(local[2]) > half;
+    const double axis[3] = {0.0, 0.0, fmax(-half, fmin(half, local[2]))},
+                 end[3] = {0.0, 0.0, sign * half};
+    double at[3];
+    if (beside && beyond) {
+        mbsri_touch t = {.features = MBSRI_POINT_CIRCLE,
+                         .ra = w->a->shape->core.radius,
+                         .rb = b->shape->core.radius,
+                         .weight = 1.0};
+        const double rim[3] = {radius * local[0] / rho, radius * local[1] / rho, end[2]};
+        memcpy(t.pa, pa, sizeof t.pa);
+        outward(b, rim, t.pb);
+        outward(b, end, t.tb);
+        memcpy(t.ta, b->R + 6, sizeof t.ta);
+        t.half[0] = radius;
+        find_normal(w, &t);
+        return give(w, &t);
+    }
+    const bool side = beside || (!beyond && radius - rho < half - fabs(local[2]));
+    if (side) {
+        outward(b, axis, at);
+        return near_point(w, pa, at, b->R + 6, radius);
+    }
+    double n[3];
+    outward(b, end, at);
+    for (int k = 0; k < 3; ++k) n[k] = sign * b->R[6 + k];
+    return over_plane(w, pa, n, at);
+}
+
+/* The nearest point of a triangle (Ericson, Real-Time Collision Detection): its place, and what it
+ * is on: -1 the face, 0 .. 2 a corner, 3 .. 5 the edge behind corner k - 3. */
+static int nearest_of_triangle(const double p[3], const double *const x[3], double at[3])
+{
+    double ab[3], ac[3], d[3][3];
+    for (int k = 0; k < 3; ++k) {
+        ab[k] = x[1][k] - x[0][k];
+        ac[k] = x[2][k] - x[0][k];
+        for (int l = 0; l < 3; ++l) d[l][k] = p[k] - x[l][k];
+    }
+    double b[3], c[3];
+    for (int l = 0; l < 3; ++l) b[l] = mbsri_dot3(ab, d[l]), c[l] = mbsri_dot3(ac, d[l]);
+    const double va = b[1] * c[2] - b[2] * c[1], vb = b[2] * c[0] - b[0] * c[2],
+                 vc = b[0] * c[1] - b[1] * c[0];
+    double v = 0.0, w = 0.0;
+    int on;
+    if (b[0] <= 0.0 && c[0] <= 0.0)
+        on = 0;
+    else if (b[1] >= 0.0 && c[1] <= b[1])
+        on = 1, v = 1.0;
+    else if (c[2] >= 0.0 && b[2] <= c[2])
+        on = 2, w = 1.0;
+    else if (vc <= 0.0 && b[0] >= 0.0 && b[1] <= 0.0)
+        on = 3, v = b[0] / (b[0] - b[1]);
+    else if (vb <= 0.0 && c[0] >= 0.0 && c[2] <= 0.0)
+        on = 5, w = c[0] / (c[0] - c[2]);
+    else if (va <= 0.0 && c[1] - b[1] >= 0.0 && b[2] - c[2] >= 0.0)
+        on = 4, w = (c[1] - b[1]) / (c[1] - b[1] + b[2] - c[2]), v = 1.0 - w;
+    else
+        on = -1, v = vb / (va + vb + vc), w = vc / (va + vb + vc);
+    for (int k = 0; k < 3; ++k) at[k] = x[0][k] + v * ab[k] + w * ac[k];
+    return on;
+}
+
+static int point_over_mesh(const search *w, const double pa[3], const double local[3])
+{
+    const mbsri_placed *b = w->b;
+    const mbsri_core *core = &b->shape->core;
+    double most = -INFINITY, least = INFINITY, at[3], best[3] = {0.0, 0.0, 0.0}, pb[3], n[3];
+    int face = 0, nearest = 0, on = -1;
+    for (int k = 0; k < core->faces; ++k) {
+        const double height = mbsri_dot3(core->face[k], local) - core->face[k][3];
+        if (height > most) most = height, face = k;
+    }
+    if (most - core->radius - w->a->shape->core.radius > 0.0) return 0;
+    for (int k = 0; k < core->faces && most > 0.0; ++k) {
+        if (mbsri_dot3(core->face[k], local) < core->face[k][3]) continue;
+        const int *corner = core->triangle[k];
+        const double *const x[3] = {core->corner[corner[0]], core->corner[corner[1]],
+                                    core->corner[corner[2]]};
+        const int here = nearest_of_triangle(local, x, at);
+        double d[3] = {local[0] - at[0], local[1] - at[1], local[2] - at[2]};
+        const double square = mbsri_dot3(d, d);
+        if (square >= least) continue;
+        least = square, nearest = k, on = here;
+        memcpy(best, at, sizeof best);
+    }
+    const int chosen = most > 0.0 ? nearest : face;
+    mbsri_rotate3(b->R, core->face[chosen], n);
+    if (most <= 0.0 || on < 0) {
+        outward(b, core->corner[core->triangle[chosen][0]], pb);
+        return over_plane(w, pa, n, pb);
+    }
+    outward(b, best, pb);
+    if (on < 3) return near_point(w, pa, pb, NULL, 0.0);
+    const double *from = core->corner[core->triangle[chosen][on - 3]],
+                 *to = core->corner[core->triangle[chosen][(on - 2) % 3]];
+    const double edge[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
+    double line[3], unit[3];
+    (void)mbsri_direction3(edge, unit);
+    mbsri_rotate3(b->R, unit, line);
+    return near_point(w, pa, pb, line, 0.0);
+}
+
+/* Whether a point is farther from the box around b than both radii. */
+static bool is_far(const search *w, const double local[3])
+{
+    const mbsri_shape *b = w->b->shape;
+    const double reach = w->a->shape->core.radius;
+    for (int k = 0; k < 3; ++k) {
+        if (fabs(local[k] - b->middle[k]) > b->extent[k] + reach) return true;
+    }
+    return false;
+}
+
+static int point_over(const search *w, const double pa[3])
+{
+    double local[3];
+    if (w->b->shape->kind == MBSR_SHAPE_PLANE) return over_plane(w, pa, w->b->R + 6, w->b->x);
+    inward(w->b, pa, local);
+    if (is_far(w, local)) return 0;
+    switch (w->b->shape->kind) {
+    case MBSR_SHAPE_SPHERE: return near_point(w, pa, w->b->x, NULL, 0.0);
+    case MBSR_SHAPE_CAPSULE: return point_over_segment(w, pa, local);
+    case MBSR_SHAPE_CYLINDER: return point_over_cylinder(w, pa, local);
+    case MBSR_SHAPE_BOX: return point_over_box(w, pa, local);
+    case MBSR_SHAPE_MESH: return point_over_mesh(w, pa, local);
+    default: return 0;
+    }
+}
+
+static int corners_over(const search *w)
+{
+    const mbsri_core *core = &w->a->shape->core;
+    int status = 0;
+    for (int k = 0; k < core->corners && !status; ++k) {
+        double pa[3];
+        outward(w->a, core->corner[k], pa);
+        status = point_over(w, pa);
+    }
+    return status;
+}
+
+/* ---- edges ---- */
+
+/* 3 x^2 - 2 x^3 of the distance from the nearer end of an edge, in parts of the width. */
+static double fade(double u, double length, double width)
+{
+    const double end = fmin(u, 1.0 - u) * length / width;
+    if (end <= 0.0) return 0.0;
+    return end >= 1.0 ? 1.0 : end * end * (3.0 - 2.0 * end);
+}
+
+typedef struct edge {
+    double from[3], along[3], length; /* along: unit */
+} edge;
+
+/* Whether an edge is near the box around a shape. */
+static bool find_edge(const mbsri_placed *p, int k, const mbsri_placed *other, double reach,
+                      edge *e)
+{
+    const mbsri_core *core = &p->shape->core;
+    double to[3];
+    outward(p, core->corner[core->edge[k][0]], e->from);
+    outward(p, core->corner[core->edge[k][1]], to);
+    for (int l = 0; l < 3; ++l) {
+        e->along[l] = to[l] - e->from[l];
+        if (fmin(to[l], e->from[l]) > other->high[l] + reach ||
+            fmax(to[l], e->from[l]) < other->low[l] - reach)
+            return false;
+    }
+    e->length = mbsri_norm3(e->along);
+    for (int l = 0; l < 3; ++l) e->along[l] /= e->length;
+    return true;
+}
+
+/* Whether no corner of a core is farther along n than an edge of it, through the point `on`. */
+static bool is_outmost(const mbsri_placed *p, const double n[3], const double on[3])
+{
+    const mbsri_core *core = &p->shape->core;
+    double most = -INFINITY, size = 0.0;
+    for (int k = 0; k < core->corners; ++k) {
+        double x[3];
+        outward(p, core->corner[k], x);
+        for (int l = 0; l < 3; ++l) x[l] -= on[l];
+        most = fmax(most, mbsri_dot3(n, x));
+        size = fmax(size, mbsri_norm3(x));
+    }
+    return most <= 1e-12 * size;
+}
+
+/* Whether a point is within a core, which for points and segments none is. */
+static bool is_inside(const mbsri_placed *p, const double x[3])
+{
+    const mbsri_core *core = &p->shape->core;
+    double local[3];
+    bool inside = p->shape->kind == MBSR_SHAPE_BOX || p->shape->kind == MBSR_SHAPE_MESH;
+    inward(p, x, local);
+    for (int k = 0; k < 3 && p->shape->kind == MBSR_SHAPE_BOX; ++k)
+        inside = inside && fabs(local[k]) <= core->half[k];
+    for (int k = 0; k < core->faces && inside; ++k)
+        inside = mbsri_dot3(core->face[k], local) <= core->face[k][3];
+    return inside;
+}
+
+/* n and s of edges: from b to a, as their bodies stand to each other where the cores overlap there,
+ * else as the edges themselves do. */
+static void order_edges(const search *w, mbsri_touch *t)
+{
+    double apart[3], down[3];
+    for (int k = 0; k < 3; ++k) apart[k] = w->a->x[k] - w->b->x[k];
+    const double side = mbsri_dot3(t->n, apart);
+    t->s = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        if (side < 0.0) t->n[k] = -t->n[k];
+        down[k] = -t->n[k];
+        t->s += t->n[k] * (t->pa[k] - t->pb[k]);
+    }
+    if (t->s >= 0.0) return;
+    const bool overlap = is_inside(w->a, t->pb) || is_inside(w->b, t->pa);
+    if (overlap && is_outmost(w->a, down, t->pa) && is_outmost(w->b, t->n, t->pb)) return;
+    memcpy(t->n, down, sizeof t->n);
+    t->s = -t->s;
+}
+
+static int edges_meet(const search *w, const edge *a, const edge *b)
+{
+    mbsri_touch t = {.features = MBSRI_LINE_LINE,
+                     .ra = w->a->shape->core.radius,
+                     .rb = w->b->shape->core.radius,
+                     .la = a->length,
+                     .lb = b->length};
+    const double g = mbsri_dot3(a->along, b->along), sine = 1.0 - g * g;
+    double d[3];
+    if (!(sine > 1e-12)) return 0;
+    for (int k = 0; k < 3; ++k) d[k] = b->from[k] - a->from[k];
+    const double x = mbsri_dot3(d, a->along), y = mbsri_dot3(d, b->along),
+                 at_a = (x - g * y) / sine, at_b = (g * x - y) / sine;
+    t.ua = at_a / a->length;
+    t.ub = at_b / b->length;
+    t.window = fmin(t.ra + t.rb, 0.25 * fmin(a->length, b->length));
+    t.weight = sine * fade(t.ua, a->length, t.window) * fade(t.ub, b->length, t.window);
+    if (!(t.weight > 0.0)) return 0;
+    for (int k = 0; k < 3; ++k) {
+        t.pa[k] = a->from[k] + at_a * a->along[k];
+        t.pb[k] = b->from[k] + at_b * b->along[k];
+    }
+    memcpy(t.ta, a->along, sizeof t.ta);
+    memcpy(t.tb, b->along, sizeof t.tb);
+    mbsri_cross3(t.ta, t.tb, d);
+    (void)mbsri_direction3(d, t.n);
+    order_edges(w, &t);
+    return t.s > -(t.ra + t.rb) ? give(w, &t) : 0;
+}
+
+static int edges_over(const search *w)
+{
+    enum { MOST = 64 };
+    const mbsri_core *a = &w->a->shape->core, *b = &w->b->shape->core;
+    edge near[MOST];
+    int status = 0;
+    for (int first = 0; first < b->edges; first += MOST) {
+        int count = 0;
+        for (int k = first; k < b->edges && k < first + MOST; ++k)
+            count += find_edge(w->b, k, w->a, b->radius, near + count);
+        for (int k = 0; k < a->edges && !status && count > 0; ++k) {
+            edge e;
+            if (!find_edge(w->a, k, w->b, a->radius, &e)) continue;
+            for (int l = 0; l < count && !status; ++l) status = edges_meet(w, &e, near + l);
+        }
+    }
+    return status;
+}
+
+/* ---- cylinders and ellipsoids on planes ---- */
+
+/* Weights of a cylinder's points by c, the cosine of its axis and the normal: c^16 of those fixed
+ * to it, which is all where it stands and none where it lies, and 1 - c^16 of the lowest of a rim.
+ */
+static void share_rim(double c, bool fixed, mbsri_touch *t)
+{
+    const double sign = fixed ? 1.0 : -1.0;
+    t->weight = (fixed ? 0.0 : 1.0) + sign * pow(c, 16.0);
+    t->by_cosine = sign * 16.0 * pow(c, 15.0);
+    t->curve = sign * 240.0 * pow(c, 14.0);
+}
+
+/* Of both rims eight points each, fixed to the cylinder, and the lowest, each with its share. */
+static int cylinder_on_plane(const search *w)
+{
+    const mbsri_placed *a = w->a, *b = w->b;
+    const double radius = a->shape->core.half[0], half = a->shape->core.half[1], *n = b->R + 6,
+                 *axis = a->R + 6, cosine = mbsri_dot3(n, axis);
+    double down[3];
+    for (int k = 0; k < 3; ++k) down[k] = cosine * axis[k] - n[k];
+    const double sine = mbsri_norm3(down);
+    int status = 0;
+    for (int k = 0; k < 16 && !status; ++k) {
+        static const double c[] = {1.0, 0.70710678118654752, 0.0, -0.70710678118654752, -1.0};
+        const int at = k / 2, x = at < 5 ? at : 8 - at,
+                  y = at < 2   ? 2 - at
+                      : at < 7 ? at - 2
+                               : 10 - at;
+        const double rim[3] = {radius * c[x], radius * c[y], k % 2 ? half : -half};
+        mbsri_touch t = {.features = MBSRI_POINT_PLANE, .ra = a->shape->core.radius};
+        share_rim(cosine, true, &t);
+        memcpy(t.n, n, sizeof t.n);
+        outward(a, rim, t.pa);
+        for (int l = 0; l < 3; ++l) t.s += n[l] * (t.pa[l] - b->x[l]);
+        for (int l = 0; l < 3; ++l) t.pb[l] = t.pa[l] - t.s * n[l];
+        memcpy(t.ta, axis, sizeof t.ta);
+        status = give(w, &t);
+    }
+    for (int k = 0; k < 2 && !status && sine > 1e-8; ++k) {
+        mbsri_touch t = {.features = MBSRI_RIM_PLANE, .ra = a->shape->core.radius};
+        share_rim(cosine, false, &t);
+        const double end[3] = {0.0, 0.0, k ? half : -half};
+        memcpy(t.n, n, sizeof t.n);
+        memcpy(t.ta, axis, sizeof t.ta);
+        outward(a, end, t.tb);
+        for (int l = 0; l < 3; ++l) t.pa[l] = t.tb[l] + radius * down[l] / sine;
+        for (int l = 0; l < 3; ++l) t.s += n[l] * (t.pa[l] - b->x[l]);
+        for (int l = 0; l < 3; ++l) t.pb[l] = t.pa[l] - t.s * n[l];
+        t.half[0] = radius;
+        status = give(w, &t);
+    }
+    return status;
+}
+
+static int ellipsoid_on_plane(const search *w)
+{
+    const mbsri_placed *a = w->a, *b = w->b;
+    const double *n = b->R + 6, *half = a->shape->core.half;
+    mbsri_touch t = {.features = MBSRI_ELLIPSOID_PLANE, .weight = 1.0};
+    double local[3], size = 0.0;
+    mbsri_unrotate3(a->R, n, local);
+    for (int k = 0; k < 3; ++k) size += half[k] * half[k] * local[k] * local[k];
+    size = sqrt(size);
+    for (int k = 0; k < 3; ++k) local[k] *= -half[k] * half[k] / size;
+    memcpy(t.n, n, sizeof t.n);
+    outward(a, local, t.pa);
+    for (int k = 0; k < 3; ++k) t.s += n[k] * (t.pa[k] - b->x[k]);
+    for (int k = 0; k < 3; ++k) t.pb[k] = t.pa[k] - t.s * n[k];
+    memcpy(t.half, half, sizeof t.half);
+    memcpy(t.Ra, a->R, sizeof t.Ra);
+    return give(w, &t);
+}
+
+/* ---- all of two shapes ---- */
+
+static bool has_corners(mbsr_shape_kind kind)
+{
+    return kind == MBSR_SHAPE_SPHERE || kind == MBSR_SHAPE_CAPSULE || kind == MBSR_SHAPE_BOX ||
+           kind == MBSR_SHAPE_MESH;
+}
+
+bool mbsri_kinds_served(mbsr_shape_kind a, mbsr_shape_kind b)
+{
+    if (a == MBSR_SHAPE_PLANE || b == MBSR_SHAPE_PLANE) return a != b;
+    if (has_corners(a) && has_corners(b)) return true;
+    return (a == MBSR_SHAPE_SPHERE && b == MBSR_SHAPE_CYLINDER) ||
+           (b == MBSR_SHAPE_SPHERE && a == MBSR_SHAPE_CYLINDER);
+}
+
+static int on_plane(const search *w)
+{
+    switch (w->a->shape->kind) {
+    case MBSR_SHAPE_CYLINDER: return cylinder_on_plane(w);
+    case MBSR_SHAPE_ELLIPSOID: return ellipsoid_on_plane(w);
+    default: return corners_over(w);
+    }
+}
+
+int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, mbsri_touch_fn touch, void *user)
+{
+    const search over = {a, b, false, touch, user}, under = {b, a, true, touch, user};
+    const mbsr_shape_kind ka = a->shape->kind, kb = b->shape->kind;
+    if (kb == MBSR_SHAPE_PLANE) return on_plane(&over);
+    if (ka == MBSR_SHAPE_PLANE) return on_plane(&under);
+    if (ka == MBSR_SHAPE_SPHERE) return corners_over(&over);
+    if (kb == MBSR_SHAPE_SPHERE) return corners_over(&under);
+    int status = corners_over(&over);
+    if (!status) status = corners_over(&under);
+    return status ? status : edges_over(&over);
+}
+
+void mbsri_touch_point(const mbsri_touch *t, double p[3])
+{
+    for (int k = 0; k < 3; ++k)
+        p[k] = 0.5 * (t->pa[k] + t->pb[k]) + 0.5 * (t->rb - t->ra) * t->n[k];
+}

@@ -1,0 +1,236 @@
+/* Motions with contact whose answers are known, by the driver and by steps of fixed size.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "shapes.h"
+
+#include <mbsrank/simulation.h>
+
+#include <stdbool.h>
+
+/* Units in those of the test: m, kg, s. */
+typedef struct units {
+    double length, mass, time;
+} units;
+
+static const units systems[] = {{1, 1, 1}, {1000, 0.001, 1}, {1, 1000, 1000}, {3.28, 2.2, 0.1}};
+
+/* Of which a scene is made: a plane below, bodies with one shape each. */
+typedef struct run {
+    mbsr_simulation s;
+    mbsr_contacts *contacts;
+    int force;
+    units in;
+    double q[7 * 12], u[6 * 12];
+    int bodies;
+} run;
+
+static mbsr_contact_law law_in(units in, double stiffness, double damping, double friction)
+{
+    const double force = in.mass * in.length / (in.time * in.time);
+    return (mbsr_contact_law){.stiffness = stiffness * force / pow(in.length, 1.5),
+                              .exponent = 1.5,
+                              .damping = damping * in.time / in.length,
+                              .friction = friction,
+                              .slip = 1e-4 * in.length / in.time,
+                              .spin = 1e-3 / in.time};
+}
+
+static void begin(run *r, units in, bool plane, mbsr_contact_law law)
+{
+    mbsr_error error;
+    *r = (run){.in = in, .s = mbsr_simulation_begin(NULL)};
+    assert_int_equal(mbsr_contacts_create(&r->contacts, &error), MBSR_OK);
+    const double g = plane ? 9.81 * in.length / (in.time * in.time) : 0.0;
+    mbsr_simulation_add_force(&r->s, mbsr_force_gravity(0, 0, -g));
+    mbsr_shape ground = mbsr_default_shape();
+    ground.kind = MBSR_SHAPE_PLANE;
+    ground.law = law;
+    ground.law.stiffness = INFINITY;
+    if (plane) assert_int_equal(mbsr_contacts_add(r->contacts, &ground, NULL, &error), MBSR_OK);
+}
+
+/* A ball or a box of 0.1 m half size and density 1000. */
+static void add(run *r, mbsr_shape_kind kind, mbsr_contact_law law, double x, double z)
+{
+    mbsr_error error;
+    const units in = r->in;
+    const double half = 0.1 * in.length, density = 1000 * in.mass / pow(in.length, 3);
+    const double edges[3] = {2 * half, 2 * half, 2 * half};
+    mbsr_shape shape = mbsr_default_shape();
+    shape.kind = kind;
+    shape.law = law;
+    for (int k = 0; k < 3; ++k) shape.size[k] = half;
+    const mbsr_inertia inertia = kind == MBSR_SHAPE_BOX ? mbsr_inertia_box(density, edges)
+                                                        : mbsr_inertia_sphere(density, half);
+    shape.body =
+        mbsr_simulation_add_body(&r->s, "body", MBSR_GROUND, mbsr_joint_free(NULL, NULL), inertia);
+    if (mbsr_contacts_add(r->contacts, &shape, NULL, &error)) fail_msg("%s", error.text);
+    double *q = r->q + 7 * r->bodies++;
+    q[0] = 1.0;
+    q[4] = x * in.length;
+    q[6] = z * in.length;
+}
+
+static void start(run *r, double tolerance)
+{
+    mbsr_error error;
+    mbsr_force_def force;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = tolerance;
+    if (mbsr_contacts_force(r->contacts, 0, &force, &error)) fail_msg("%s", error.text);
+    r->force = mbsr_simulation_add_force(&r->s, force);
+    if (mbsr_simulation_start(&r->s, &opt, 0.0, r->q, r->u)) fail_msg("%s", r->s.error.text);
+}
+
+static void to(run *r, double t)
+{
+    if (mbsr_simulation_to(&r->s, t * r->in.time)) fail_msg("%s", r->s.error.text);
+    memcpy(r->q, mbsr_simulation_q(&r->s), 7 * sizeof(double) * (size_t)r->bodies);
+    memcpy(r->u, mbsr_simulation_u(&r->s), 6 * sizeof(double) * (size_t)r->bodies);
+}
+
+static void end(run *r)
+{
+    mbsr_simulation_end(&r->s);
+    mbsr_contacts_destroy(r->contacts);
+}
+
+/* How far a ball sinks in at rest, in m. */
+static double depth_of(double stiffness)
+{
+    return pow(1000 * 4.0 / 3.0 * 3.14159265358979 * 1e-3 * 9.81 / stiffness, 1.0 / 1.5);
+}
+
+/* A ball that slides at first rolls with 5/7 of its velocity then, from 2 v / (7 mu g) on. */
+static void rolling(void **unused)
+{
+    (void)unused;
+    for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
+        const units in = systems[k];
+        const mbsr_contact_law law = law_in(in, 1e7, 1.0, 0.3);
+        run r;
+        begin(&r, in, true, law);
+        add(&r, MBSR_SHAPE_SPHERE, law, 0.0, 0.1 - depth_of(1e7));
+        r.u[3] = 2.0 * in.length / in.time;
+        start(&r, 1e-7);
+        to(&r, 0.1);
+        assert_close(r.u[3] * in.time / in.length, 2.0 - 0.3 * 9.81 * 0.1, 1e-4);
+        to(&r, 1.0);
+        assert_close(r.u[3] * in.time / in.length, 10.0 / 7.0, 2e-3);
+        assert_close(r.u[1] * in.time * 0.1, 10.0 / 7.0, 2e-3);
+        end(&r);
+    }
+}
+
+/* A box that slides stops after v^2 / (2 mu g). */
+static void sliding(void **unused)
+{
+    (void)unused;
+    const units in = systems[0];
+    const mbsr_contact_law law = law_in(in, 1e7, 1.0, 0.5);
+    run r;
+    begin(&r, in, true, law);
+    add(&r, MBSR_SHAPE_BOX, law, 0.0, 0.1 - pow(8.0 * 9.81 / 4e7, 1.0 / 1.5));
+    r.u[3] = 1.0;
+    start(&r, 1e-6);
+    to(&r, 1.0);
+    assert_close(r.q[4], 1.0 / (2.0 * 0.5 * 9.81), 1e-3);
+    mbsr_contact_point point[8];
+    int count;
+    assert_int_equal(mbsr_contact_report(mbsr_simulation_model(&r.s), mbsr_simulation_data(&r.s),
+                                         r.force, 8, point, &count),
+                     MBSR_OK);
+    assert_int_equal(count, 4);
+    for (int k = 0; k < 4; ++k) /* while it still rocks a little: that is 0.995 of full friction */
+        assert_true(hypot(point[k].sliding[0], point[k].sliding[1]) < 1e-3);
+    assert_close(r.q[6], 0.1 - pow(8.0 * 9.81 / 4e7, 1.0 / 1.5), 2e-5);
+    end(&r);
+}
+
+/* What a ball is thrown back with is the law's, whatever the tolerance: e of the Hunt and Crossley
+ * law at the speed v obeys, with a = damping, (1 + a v) exp(-a v) = (1 - a e v) exp(a e v). */
+static void bouncing(void **unused)
+{
+    (void)unused;
+    const double a = 0.2, v = sqrt(2.0 * 9.81 * 0.5);
+    double low = 0.0, high = 1.0;
+    for (int k = 0; k < 60; ++k) {
+        const double e = 0.5 * (low + high);
+        const double left = log(1.0 + a * v) - a * v, right = log(1.0 - a * e * v) + a * e * v;
+        if (right > left)
+            low = e;
+        else
+            high = e;
+    }
+    static const double tolerances[] = {1e-5, 1e-7};
+    for (int k = 0; k < 2; ++k) {
+        const mbsr_contact_law law = law_in(systems[0], 1e8, a, 0.0);
+        run r;
+        begin(&r, systems[0], true, law);
+        add(&r, MBSR_SHAPE_SPHERE, law, 0.0, 0.6);
+        start(&r, tolerances[k]);
+        to(&r, v / 9.81 + 0.1);
+        /* what it has after the blow, from its energy */
+        const double after = sqrt(r.u[5] * r.u[5] + 2.0 * 9.81 * (r.q[6] - 0.1));
+        assert_close(after / v, low, k == 0 ? 2e-2 : 2e-3);
+        end(&r);
+    }
+}
+
+/* A row of balls apart from each other: the last goes with what the first had; momentum and energy
+ * stay. */
+static void cradle(void **unused)
+{
+    (void)unused;
+    const mbsr_contact_law law = law_in(systems[0], 1e8, 0.0, 0.0);
+    run r;
+    begin(&r, systems[0], false, law);
+    for (int k = 0; k < 5; ++k) add(&r, MBSR_SHAPE_SPHERE, law, 0.21 * k, 0.0);
+    r.u[3] = 1.0;
+    start(&r, 1e-8);
+    to(&r, 0.3);
+    double sum = 0.0, square = 0.0;
+    for (int k = 0; k < 5; ++k) sum += r.u[6 * k + 3], square += r.u[6 * k + 3] * r.u[6 * k + 3];
+    assert_close(sum, 1.0, 1e-9);
+    assert_close(square, 1.0, 1e-4);
+    assert_close(r.u[6 * 4 + 3], 1.0, 1e-4);
+    end(&r);
+}
+
+/* Ten boxes on each other stay; each point of the lowest carries a quarter of all. */
+static void stack(void **unused)
+{
+    (void)unused;
+    const mbsr_contact_law law = law_in(systems[0], 1e7, 1.0, 0.5);
+    run r;
+    begin(&r, systems[0], true, law);
+    for (int k = 0; k < 10; ++k) add(&r, MBSR_SHAPE_BOX, law, 0.0, 0.1 + 0.2 * k);
+    start(&r, 1e-4);
+    to(&r, 100.0);
+    int count;
+    mbsr_contact_point point[200];
+    assert_int_equal(mbsr_contact_report(mbsr_simulation_model(&r.s), mbsr_simulation_data(&r.s),
+                                         r.force, 200, point, &count),
+                     MBSR_OK);
+    double sum = 0.0;
+    for (int k = 0; k < count; ++k)
+        sum += point[k].body_a == MBSR_GROUND ? point[k].normal_force : 0.0;
+    assert_close(sum, 80.0 * 9.81, 1e-3);
+    for (int k = 0; k < 10; ++k) {
+        assert_close(r.q[7 * k + 4], 0.0, 1e-3);
+        assert_close(r.q[7 * k + 6], 0.1 + 0.2 * k, 1e-3 * (k + 1));
+    }
+    mbsr_ida_stats stats;
+    assert_int_equal(mbsr_simulation_get_stats(&r.s, &stats), MBSR_OK);
+    const long steps = stats.steps;
+    print_message("%ld steps\n", steps);
+    assert_true(steps < 3000);
+    end(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rolling), cmocka_unit_test(sliding),
+                                       cmocka_unit_test(bouncing), cmocka_unit_test(cradle),
+                                       cmocka_unit_test(stack)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
