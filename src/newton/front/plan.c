@@ -24,10 +24,11 @@ typedef struct draft {
     const mbsri_front_source *from;
     const bool *served; /* NULL: all */
     mbsri_front_plan *plan;
-    bool crosses;       /* something ties bodies that are no neighbours */
-    mbsri_array border; /* int */
-    int *marked;        /* N + 1: the last step whose border has the body, and 1 */
-    int *last_child;    /* of a step: chains of its children, by `before` */
+    bool crosses;              /* something ties bodies that are no neighbours */
+    mbsri_array border, whole; /* int, bool */
+    int *marked;               /* N + 1: the last step whose border has the body, and 1; */
+    int *impulse;              /* and in whose border it has its impulse */
+    int *last_child;           /* of a step: chains of its children, by `before` */
     int *before;
     int *open, *rates;                /* of what is handed on: velocity rows, rates beyond these, */
     int *waiting, *unsettled, *light; /* multipliers, rates of groups that are not complete, and
@@ -52,8 +53,8 @@ static size_t entries_of(const mbsri_front_source *from)
 
 void mbsri_front_plan_destroy(const mbsr_allocator *allocator, mbsri_front_plan *plan)
 {
-    void *const memory[] = {plan->step,    plan->position, plan->child,
-                            plan->element, plan->border,   plan->coordinates};
+    void *const memory[] = {plan->step,   plan->position,    plan->child, plan->element,
+                            plan->border, plan->coordinates, plan->whole};
     for (size_t k = 0; k < sizeof memory / sizeof memory[0]; ++k) {
         if (memory[k]) mbsri_release(allocator, memory[k]);
     }
@@ -64,7 +65,7 @@ size_t mbsri_front_plan_bytes(const mbsri_front_source *from, const mbsri_front_
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
     return bodies * (sizeof *plan->step + 2 * sizeof(int) + sizeof(bool)) +
-           (entries_of(from) + (size_t)plan->entries) * sizeof(int);
+           entries_of(from) * sizeof(int) + (size_t)plan->entries * (sizeof(int) + sizeof(bool));
 }
 
 static bool allocate(const mbsri_front_source *from, mbsri_front_plan *plan)
@@ -190,6 +191,7 @@ static bool find_border(draft *d, int k)
     const int parent = d->m->body[s->body].parent;
     s->first_border = (int)d->border.count;
     bool room = add_body(d, k, parent);
+    d->impulse[parent] = k + 1;
     for (int l = 0; l < s->elements && room && !d->served; ++l) {
         const int *list,
             count = mbsri_front_bodies(d->from, plan->element[s->first_element + l], &list);
@@ -197,16 +199,23 @@ static bool find_border(draft *d, int k)
     }
     for (int l = 0; l < s->children && room && !d->served; ++l) {
         const mbsri_front_step *child = plan->step + plan->child[s->first_child + l];
-        for (int j = 0; j < child->borders && room; ++j)
-            room = add_body(d, k, ((int *)d->border.data)[child->first_border + j]);
+        for (int j = 0; j < child->borders && room; ++j) {
+            const int entry = child->first_border + j, body = ((int *)d->border.data)[entry];
+            if (((bool *)d->whole.data)[entry]) d->impulse[body] = k + 1;
+            room = add_body(d, k, body);
+        }
     }
     s->borders = (int)d->border.count - s->first_border;
     s->next = -1;
-    if (s->borders == 0) return room;
+    if (s->borders == 0 || !room) return room;
     int *border = (int *)d->border.data + s->first_border;
     sort_border(plan, s->borders, border);
     s->next = plan->position[border[0]];
-    return room;
+    if (!mbsri_reserve(d->from->allocator, &d->whole, (size_t)s->borders, sizeof(bool)))
+        return false;
+    for (int l = 0; l < s->borders; ++l)
+        ((bool *)d->whole.data)[d->whole.count++] = d->impulse[border[l]] == k + 1;
+    return true;
 }
 
 static void find_children(draft *d, int k, int *used)
@@ -297,6 +306,8 @@ static void measure(draft *d, int k)
         const int body = ((const int *)d->border.data)[s->first_border + l];
         s->border_columns += columns_of(d, body);
         s->border_rows += rows_of(d, body);
+        if (!((const bool *)d->whole.data)[s->first_border + l])
+            s->border_rows -= d->m->body[body].d;
     }
     for (int l = 0; l < s->children; ++l) {
         const int child = d->plan->child[s->first_child + l];
@@ -329,13 +340,13 @@ static bool lay_out(draft *d, const int *order, double most)
     mbsri_front_plan *plan = d->plan;
     int used = 0;
     plan->operations = 0.0;
-    d->border.count = 0;
+    d->border.count = d->whole.count = 0;
     for (int k = 0; k < plan->steps; ++k) {
         plan->step[k] = (mbsri_front_step){.body = order[k]};
         plan->position[order[k]] = k;
         d->last_child[k] = -1;
     }
-    for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = 0;
+    for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = d->impulse[i] = 0;
     place_elements(d);
     for (int k = 0; k < plan->steps; ++k) {
         find_children(d, k, &used);
@@ -459,7 +470,7 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
                              mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
-    int *memory = numbers(from, 10 * bodies);
+    int *memory = numbers(from, 11 * bodies);
     gap *gaps = memory ? mbsri_allocate(from->allocator, bodies * sizeof *gaps) : NULL;
     draft d = {.m = from->model, .from = from, .served = served, .plan = plan};
     *plan = (mbsri_front_plan){0};
@@ -474,16 +485,19 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
         d.unsettled = memory + 7 * bodies;
         d.light = memory + 8 * bodies;
         d.waiting = memory + 9 * bodies;
+        d.impulse = memory + 10 * bodies;
         d.crosses = !served && crosses(from);
         find_coordinates(from, served, plan->coordinates);
         made = choose(&d, order, other) && lay_out(&d, order, 1e300);
     }
     if (made) {
         plan->border = d.border.data;
+        plan->whole = d.whole.data;
         plan->entries = (int)d.border.count;
         place(plan, gaps);
     } else {
         if (d.border.data) mbsri_release(from->allocator, d.border.data);
+        if (d.whole.data) mbsri_release(from->allocator, d.whole.data);
         mbsri_front_plan_destroy(from->allocator, plan);
     }
     if (memory) mbsri_release(from->allocator, memory);

@@ -36,6 +36,8 @@ typedef struct mbsri_front_plan {
     mbsri_front_step *step;
     int *position; /* N + 1: the step of a body */
     int *child, *element, *border;
+    bool *whole; /* by entry of `border`: whether its impulse is among the rows, which elements
+                  * do not load */
     bool *coordinates; /* N + 1: joints that something reads that other bodies belong to */
     int most_rows, most_columns;
     size_t matrices, doubles, ints; /* lengths */
