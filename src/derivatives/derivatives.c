@@ -169,12 +169,8 @@ static int linearise(mbsr_derivatives *w, double t, const double *q, const doubl
     double *qdot = w->work, *pdot = qdot + m->nq;
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
-    if (!status && m->rows > 0) {
-        status = lambda ? mbsri_closure_jacobians(m, d) : mbsri_closure_springs(m, d);
-        if (lambda) mbsri_copy((size_t)m->rows, lambda, d->loop_lambda);
-        d->loaded = true;
-    }
-    if (!status) status = mbsri_momentum_derivatives(m, d, qdot, pdot);
+    if (!status && m->rows > 0 && lambda) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_momentum_derivatives(m, d, lambda, qdot, pdot);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
     if (status) return status;

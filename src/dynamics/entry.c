@@ -27,12 +27,13 @@ void mbsri_remember(const mbsr_model *m, mbsr_data *d, mbsri_pending pending, co
 static int catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
 {
     const mbsri_pending pending = d->pending;
-    const bool forward = pending != MBSRI_PENDING_INVERSE, loaded = d->loaded;
+    const bool forward = pending != MBSRI_PENDING_INVERSE;
+    const double *lambda = m->rows > 0 ? d->loop_lambda : NULL; /* of that evaluation */
     int status = mbsri_positions(m, d, d->t, d->q_last);
     if (!status && needed > MBSRI_STAGE_POSITIONS) status = mbsri_velocities(m, d, d->u_last);
-    d->loaded = loaded; /* by the closures' derivatives of that evaluation */
+    d->lambda_known = lambda != NULL;
     if (!status && needed > MBSRI_STAGE_VELOCITIES)
-        status = mbsri_forces(m, d, forward ? d->load_last : NULL);
+        status = mbsri_forces(m, d, forward ? d->load_last : NULL, lambda);
     if (!status && needed > MBSRI_STAGE_FORCES) status = mbsri_backward(m, d);
     if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_INVERSE)
         mbsri_inverse(m, d, d->load_last);

@@ -28,7 +28,7 @@ static int drive_all(const mbsr_model *model, mbsr_data *data, double t, const d
     status = mbsri_check_input(data, (size_t)model->nu, udot, name, "udot");
     if (!status) status = mbsri_positions(model, data, t, q);
     if (!status) status = mbsri_velocities(model, data, u);
-    if (!status) status = mbsri_forces(model, data, NULL);
+    if (!status) status = mbsri_forces(model, data, NULL, NULL);
     if (status) return status;
     mbsri_inverse(model, data, udot);
     mbsri_scatter(model, data->out, tau);
@@ -88,7 +88,6 @@ static int drive_some(const mbsr_model *model, mbsr_data *data, double t, const 
     if (status) return status;
     mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
     data->stage = MBSRI_STAGE_NONE;
-    data->loaded = model->rows > 0;
     return MBSR_OK;
 }
 

@@ -47,7 +47,8 @@ int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q)
 int mbsr_stage_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
 {
     const int status = mbsri_enter(model, data, true, MBSRI_STAGE_VELOCITIES, "mbsr_stage_forces");
-    return status ? status : mbsri_forces(model, data, tau);
+    return status ? status
+                  : mbsri_forces(model, data, tau, data->lambda_known ? data->loop_lambda : NULL);
 }
 
 int mbsr_stage_backward(const mbsr_model *model, mbsr_data *data)
@@ -82,7 +83,7 @@ int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, 
                                   "mbsr_recursive_residual");
     if (!status) status = mbsri_positions(model, data, t, q);
     if (!status) status = mbsri_velocities(model, data, u);
-    if (!status) status = mbsri_forces(model, data, tau);
+    if (!status) status = mbsri_forces(model, data, tau, NULL);
     if (!status) status = mbsri_backward(model, data);
     return status ? status : forward(model, data, udot, residual, "mbsr_recursive_residual");
 }

@@ -67,7 +67,7 @@ int mbsri_pack_motion(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data
     int status = mbsri_pack(form, m, d, t, q, u, y);
     if (!status) status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (!status) status = mbsri_backward(m, d);
     return status ? status : form->start(m, d, t, y, udot, yp);
 }

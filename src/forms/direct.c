@@ -61,7 +61,7 @@ static int first_block(const mbsr_model *m, mbsr_data *d, double t, const double
     if (!status) status = mbsri_coordinate_rates(m, d, F);
     if (status) return status;
     for (int k = 0; k < m->nq; ++k) F[k] = yp[k] - F[k];
-    return mbsri_forces(m, d, NULL);
+    return mbsri_forces(m, d, NULL, NULL);
 }
 
 static int recursive(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,

@@ -252,7 +252,7 @@ static int evaluate_index1(const mbsr_model *m, mbsr_data *d, double t, const do
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = mbsri_coordinate_rates(m, d, qdot);
     if (!status) status = mbsri_rates(m, d);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (!status) status = mbsri_backward(m, d);
     if (!status) status = mbsri_frame_align(m, d);
     return status ? status : mbsri_frame_rates(m, d);

@@ -102,13 +102,12 @@ static int momentum_unpack(const mbsr_model *m, mbsr_data *d, double t, const do
 }
 
 /* q' and p' at the state of y; then forces. */
-int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, double *pdot)
+int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, const double *lambda,
+                               double *qdot, double *pdot)
 {
-    const bool loaded = d->loaded;
     int status = mbsri_coordinate_rates(m, d, qdot);
     if (!status) status = mbsri_rates(m, d);
-    d->loaded = loaded; /* rates by differences of positions clear it */
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, lambda);
     if (status) return status;
     mbsri_momenta(m, d, pdot);
     momentum_rates(m, d, pdot);
@@ -120,7 +119,7 @@ static int momentum_start(const mbsr_model *m, mbsr_data *d, double t, const dou
 {
     (void)t, (void)y;
     mbsri_copy((size_t)m->nu, udot, yp + m->nq + m->nu);
-    return mbsri_momentum_derivatives(m, d, yp, yp + m->nq);
+    return mbsri_momentum_derivatives(m, d, NULL, yp, yp + m->nq);
 }
 
 static int momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
@@ -131,16 +130,13 @@ static int momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const 
     if (m->rows > 0) mbsri_loops_take(m, d, x, xp);
     int status = mbsri_sweeps_momentum_residual(m, d, t, y, yp, F);
     if (!status && m->rows > 0) status = mbsri_loops_residual(m, d, x, xp, F_x);
-    if (!status) {
-        mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
-        d->loaded = m->rows > 0;
-    }
+    if (!status) mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
     if (status != MBSRI_NOT_SERVED) return status;
     status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status && m->rows > 0) status = mbsri_closure_jacobians(m, d);
-    d->loaded = m->rows > 0;
-    if (!status) status = mbsri_momentum_derivatives(m, d, F, F + m->nq);
+    const double *lambda = m->rows > 0 ? d->loop_lambda : NULL;
+    if (!status) status = mbsri_momentum_derivatives(m, d, lambda, F, F + m->nq);
     if (!status && m->rows > 0) status = mbsri_loops_coordinate_rates(m, d, F);
     if (!status && m->rows > 0) status = mbsri_loops_residual(m, d, x, xp, F_x);
     if (!status) status = mbsri_backward(m, d);

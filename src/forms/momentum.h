@@ -11,7 +11,9 @@ void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p);
 /* ep from p, after the backward recursion of the masses. */
 void mbsri_condense(const mbsr_model *m, mbsr_data *d, const double *p);
 
-/* q' and p' at the state of mbsr_stage_velocities; forces are evaluated on the way. */
-int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, double *pdot);
+/* q' and p' at the state of mbsr_stage_velocities, with loop forces lambda as mbsri_forces takes
+ * them; forces are evaluated on the way. */
+int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, const double *lambda,
+                               double *qdot, double *pdot);
 
 #endif

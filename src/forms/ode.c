@@ -324,7 +324,7 @@ static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
     mbsr_data *d = o->d;
     double *vector = d->vec;
     int status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (status) return status;
     mbsri_backward_loads(m, d);
     if (sizes) mbsri_gross_forces(m, d);
@@ -521,7 +521,7 @@ int mbsr_ode_rhs(mbsr_ode *ode, double t, const double *x, double *xdot)
     if (!mbsri_finite((size_t)m->nu, ode->u)) mbsri_zero((size_t)m->nu, ode->u);
     status = solve_velocities(ode, t, x);
     if (!status) status = mbsri_velocities(m, ode->d, ode->u);
-    if (!status) status = mbsri_momentum_derivatives(m, ode->d, xdot, xdot + m->nq);
+    if (!status) status = mbsri_momentum_derivatives(m, ode->d, NULL, xdot, xdot + m->nq);
     if (status) return status;
     const size_t size = (size_t)(m->nq + m->nu);
     return mbsri_check_result(m, ode->d, size, xdot, "mbsr_ode_rhs");

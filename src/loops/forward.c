@@ -63,8 +63,7 @@ static int find_right(forward *w, double t, const double *q, const double *u, co
     if (!status) status = mbsri_closure_springs(m, d);
     if (status) return status;
     mbsri_copy((size_t)m->rows, d->loop_lambda, w->springs);
-    d->loaded = true;
-    status = mbsri_forces(m, d, tau);
+    status = mbsri_forces(m, d, tau, d->loop_lambda);
     if (status) return status;
     mbsri_zero((size_t)m->nu, w->udot);
     mbsri_inverse(m, d, w->udot);

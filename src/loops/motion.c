@@ -35,7 +35,6 @@ static int load_springs(mbsri_dense *w)
                 w->d->loop_lambda[c->row + k] = 0.0;
         }
     }
-    w->d->loaded = true;
     return status;
 }
 
@@ -47,7 +46,7 @@ int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double 
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = load_springs(w);
-    if (!status) status = mbsri_forces(m, d, tau);
+    if (!status) status = mbsri_forces(m, d, tau, d->loop_lambda);
     if (status) return status;
     mbsri_inverse(m, d, a);
     mbsri_scatter(m, d->out, r);
@@ -162,6 +161,7 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
 int mbsri_loops_share(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
+    static const double rounding = 1e-9; /* beside a vector of length 1, before it is scaled */
     const int count = w->nulls - w->moving, rows = w->rows;
     double *A = w->K, *b = w->right, *unit = w->x, *idle = w->y;
     int rank;
@@ -173,6 +173,7 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
             for (int k = 0, row = c->row; k < c->held; ++k, ++row) {
                 if (!mbsri_is_stiff(c, k) || w->left_out[row]) continue;
+                if (fabs(idle[row]) <= rounding * w->scale[w->n + row]) continue;
                 b[row] = lambda[row] / sqrt(c->def.stiffness[k]);
                 A[l * rows + row] = idle[row] / sqrt(c->def.stiffness[k]);
             }

@@ -320,7 +320,6 @@ static void leave(const mbsr_completion *w, mbsr_data *d)
     mbsri_remember(m, d, MBSRI_PENDING_MOTION, w->y, w->y + w->rates, w->tau);
     mbsri_copy((size_t)m->nu, w->rate + w->rates, d->udot_last);
     if (m->rows > 0) mbsri_loops_take(m, d, w->y + w->loops, w->yp + w->loops);
-    d->loaded = m->rows > 0;
 }
 
 /* A failure of the Newton systems in the words of the caller. */

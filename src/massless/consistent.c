@@ -175,7 +175,7 @@ static int find_state(start *s, mbsr_consistent_info *info)
     mbsr_data *d = s->d;
     int status = mbsri_positions(m, d, s->t, s->q);
     if (!status) status = mbsri_velocities(m, d, s->u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     if (d->total_rank == m->nu) return mbsr_forward_dynamics(m, d, s->t, s->q, s->u, NULL, s->udot);
@@ -194,7 +194,7 @@ static int deliver(start *s)
     int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);
     if (!status) status = mbsri_positions(m, d, s->t, s->q);
     if (!status) status = mbsri_velocities(m, d, s->u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     if (d->total_rank < m->nu) mbsri_forward_with_null(m, d, s->udot, s->residual);

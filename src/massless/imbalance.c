@@ -100,7 +100,7 @@ static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q
 {
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     return status ? status : mbsri_backward(m, d);
 }
 

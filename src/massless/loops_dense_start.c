@@ -81,7 +81,7 @@ static int find_motion(search *s, double t, double *q, double *u, double *udot, 
     const int directions = w->moving;
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
-    if (!status) status = mbsri_forces(w->m, w->d, NULL);
+    if (!status) status = mbsri_forces(w->m, w->d, NULL, NULL);
     if (!status) status = mbsri_backward(w->m, w->d);
     if (status) return status;
     if (w->d->total_rank == w->m->nu) {

@@ -185,7 +185,7 @@ static int weigh(const start *s, double t, double *sum)
     mbsr_data *d = s->w.d;
     int status = mbsri_positions(m, d, t, s->q);
     if (!status) status = mbsri_velocities(m, d, s->u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     *sum = 0.0;
     for (size_t k = 0; k < m->size_v && !status; ++k)
         *sum += (1.0 + 0.5 * sin(12.9898 * (double)k)) * d->f[k];

@@ -44,7 +44,6 @@ static int take_loop_forces(mbsri_null_space *w)
     if (!w->lambda) return MBSR_OK;
     const int status = mbsri_closure_jacobians(w->m, w->d);
     mbsri_copy((size_t)w->m->rows, w->lambda, w->d->loop_lambda);
-    w->d->loaded = true;
     return status;
 }
 
@@ -54,7 +53,7 @@ static int evaluate(mbsri_null_space *w, double t, const double *q, const double
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = take_loop_forces(w);
-    if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL);
+    if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL, w->lambda);
     w->d->exactly = exactly;
     if (!status) status = mbsri_backward(w->m, w->d);
     w->d->exactly = false;

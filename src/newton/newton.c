@@ -22,7 +22,7 @@ enum { LARGEST_RANK = 120 };
 
 /* Multiplications a body past which loops are too many to be carried, and what one of the front
  * counts beside one of these. */
-static const double too_many = 30000.0, slower = 3.0;
+static const double too_many = 3000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {
@@ -362,7 +362,6 @@ static int factor_by_sweeps(mbsr_newton *w, mbsr_data *d, double t, const double
     if (!w->sweeps) return MBSRI_NOT_SERVED;
     if (m->rows > 0) mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
     const int status = mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c);
-    d->loaded = m->rows > 0;
     return status || !w->corrected ? status : mbsri_correction_factor(w, d);
 }
 

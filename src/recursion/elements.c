@@ -20,7 +20,7 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_ques
                             .np = b->np,
                             .n = b->n,
                             .nq = b->nq,
-                            .held = b->given_held,
+                            .held = b->given_locked_at,
                             .p = d->p + b->p,
                             .V = ask != MBSRI_ENERGY ? d->V + b->v : NULL,
                             .f = ask == MBSRI_FORCES ? d->f + b->v : NULL};
@@ -131,15 +131,17 @@ static int visit_all(const mbsr_model *m, mbsr_data *d, mbsri_question ask, doub
     return status;
 }
 
-/* Loop forces where they are known; else those of stiff rows alone. */
-static int add_loop_forces(const mbsr_model *m, mbsr_data *d)
+static int add_loop_forces(const mbsr_model *m, mbsr_data *d, const double *lambda)
 {
-    const int status = d->loaded ? MBSR_OK : mbsri_closure_springs(m, d);
-    if (!status) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
-    return status;
+    const int status = lambda ? MBSR_OK : mbsri_closure_springs(m, d);
+    if (status) return status;
+    if (lambda && lambda != d->loop_lambda) mbsri_copy((size_t)m->rows, lambda, d->loop_lambda);
+    d->lambda_known = lambda != NULL;
+    mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
+    return MBSR_OK;
 }
 
-int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
+int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau, const double *lambda)
 {
     d->stage = MBSRI_STAGE_VELOCITIES;
     d->accelerated = false;
@@ -156,7 +158,7 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
     /* + force elements */
     status = visit_all(m, d, MBSRI_FORCES, NULL);
     /* + closures */
-    if (!status && m->rows > 0) status = add_loop_forces(m, d);
+    if (!status && m->rows > 0) status = add_loop_forces(m, d, lambda);
     if (status) return status;
     d->stage = MBSRI_STAGE_FORCES;
     return MBSR_OK;

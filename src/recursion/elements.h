@@ -5,8 +5,10 @@
 
 #include "recursion/data.h"
 
-/* The stage: f and tau at the state of mbsri_velocities; tau by the caller's order, or NULL. */
-int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau);
+/* The stage: f and tau at the state of mbsri_velocities. tau (nu): by the caller's order, or NULL.
+ * lambda (rows): loop forces, after the derivatives of the rows, which go to loop_lambda and may be
+ * there already; NULL: those of stiff rows by their law, of others zero. */
+int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau, const double *lambda);
 
 /* Adds to tau what the force elements that act on joints alone exert; q, u in the order of the
  * sweeps. */

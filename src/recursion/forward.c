@@ -147,7 +147,7 @@ int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const d
 {
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_forces(m, d, tau);
+    if (!status) status = mbsri_forces(m, d, tau, NULL);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     double *w = d->scratch + m->max_d, *rate = w + m->max_d;

@@ -235,7 +235,7 @@ int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i)
 int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q)
 {
     d->stage = MBSRI_STAGE_NONE;
-    d->accelerated = d->loaded = false;
+    d->accelerated = d->lambda_known = false;
     d->pending = MBSRI_PENDING_NONE;
     if (!isfinite(t) || !mbsri_finite((size_t)m->nq, q)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
@@ -299,7 +299,7 @@ int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i)
 int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
 {
     d->stage = MBSRI_STAGE_POSITIONS;
-    d->accelerated = d->loaded = false;
+    d->accelerated = d->lambda_known = false;
     d->pending = MBSRI_PENDING_NONE;
     if (!mbsri_finite((size_t)m->nu, u)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
@@ -348,7 +348,7 @@ int mbsri_normalise(const mbsr_model *m, mbsr_data *d, double *q)
         const int status = b->joint.table->normalise(&args, full);
         if (status) return mbsri_joint_failed(m, d, i, status, "normalise");
         for (int k = 0; k < b->joint.n && b->locks; ++k) {
-            if (isnan(b->held[k])) *own++ = full[k];
+            if (isnan(b->locked_at[k])) *own++ = full[k];
         }
     }
     return MBSR_OK;

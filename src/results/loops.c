@@ -216,7 +216,7 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
     mbsri_zero((size_t)w->n, w->x);
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, w->x);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     report->massless = w->n - d->total_rank;
@@ -349,7 +349,7 @@ int mbsr_closures_set_lambda(const mbsr_model *model, mbsr_data *data, const dou
     if (!status) status = mbsri_closure_jacobians(model, data);
     if (status) return status;
     mbsri_copy((size_t)model->rows, lambda, data->loop_lambda);
-    data->loaded = true;
+    data->lambda_known = true;
     data->stage = MBSRI_STAGE_VELOCITIES;
     data->pending = MBSRI_PENDING_NONE;
     data->accelerated = false;
@@ -359,8 +359,7 @@ int mbsr_closures_set_lambda(const mbsr_model *model, mbsr_data *data, const dou
 int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda)
 {
     const bool there = /* no stage need run */
-        data && (data->pending == MBSRI_PENDING_MOTION ||
-                 (data->pending == MBSRI_PENDING_INVERSE && data->loaded));
+        data && (data->pending == MBSRI_PENDING_MOTION || data->pending == MBSRI_PENDING_INVERSE);
     const int status =
         mbsri_enter(model, data, lambda != NULL, there ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
                     "mbsr_closures_lambda");

@@ -106,7 +106,7 @@ int mbsri_small_forces(mbsr_small_masses *s, double t, const double *y, const do
     const int u = m->nq + m->nu;
     int status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, y + u);
-    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(d));
     mbsri_inverse(m, d, yp + u);
     for (int k = 0; k < s->candidates && !status; ++k) {

@@ -214,7 +214,6 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
     run.tree->kernels->loops_forward(&loops);
     if (!loops_are_closed(&loops)) return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->rows; ++k) d->loop_lambda[k] += loops.v[k];
-    d->loaded = true;
     mbsri_scatter(m, run.out, udot);
     mbsri_copy((size_t)m->nu, udot, d->udot_last);
     return MBSR_OK;

@@ -174,7 +174,7 @@ static void check(uint64_t seed, int way, tally *all)
         medley_free(&s);
         return;
     }
-    solver by = {.share = way == FRONT ? 1e-9 : 1e-6, .transposes = way == FRONT};
+    solver by = {.share = way == FRONT ? 1e-9 : 1e-7, .transposes = way == FRONT};
     mbsr_error error;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     opt.transposes = way == FRONT;
@@ -198,10 +198,14 @@ static void check(uint64_t seed, int way, tally *all)
 static void mechanisms_of_everything(void **state)
 {
     (void)state;
+    /* rows that nearly depend on each other; or do, where rounding leaves a rate with them */
+    static const uint64_t dependent[] = {892, 1395, 1725};
+    enum { nearly = sizeof dependent / sizeof dependent[0] };
     const int seeds = test_long() ? 400 : test_seeds(30, 250);
     for (int way = 0; way < WAYS; ++way) {
         tally all = {0};
         for (int k = 1; k <= seeds; ++k) check((uint64_t)k, way, &all);
+        for (int k = 0; k < nearly; ++k) check(dependent[k], way, &all);
         assert_true(all.systems > seeds && all.closed > seeds / 4);
         assert_true(all.solved > 0.9 * all.systems);
         assert_in_range(all.refused, 0, all.systems / 50);

@@ -38,10 +38,10 @@ void newton_both_ways(mbsr_model *m, mbsr_data *d, const double *q, const double
     for (int k = 0; k < 4; ++k) {
         test_fill(&rng, at.n, r);
         newton_solve(newton, &at, factors[k], r, x);
-        assert_int_equal(newton->by_sweeps, sweeps == ONE_SWEEP);
+        if (sweeps != EITHER) assert_int_equal(newton->by_sweeps, sweeps == ONE_SWEEP);
         newton_solve(front, &at, factors[k], r, y);
         assert_false(front->by_sweeps);
-        if (look) look(newton, expected);
+        if (look && newton->by_sweeps) look(newton, expected);
         const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
         assert_less(test_newton_distance(&at, x, y), 1e-12 * (1.0 + e.amplification));
         assert_less(e.net_delta, 1e-10);

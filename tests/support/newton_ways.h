@@ -14,10 +14,10 @@ mbsr_newton *newton_solver(const mbsr_model *m, int by_blocks);
 void newton_solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
                   double *x);
 
-/* By the front, or all bodies in vector code. */
-typedef enum newton_sweeps { BY_FRONT, ONE_SWEEP } newton_sweeps;
+/* By the front, all bodies in vector code, or by that which the pivots of a state ask for. */
+typedef enum newton_sweeps { BY_FRONT, ONE_SWEEP, EITHER } newton_sweeps;
 
-/* What a test looks at in the solver, after each solution. */
+/* What a test looks at in the solver, after each solution in vector code. */
 typedef void newton_look(const mbsr_newton *newton, int expected);
 
 /* Solutions for several c at (q, u), u' = 0: the same both ways, up to what rounding makes of the

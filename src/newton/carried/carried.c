@@ -165,20 +165,12 @@ static void widen(mbsri_carried *v, size_t work)
 }
 
 /* A closing front. */
-static void place_front(mbsri_carried *v, int k, size_t *doubles, size_t *ints)
+static void place_front(mbsri_carried *v, int k, size_t *ints)
 {
     mbsri_carried_front *front = v->front + k;
-    const size_t size = (size_t)v->pool[k].most, rows = size + MBSRI_SWEPT_ACTIONS,
-                 columns = size + MBSRI_SWEPT_MOTIONS;
-    front->column = take(ints, size);
-    front->row = take(ints, size);
-    front->swap_column = take(ints, size);
-    front->swap_row = take(ints, size);
+    const size_t size = (size_t)v->pool[k].most, span = (size_t)mbsri_swept_span((int)size);
     front->place = take(ints, size);
-    front->LU = take(doubles, size * (rows + columns));
-    if (rows * columns > v->largest) v->largest = rows * columns;
-    front->right = take(doubles, rows);
-    widen(v, size * MBSRI_SWEPT_FORCES + 4 * rows); /* work, see front.c */
+    widen(v, size * MBSRI_SWEPT_MOTIONS + span * (size + 2)); /* W, or exponents */
     if ((int)size > v->most) v->most = (int)size;
 }
 
@@ -216,18 +208,17 @@ static bool place_all(mbsr_newton *w)
     const mbsr_model *m = w->model;
     size_t doubles = 0, ints = 0;
     shape_pools(w);
-    for (int k = m->bodies + 1; k < v->fronts; ++k) place_front(v, k, &doubles, &ints);
+    for (int k = m->bodies + 1; k < v->fronts; ++k) place_front(v, k, &ints);
     if (!mbsri_swept_place(w, &doubles, &ints)) return false;
     place_slopes(w, &doubles);
     const size_t value = take(&doubles, (size_t)v->names), work = take(&doubles, v->widest),
-                 matrix = take(&doubles, v->largest), list = take(&ints, 4 * (size_t)v->most);
+                 list = take(&ints, 4 * (size_t)v->most);
     v->bytes += doubles * sizeof(double) + ints * sizeof(int);
     v->store = mbsri_allocate(&m->allocator, doubles * sizeof(double) + ints * sizeof(int) + 8);
     if (!v->store) return false;
     v->numbers = (int *)(void *)(v->store + doubles);
     v->value = v->store + value;
     v->work = v->store + work;
-    v->matrix = v->store + matrix;
     v->list = v->numbers + list;
     clear_slopes(w);
     return true;
@@ -287,7 +278,7 @@ double mbsri_carried_operations(const mbsr_newton *w)
     double sum = 0.0;
     for (int k = 1; k < v->fronts; ++k) {
         const double size = v->pool[k].count;
-        sum += k > w->model->bodies ? size * size * (size / 3.0 + 20.0) : size * (size + 40.0);
+        sum += k > w->model->bodies ? size * size * (size + 20.0) : size * (size + 40.0);
     }
     return sum;
 }
@@ -312,24 +303,4 @@ void mbsri_carried_destroy(mbsr_newton *w)
     if (v->closure) mbsri_release(allocator, v->closure);
     if (v->memory) mbsri_release(allocator, v->memory);
     *v = (mbsri_carried){0};
-}
-
-/* ---- pools ---- */
-
-mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k)
-{
-    return mbsri_carried_at(w, w->carried.swept[k].up);
-}
-
-int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool)
-{
-    (void)w;
-    return pool->body > 0 ? MBSRI_SWEPT_MOTIONS : 0;
-}
-
-int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool)
-{
-    const int body = pool->body;
-    if (body == 0) return 0;
-    return w->node[body].deep ? MBSRI_SWEPT_ACTIONS : MBSRI_SWEPT_ACTIONS - 8;
 }

@@ -38,16 +38,11 @@ static inline int mbsri_carried_find(const int *list, int count, int name)
 /* The place of a name in a pool, which it joins. */
 int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name);
 
-/* Pool k, and the one to which front k hands on. */
+/* Pool k. */
 static inline mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
 {
     return w->carried.swept + k;
 }
-mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k);
-
-/* Numbers of x and y of the pool's body, that of the root too. */
-int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool);
-int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool);
 
 /* In vector code: what of the rows of the loops that close at front k stands in their multipliers
  * alone, when these are in its pool. */

@@ -8,11 +8,6 @@
 /* Before all: r of the rows of closures (NULL: zero), by the caller's order. */
 void mbsri_front_load(mbsr_newton *w, const double *r);
 
-/* Leaves to root: loops that close in one front; b: of the body. Root to leaves, likewise; x: its
- * motion. */
-void mbsri_front_reduce_one(mbsr_newton *w, int k, double *b);
-void mbsri_front_substitute_one(mbsr_newton *w, int k, const double *x);
-
 /* After all: the multipliers' part of delta. */
 void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delta);
 

@@ -86,7 +86,6 @@ typedef struct mbsri_pool {
     bool swept;  /* the body is in vector code, and the pool of that kind; so are the next three */
     bool in_place;        /* the pool above goes on where this one is */
     bool loose;           /* joints from behind may be delayed here */
-    bool closed;          /* at the last factorisation: by newton/sweeps/closing.h */
     size_t column, place; /* ints: names of unknowns, then of rows; places of rows in the front */
     size_t Q, right;      /* doubles: stride x most, and behind it R, T and kappa; most */
     size_t record;        /* doubles, in vector code: what solving needs of the front */
@@ -123,24 +122,21 @@ static inline size_t mbsri_pool_end(const mbsri_pool *pool)
 /* A joint, or loops that close on a body, with what is carried there; of the latter `size`
  * unknowns, of which `done` are eliminated; the rest is carried on. */
 typedef struct mbsri_carried_front {
-    int level;                                 /* higher than of any that is eliminated later */
-    int next, previous;                        /* closing fronts: on the same body, as they are
-                                                * eliminated, 0: none */
-    int delayed;                               /* what it may hand on of unknowns that could go */
-    int first_loop;                            /* that closes here; -1: none */
-    bool passes;                               /* loops go on from it */
-    size_t place;                              /* ints */
-    int size, done;                            /* at the last factorisation; so are the next two */
-    int motions, actions;                      /* of the body it hands on to */
-    size_t column, row, swap_column, swap_row; /* ints */
-    size_t LU, right;                          /* doubles; LU: see front.h */
+    int level;          /* higher than of any that is eliminated later */
+    int next, previous; /* closing fronts: on the same body, as they are
+                         * eliminated, 0: none */
+    int delayed;        /* what it may hand on of unknowns that could go */
+    int first_loop;     /* that closes here; -1: none */
+    bool passes;        /* loops go on from it */
+    size_t place;       /* ints */
+    int size, done;     /* at the last factorisation */
 } mbsri_carried_front;
 
 typedef struct mbsri_carried {
     int names, multipliers; /* all; of closures */
     int fronts;             /* and pools: N + 1 for the bodies, then closing fronts */
     int most;               /* unknowns of any front */
-    size_t widest, largest; /* doubles of work, of the matrix of any front */
+    size_t widest;          /* doubles of work */
     mbsri_loop *loop;       /* closures */
     mbsri_loop_end *end;    /* */
     int *first_end;         /* N + 1 */
@@ -155,7 +151,7 @@ typedef struct mbsri_carried {
     mbsri_carried_front *front;
     mbsri_multiplier *multiplier; /* rows and position rows of closures */
     double *value;                /* names: the solution */
-    double *store, *work, *matrix;
+    double *store, *work;
     int *numbers, *list;
     size_t right, right_count; /* right-hand sides of the pools in vector code: offset and length */
     void *memory;

@@ -41,20 +41,25 @@ static int singular_row(const mbsri_front *f, mbsr_data *d, int closure, int row
                       mbsri_closure_row_name(m, c, row), d->t);
 }
 
-/* Names the joint nearest to the leaves, or else a row of a closure, that is left. */
+/* Names the joint nearest to the leaves, or else a row of a closure, that is left. Rounding alone
+ * leaves a joint's unknown with rows of closures, or its row with multipliers: these depend on each
+ * other then. */
 static int singular(const mbsri_front *f, mbsr_data *d, const mbsri_front_pivots *p)
 {
     const mbsr_model *m = f->model;
-    int joint = 0, closure = 0, number = 0, joint_kind = MBSRI_FRONT_NONE;
+    int joint = 0, joint_row = 0, closure = 0, number = 0, joint_kind = MBSRI_FRONT_NONE;
     for (int l = p->done; l < p->size; ++l) {
-        const int owner = f->owner_column[p->column[l]], at = p->column[l] - f->column_count;
-        const int kind = f->column_kind[p->column[l]];
+        const int owner = f->owner_column[p->column[l]], row = f->owner_row[p->row[l]],
+                  kind = f->column_kind[p->column[l]];
         if (kind == MBSRI_FRONT_PENDING) continue;
         if (owner > joint || (owner == joint && kind == MBSRI_FRONT_PLACE))
             joint = owner, joint_kind = kind;
-        if (owner < closure || closure == 0) closure = owner, number = at;
+        if (row > joint_row) joint_row = row;
+        if (owner < closure) closure = owner, number = p->column[l] - f->column_count;
+        if (row < closure) closure = row, number = p->row[l] - f->row_count;
     }
-    if (joint > 0) return singular_joint(f, d, joint, joint_kind);
+    if (joint > 0 && (joint_row > 0 || closure == 0))
+        return singular_joint(f, d, joint, joint_kind);
     const mbsri_closure *c = (const mbsri_closure *)m->closures.data - 1 - closure;
     const int row = number < m->rows ? number - c->row : number - m->rows - c->held_row;
     return singular_row(f, d, -1 - closure, row);
@@ -117,6 +122,7 @@ static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pi
                               .columns = b->columns,
                               .stride = b->all_rows,
                               .watched = b->watched,
+                              .light = b->step->light,
                               .lacks_mass = b->lacks_mass,
                               .M = b->M,
                               .N = b->N,

@@ -324,9 +324,9 @@ int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double
     if (!status && m->rows > 0) {
         mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
         status = mbsri_closure_jacobians(m, d);
-        d->loaded = true;
     }
-    if (!status) status = mbsri_momentum_derivatives(m, d, spare, spare + m->nq);
+    const double *lambda = m->rows > 0 ? d->loop_lambda : NULL;
+    if (!status) status = mbsri_momentum_derivatives(m, d, lambda, spare, spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
     return status;

@@ -5,9 +5,9 @@
  *
  *   v = T^-1 s - W x,   W = T^-1 R,      P <- P - Q W,   b <- b + Q T^-1 s
  *
- * T is scaled by powers of two and factored with complete pivoting; what is singular or not finite
- * goes to newton/carried/front.c, which can say what it is. Pools of which something is carried on:
- * closing_part.h. */
+ * T is scaled by powers of two and factored with complete pivoting. Where a pivot is small, digits
+ * are lost that nothing here brings back: then the front takes all of the model, refines, and can
+ * say what is singular. Pools of which something is carried on: closing_part.h. */
 #ifndef MBSRI_NEWTON_CLOSING_H
 #define MBSRI_NEWTON_CLOSING_H
 
@@ -22,7 +22,8 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
     const closing c = closing_of(v, k, size, deep);
     const open_pool pool = view_pool(v, v->swept + k);
     int *place = v->list;
-    if (!scale_T(&c, &pool, NULL, (int *)(void *)v->work) || !factor_T(&c, place, 1e-13))
+    if (!scale_T(&c, &pool, NULL, (int *)(void *)v->work) ||
+        !factor_T(&c, place, MBSRI_SHARP_PIVOT))
         return false;
     exchange(size, c.row, c.by_row, v->work);
     exchange(size, place, c.by_column, v->work);
@@ -36,37 +37,17 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
     return true;
 }
 
-/* Front k, from which nothing is carried on. False: see newton/carried/front.c. A pin in the plane
+/* Front k, from which nothing is carried on. False: the front has to. A pin in the plane
  * has four unknowns, or five with a link without mass that it holds. */
 MBSRI_OUTLINE bool close_front(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     mbsri_carried *v = &newton->blocks->carried;
-    bool *closed = &v->swept[k].closed;
     mbsri_carried_seat(newton->blocks, k);
     switch (v->swept[k].count) {
-    case 4: return *closed = close_sized(newton, k, 4, y);
-    case 5: return *closed = close_sized(newton, k, 5, y);
-    default: return *closed = close_sized(newton, k, v->swept[k].count, y);
+    case 4: return close_sized(newton, k, 4, y);
+    case 5: return close_sized(newton, k, 5, y);
+    default: return close_sized(newton, k, v->swept[k].count, y);
     }
-}
-
-/* By the dense front; a status. */
-MBSRI_OUTLINE int close_by_front(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int k,
-                                 slab *y)
-{
-    mbsr_newton *w = newton->blocks;
-    double P[MBSRI_SWEPT_MOTIONS * MBSRI_SWEPT_ACTIONS] = {0.0};
-    const int status = mbsri_front_close_one(w, run->data, k, P),
-              actions = mbsri_carried_actions(w, w->carried.swept + k);
-    for (int g = 0; g < 4 && y; ++g) {
-        for (int j = 0; j < 3; ++j) {
-            const double *x = P + (4 * g + j) * actions;
-            for (int r = 0; r < 4; ++r) y->P[g][j][r] += load3(x + 4 * r);
-            for (int r = 0; r < 2 && actions == MBSRI_SWEPT_ACTIONS; ++r)
-                y->Y[g][j][r] += load3(x + 16 + 4 * r);
-        }
-    }
-    return status;
 }
 
 /* Loops that close on body i, or on the root; a status. */
@@ -79,7 +60,7 @@ MBSRI_OUTLINE int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton
     for (int k = v->first_closing[i]; k > 0 && !status; k = v->front[k].next) {
         mbsri_carried_diagonal(w, run->data, k, newton->c);
         if (v->front[k].passes ? close_part(newton, k, y) : close_front(newton, k, y)) continue;
-        status = close_by_front(run, newton, k, y);
+        status = MBSRI_NOT_SERVED;
     }
     return status;
 }
@@ -113,15 +94,6 @@ MBSRI_INLINE void load_closed(const mbsri_carried *v, const closing *c, int k, i
     }
 }
 
-/* The same of one that the dense front has closed. */
-MBSRI_OUTLINE void load_front(mbsr_newton *w, int k, v4 b[4], v4 psi[2])
-{
-    double own[MBSRI_SWEPT_ACTIONS] = {0.0};
-    mbsri_front_reduce_one(w, k, own);
-    for (int r = 0; r < 4; ++r) b[r] += load3(own + 4 * r);
-    for (int r = 0; r < 2; ++r) psi[r] += load3(own + 16 + 4 * r);
-}
-
 /* Loops that close on body i: what their right-hand sides add to its forces. */
 MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 psi[2])
 {
@@ -129,10 +101,6 @@ MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 p
     const mbsri_carried *v = &w->carried;
     const bool deep = is_deep(newton, i);
     for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
-        if (!v->swept[k].closed) {
-            load_front(w, k, b, psi);
-            continue;
-        }
         const closing c = closed_front(v, k, deep);
         switch (c.size) {
         case 2: load_closed(v, &c, k, 2, b, psi, i == 0); break;
@@ -150,12 +118,6 @@ MBSRI_OUTLINE void close_motion(mbsri_newton_sweeps *newton, int i, const v4 x[4
     const mbsri_carried *v = &w->carried;
     const bool deep = is_deep(newton, i);
     for (int k = v->last_closing[i]; k > 0; k = v->front[k].previous) {
-        if (!v->swept[k].closed) {
-            double at[MBSRI_SWEPT_MOTIONS];
-            for (int g = 0; g < 4; ++g) store3(at + 4 * g, first_three(x[g]));
-            mbsri_front_substitute_one(w, k, at);
-            continue;
-        }
         const closing c = closed_front(v, k, deep);
         if (c.rest > 0) move_rest(v, &c);
         for (int l = 0; l < c.size; ++l) {

@@ -8,7 +8,7 @@
  *       s_b <- s_b - T_ba T_aa^-1 s_a
  *
  * Pivots are sought in T_aa alone; where they are small, and where directions without inertia are
- * delayed, which may wait for other loops, the dense front takes over. */
+ * delayed, which may wait for other loops, the front takes all of the model. */
 #ifndef MBSRI_NEWTON_CLOSING_PART_H
 #define MBSRI_NEWTON_CLOSING_PART_H
 
@@ -159,14 +159,13 @@ MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     const mbsri_carried *v = &newton->blocks->carried;
     mbsri_carried_front *front = v->front + k;
-    bool *closed = &v->swept[k].closed;
     mbsri_carried_seat(newton->blocks, k);
     front->size = v->swept[k].count;
     front->done = sort_part(newton->blocks, k, v->list);
     if (front->done < 0) return false;
     const int rest = front->size - front->done;
-    if (front->done == 2 && rest == 2) return *closed = close_part_sized(newton, k, 2, 2, y);
-    return *closed = close_part_sized(newton, k, front->done, rest, y);
+    if (front->done == 2 && rest == 2) return close_part_sized(newton, k, 2, 2, y);
+    return close_part_sized(newton, k, front->done, rest, y);
 }
 
 /* On the way back: less X v_b. */

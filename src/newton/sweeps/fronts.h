@@ -19,7 +19,6 @@
 #ifndef MBSRI_NEWTON_FRONTS_H
 #define MBSRI_NEWTON_FRONTS_H
 
-#include "newton/carried/front.h"
 #include "newton/carried/front_solve.h"
 #include "newton/sweeps/one_axis.h"
 #include "newton/sweeps/pools.h"

@@ -183,6 +183,9 @@ extern const mbsri_newton_kernels mbsri_newton_v3;
 
 /* Of blocks of several rows: a smaller one lets rounding errors grow by its inverse squared.
  * Between bodies nothing is exchanged that would avoid it. */
-#define MBSRI_CLEAR_PIVOT 1e-4
+#define MBSRI_CLEAR_PIVOT 1e-3
+
+/* Of loops that close, scaled: below, less than nine digits are left. */
+#define MBSRI_SHARP_PIVOT 1e-6
 
 #endif

@@ -55,7 +55,7 @@ static double difference(const mbsr_model *m, mbsr_data *d, const double *q)
     double plain[HINGES * HINGES], exact[HINGES * HINGES], most = 0.0;
     assert_ok(mbsri_positions(m, d, 0.0, q), mbsr_data_error(d));
     assert_ok(mbsri_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsri_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsri_forces(m, d, NULL, NULL), mbsr_data_error(d));
     assert_ok(mbsri_backward(m, d), mbsr_data_error(d));
     const int rank = project(m, d, plain);
     d->exactly = true;

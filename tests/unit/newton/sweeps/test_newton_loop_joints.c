@@ -333,7 +333,9 @@ static void massless_couplers(void **state)
         for (int wide = 0; wide < 2; ++wide) {
             mechanism m;
             fourbar(&m, kind[k], 0.0, wide ? 1000.0 : 1.0);
-            compare(&m);
+            finish(&m);
+            compare_at(&m, EITHER);
+            loops_free(&m.s);
         }
     }
 }
