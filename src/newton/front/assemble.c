@@ -239,8 +239,8 @@ static void list_all(build *b)
     b->watched = b->watched || b->lacks_mass || b->all_columns > b->own || waits(f, b->i);
     b->size = b->all_columns;
     for (int l = 0; l < b->step->borders; ++l) {
-        const int entry = b->step->first_border + l;
-        list_body(b, f->plan.border[entry], f->plan.whole[entry]);
+        const mbsri_front_border *border = f->plan.border + b->step->first_border + l;
+        list_body(b, border->body, border->whole);
     }
     b->rows = b->all_rows;
     b->columns = b->all_columns;

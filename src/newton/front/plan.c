@@ -24,11 +24,11 @@ typedef struct draft {
     const mbsri_front_source *from;
     const bool *served; /* NULL: all */
     mbsri_front_plan *plan;
-    bool crosses;              /* something ties bodies that are no neighbours */
-    mbsri_array border, whole; /* int, bool */
-    int *marked;               /* N + 1: the last step whose border has the body, and 1; */
-    int *impulse;              /* and in whose border it has its impulse */
-    int *last_child;           /* of a step: chains of its children, by `before` */
+    bool crosses;       /* something ties bodies that are no neighbours */
+    mbsri_array border; /* mbsri_front_border */
+    int *marked;        /* N + 1: the last step whose border has the body, and 1; */
+    int *impulse;       /* and in whose border it has its impulse */
+    int *last_child;    /* of a step: chains of its children, by `before` */
     int *before;
     int *open, *rates;                /* of what is handed on: velocity rows, rates beyond these, */
     int *waiting, *unsettled, *light; /* multipliers, rates of groups that are not complete, and
@@ -53,8 +53,8 @@ static size_t entries_of(const mbsri_front_source *from)
 
 void mbsri_front_plan_destroy(const mbsr_allocator *allocator, mbsri_front_plan *plan)
 {
-    void *const memory[] = {plan->step,   plan->position,    plan->child, plan->element,
-                            plan->border, plan->coordinates, plan->whole};
+    void *const memory[] = {plan->step,    plan->position, plan->child,
+                            plan->element, plan->border,   plan->coordinates};
     for (size_t k = 0; k < sizeof memory / sizeof memory[0]; ++k) {
         if (memory[k]) mbsri_release(allocator, memory[k]);
     }
@@ -65,7 +65,7 @@ size_t mbsri_front_plan_bytes(const mbsri_front_source *from, const mbsri_front_
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
     return bodies * (sizeof *plan->step + 2 * sizeof(int) + sizeof(bool)) +
-           entries_of(from) * sizeof(int) + (size_t)plan->entries * (sizeof(int) + sizeof(bool));
+           entries_of(from) * sizeof(int) + (size_t)plan->entries * sizeof *plan->border;
 }
 
 static bool allocate(const mbsri_front_source *from, mbsri_front_plan *plan)
@@ -166,21 +166,21 @@ static bool add_body(draft *d, int k, int body)
 {
     const mbsri_front_plan *plan = d->plan;
     if (body == 0 || plan->position[body] <= k || d->marked[body] == k + 1) return true;
-    if (!mbsri_reserve(d->from->allocator, &d->border, 1, sizeof(int))) return false;
+    if (!mbsri_reserve(d->from->allocator, &d->border, 1, sizeof(mbsri_front_border))) return false;
     d->marked[body] = k + 1;
-    ((int *)d->border.data)[d->border.count++] = body;
+    ((mbsri_front_border *)d->border.data)[d->border.count++].body = body;
     return true;
 }
 
 /* By position, that which is passed first in front. */
-static void sort_border(const mbsri_front_plan *plan, int count, int *border)
+static void sort_border(const mbsri_front_plan *plan, int count, mbsri_front_border *border)
 {
     for (int k = 1; k < count; ++k) {
-        const int body = border[k];
+        const mbsri_front_border now = border[k];
         int at = k;
-        for (; at > 0 && plan->position[border[at - 1]] > plan->position[body]; --at)
+        for (; at > 0 && plan->position[border[at - 1].body] > plan->position[now.body]; --at)
             border[at] = border[at - 1];
-        border[at] = body;
+        border[at] = now;
     }
 }
 
@@ -200,21 +200,19 @@ static bool find_border(draft *d, int k)
     for (int l = 0; l < s->children && room && !d->served; ++l) {
         const mbsri_front_step *child = plan->step + plan->child[s->first_child + l];
         for (int j = 0; j < child->borders && room; ++j) {
-            const int entry = child->first_border + j, body = ((int *)d->border.data)[entry];
-            if (((bool *)d->whole.data)[entry]) d->impulse[body] = k + 1;
-            room = add_body(d, k, body);
+            const mbsri_front_border now =
+                ((mbsri_front_border *)d->border.data)[child->first_border + j];
+            if (now.whole) d->impulse[now.body] = k + 1;
+            room = add_body(d, k, now.body);
         }
     }
     s->borders = (int)d->border.count - s->first_border;
     s->next = -1;
     if (s->borders == 0 || !room) return room;
-    int *border = (int *)d->border.data + s->first_border;
+    mbsri_front_border *border = (mbsri_front_border *)d->border.data + s->first_border;
     sort_border(plan, s->borders, border);
-    s->next = plan->position[border[0]];
-    if (!mbsri_reserve(d->from->allocator, &d->whole, (size_t)s->borders, sizeof(bool)))
-        return false;
-    for (int l = 0; l < s->borders; ++l)
-        ((bool *)d->whole.data)[d->whole.count++] = d->impulse[border[l]] == k + 1;
+    for (int l = 0; l < s->borders; ++l) border[l].whole = d->impulse[border[l].body] == k + 1;
+    s->next = plan->position[border[0].body];
     return true;
 }
 
@@ -303,11 +301,10 @@ static void measure(draft *d, int k)
     int waiting = more;
     s->border_columns = s->border_rows = 0;
     for (int l = 0; l < s->borders; ++l) {
-        const int body = ((const int *)d->border.data)[s->first_border + l];
-        s->border_columns += columns_of(d, body);
-        s->border_rows += rows_of(d, body);
-        if (!((const bool *)d->whole.data)[s->first_border + l])
-            s->border_rows -= d->m->body[body].d;
+        const mbsri_front_border now =
+            ((const mbsri_front_border *)d->border.data)[s->first_border + l];
+        s->border_columns += columns_of(d, now.body);
+        s->border_rows += rows_of(d, now.body) - (now.whole ? 0 : d->m->body[now.body].d);
     }
     for (int l = 0; l < s->children; ++l) {
         const int child = d->plan->child[s->first_child + l];
@@ -340,7 +337,7 @@ static bool lay_out(draft *d, const int *order, double most)
     mbsri_front_plan *plan = d->plan;
     int used = 0;
     plan->operations = 0.0;
-    d->border.count = d->whole.count = 0;
+    d->border.count = 0;
     for (int k = 0; k < plan->steps; ++k) {
         plan->step[k] = (mbsri_front_step){.body = order[k]};
         plan->position[order[k]] = k;
@@ -492,12 +489,10 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
     }
     if (made) {
         plan->border = d.border.data;
-        plan->whole = d.whole.data;
         plan->entries = (int)d.border.count;
         place(plan, gaps);
     } else {
         if (d.border.data) mbsri_release(from->allocator, d.border.data);
-        if (d.whole.data) mbsri_release(from->allocator, d.whole.data);
         mbsri_front_plan_destroy(from->allocator, plan);
     }
     if (memory) mbsri_release(from->allocator, memory);
