@@ -18,7 +18,7 @@ typedef struct rates {
 typedef struct linear_options {
     program_options common;
     bool drawn; /* not from rest */
-    const char *inputs, *outputs;
+    const char *inputs, *outputs, *count;
 } linear_options;
 
 /* A model at rest, or as it starts. */
@@ -30,13 +30,13 @@ typedef struct scene {
 
 static int read_options(int argc, char **argv, const char *command, linear_options *o)
 {
-    static const char *const names[] = {"--inputs", "--outputs"};
-    const char **const text[] = {&o->inputs, &o->outputs};
+    static const char *const names[] = {"--inputs", "--outputs", "--count"};
+    const char **const text[] = {&o->inputs, &o->outputs, &o->count};
     int code = DONE;
     for (int at = 0; at < argc && at >= 0 && !code; ++at) {
         bool taken = strcmp(argv[at], "--as-drawn") == 0;
         o->drawn = o->drawn || taken;
-        for (int k = 0; k < 2 && !taken && !code; ++k) {
+        for (int k = 0; k < 3 && !taken && !code; ++k) {
             const char *value = option_value(argc, argv, &at, names[k]);
             if (at < 0) return USAGE;
             taken = value != NULL;
@@ -157,9 +157,9 @@ int run_static(int argc, char **argv)
     scene s;
     int code = read_options(argc, argv, "static", &o);
     if (code) return code;
-    if (o.drawn || o.inputs || o.outputs)
-        return complain(USAGE, "static: --as-drawn, --inputs and --outputs are for modes and "
-                               "linearise");
+    if (o.drawn || o.inputs || o.outputs || o.count)
+        return complain(USAGE, "static: --as-drawn, --inputs, --outputs and --count are for modes "
+                               "and linearise");
     code = open_scene(&o, &s);
     if (!code) put_rest(&s, o.common.json);
     close_scene(&s);
@@ -228,28 +228,43 @@ static void say_shape(const scene *s, const double *re, const double *im, const 
     }
 }
 
-static int put_modes(const scene *s, mbsr_linear *l, bool json)
+/* All modes of l, or without it the `wanted` slowest. */
+static int put_modes(const scene *s, mbsr_linear *l, int wanted, bool json)
 {
-    mbsr_linear_info info;
-    const int nu = mbsr_model_nu(s->m.model);
+    mbsr_linear_info info = {.states = wanted};
+    const int nu = mbsr_model_nu(s->m.model), forces = mbsr_model_forces(s->m.model),
+              bodies = mbsr_model_bodies(s->m.model);
     int count = 0;
-    mbsr_linear_get_info(l, &info);
-    const int forces = mbsr_model_forces(s->m.model), bodies = mbsr_model_bodies(s->m.model);
+    if (l) mbsr_linear_get_info(l, &info);
+    const size_t shapes = (size_t)nu * (size_t)(l ? 1 : wanted);
     mbsr_mode *mode = calloc((size_t)info.states + 1, sizeof *mode);
-    double *re = calloc(3 * (size_t)nu + 3 * (size_t)forces + (size_t)bodies + 1, sizeof *re),
-           *im = re ? re + nu : NULL, *kinetic = im ? im + nu : NULL,
-           *potential = im ? kinetic + bodies : NULL, *lost = im ? potential + forces : NULL;
+    double *first = calloc(2 * shapes + (size_t)nu + 3 * (size_t)forces + (size_t)bodies + 1,
+                           sizeof *first),
+           *kinetic = first ? first + 2 * shapes : NULL,
+           *potential = first ? kinetic + bodies : NULL, *lost = first ? potential + forces : NULL;
     mbsr_error error = {.text = ""};
-    int status = mode && re ? mbsr_linear_modes(l, mode, &count) : MBSR_ERR_NO_MEMORY;
-    if (json)
+    int status = mode && first ? MBSR_OK : MBSR_ERR_NO_MEMORY;
+    if (!status && l) status = mbsr_linear_modes(l, mode, &count);
+    if (!status && !l) {
+        mbsr_near_opt opt = mbsr_default_near_opt();
+        opt.count = wanted;
+        status = mbsr_modes_near(s->m.model, s->m.data, 0.0, s->q, &opt, mode, &count, first,
+                                 first + shapes, &error);
+    }
+    if (json && l)
         printf("{\"states\": %d, \"eliminated\": %d, \"modes\": [", info.states,
                info.size - info.states);
+    else if (json)
+        printf("{\"modes\": [");
+    else if (!l)
+        puts("        Hz   damping %          1/s   moves");
     else
         printf("%d states; %d of %d equations eliminated\n"
                "        Hz   damping %%          1/s   moves\n",
                info.states, info.size - info.states, info.size);
     for (int k = 0; k < count && !status; ++k) {
-        status = mbsr_linear_shape(l, k, re, im);
+        double *re = first + (l ? 0 : (size_t)k * (size_t)nu), *im = re + shapes;
+        if (l) status = mbsr_linear_shape(l, k, re, im);
         if (!status)
             status = mbsr_mode_participation(s->m.model, s->m.data, 0.0, s->q, mode + k, re, im,
                                              kinetic, potential, lost, &error);
@@ -277,7 +292,7 @@ static int put_modes(const scene *s, mbsr_linear *l, bool json)
     }
     if (json) puts("]}");
     free(mode);
-    free(re);
+    free(first);
     if (!status) return DONE;
     return complain(FAILED, "%s", error.text[0] ? error.text : mbsr_status_text(status));
 }
@@ -291,9 +306,12 @@ int run_modes(int argc, char **argv)
     if (code) return code;
     if (o.inputs || o.outputs)
         return complain(USAGE, "modes: --inputs and --outputs are for linearise");
+    const int wanted = o.count ? atoi(o.count) : 0;
+    if (o.count && (wanted < 1 || wanted > 1000 || o.drawn))
+        return complain(USAGE, "modes: --count is 1 .. 1000, and not for --as-drawn");
     code = open_scene(&o, &s);
-    if (!code) code = linearise(&o, &s, &l);
-    if (!code) code = put_modes(&s, l, o.common.json);
+    if (!code && wanted == 0) code = linearise(&o, &s, &l);
+    if (!code) code = put_modes(&s, l, wanted, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
     return code;
@@ -331,6 +349,7 @@ int run_linearise(int argc, char **argv)
     mbsr_linear *l = NULL;
     int code = read_options(argc, argv, "linearise", &o);
     if (code) return code;
+    if (o.count) return complain(USAGE, "linearise: --count is for modes");
     code = open_scene(&o, &s);
     if (!code) code = linearise(&o, &s, &l);
     if (!code) put_matrices(l, o.common.json);

@@ -74,6 +74,7 @@ static const command commands[] = {
     {"modes", "natural frequencies, damping and shapes",
      "usage: mbsrank modes FILE [options]\n"
      "About the equilibrium that static finds, massless bodies and loops included.\n"
+     "  --count N      the N slowest alone, also of large models\n"
      "  --as-drawn     about the start, not about an equilibrium\n"
      "  --json         for a script to read\n" COMMON,
      run_modes},

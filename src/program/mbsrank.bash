@@ -19,7 +19,7 @@ _mbsrank() {
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --arg --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
-        modes) common="$common --as-drawn --json" ;;
+        modes) common="$common --count --as-drawn --json" ;;
         linearise) common="$common --inputs --outputs --as-drawn --json" ;;
         check) common="$common --small --time --tolerance --json" ;;
         *) common="$common --json" ;;
