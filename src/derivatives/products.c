@@ -59,8 +59,8 @@ static const mbsri_force *force_of(const mbsri_linear *l, size_t k)
 
 /* ---- tangent ---- */
 
-static void move(mbsr_derivatives *w, int i, const double *dq, const double *du,
-                 const double *dudot, double *load)
+static void move_along(mbsr_derivatives *w, int i, const double *dq, const double *du,
+                       const double *dudot, double *load)
 {
     const mbsri_linear *l = w->linear;
     const mbsri_body *b = l->model->body + i;
@@ -112,7 +112,7 @@ static int read_element(const mbsr_derivatives *w, size_t k, int i, const double
     return bodies;
 }
 
-static void add_elements(mbsr_derivatives *w, const double *dq, const double *du)
+static void add_elements_along(mbsr_derivatives *w, const double *dq, const double *du)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
@@ -179,8 +179,8 @@ static reading reading_at(double *memory, const mbsri_closure *c)
     return (reading){memory, memory + c->columns, memory + 2 * c->columns};
 }
 
-static void add_closures(mbsr_derivatives *w, const double *dq, const double *du,
-                         const double *dudot)
+static void add_closures_along(mbsr_derivatives *w, const double *dq, const double *du,
+                               const double *dudot)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->closures.count; ++k) {
@@ -227,9 +227,9 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
     mbsri_zero((size_t)mbsri_linear_motions(w->linear, 0), w->motion);
     mbsri_zero(m->size_v, w->mu);
     mbsri_zero((size_t)m->nu, w->torque);
-    for (int i = 1; i <= m->bodies; ++i) move(w, i, dq, du, dudot, load);
-    add_elements(w, dq, du);
-    add_closures(w, dq, du, dudot);
+    for (int i = 1; i <= m->bodies; ++i) move_along(w, i, dq, du, dudot, load);
+    add_elements_along(w, dq, du);
+    add_closures_along(w, dq, du, dudot);
     for (int i = m->bodies; i >= 1; --i) react_to(w, i, load);
 }
 
