@@ -52,11 +52,6 @@ static shape shape_of(const mbsri_linear *l, int i)
                    .below = l->deep[b->parent]};
 }
 
-static const mbsri_force *force_of(const mbsri_linear *l, size_t k)
-{
-    return (const mbsri_force *)l->model->forces.data + k;
-}
-
 /* ---- tangent ---- */
 
 static void move_along(mbsr_derivatives *w, int i, const double *dq, const double *du,
@@ -98,7 +93,7 @@ static int read_element(const mbsr_derivatives *w, size_t k, int i, const double
                         const double *du, const int **list)
 {
     const mbsri_linear *l = w->linear;
-    const int bodies = mbsri_linear_bodies(l, force_of(l, k), i, list);
+    const int bodies = mbsri_linear_bodies(l, mbsri_force_at(l->model, k), i, list);
     double *z = w->in;
     for (int j = 0; j < bodies; ++j) {
         const mbsri_body *b = l->model->body + (*list)[j];
@@ -280,7 +275,7 @@ static void unadd_elements(mbsr_derivatives *w, const double *load, double *dq, 
         for (int i = first; i <= last; ++i) {
             const int *list;
             const double *matrix = mbsri_linear_element(l, k, i, &rows, &columns);
-            const int bodies = mbsri_linear_bodies(l, force_of(l, k), i, &list);
+            const int bodies = mbsri_linear_bodies(l, mbsri_force_at(l->model, k), i, &list);
             double *f = w->out, *z = w->in;
             for (int j = 0; j < bodies; ++j) {
                 const mbsri_body *b = l->model->body + list[j];
