@@ -68,6 +68,13 @@ static int run_near(finite_subject *s)
     return status;
 }
 
+static int run_participation(finite_subject *s)
+{
+    const mbsr_mode mode = {.imaginary = 1.0};
+    return mbsr_mode_participation(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q], &mode,
+                                   s->in[FINITE_U], NULL, s->out[0], NULL, NULL, &last);
+}
+
 static int of_states(const finite_subject *s, int o)
 {
     (void)s;
@@ -92,6 +99,8 @@ static const finite_row rows[] = {
     {"mbsr_linear_create", run_create, NULL, 0, T | Q | U, 0, of_states},
     {"mbsr_linear_response", run_response, NULL, 0, T | Q | U | C, 0, of_one},
     {"mbsr_modes_near", run_near, NULL, 0, T | Q, FINITE_MODEL | FINITE_DATA, of_one},
+    {"mbsr_mode_participation", run_participation, NULL, 0, T | Q | U, FINITE_MODEL | FINITE_DATA,
+     of_one},
     {"mbsr_equilibrium", run_equilibrium, NULL, 0, T | Q, FINITE_MODEL | FINITE_DATA, of_one},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
