@@ -281,7 +281,8 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (!status) status = rest(s, opt, info, &served);
     if (status || served) return status;
     status = mbsri_loops_dense_start(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
-    if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED) &&
+    if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED ||
+         status == MBSR_LOOP_SINGULAR) &&
         info->null_directions > 0) {
         const int refused = refuse_given(s, y);
         return refused ? refused : status;
