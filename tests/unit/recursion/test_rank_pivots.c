@@ -204,33 +204,11 @@ static void what_is_not_clear_is_left_to_eigenvalues(void **state)
     close_chain(&c);
 }
 
-static void bases_are_completed(void **state)
-{
-    (void)state;
-    enum { N = 9 };
-    test_rng rng = test_seed(5);
-    double X[N * N], N0[N * N], work[N * N + 2 * N], s[N];
-    for (int k = 0; k < N; ++k) s[k] = 1.0;
-    for (int kept = 0; kept <= N; ++kept) {
-        for (int turn = 0; turn < 2; ++turn) {
-            test_fill(&rng, N * N, N0);
-            for (int k = 0; k < N * N && turn == 1; ++k) N0[k] = k / N == k % N; /* axes */
-            mbsri_null_columns(N, N - kept, s, N0, X + kept * N);
-            mbsri_complete_basis(N, kept, X, work);
-            for (int j = 0; j < N; ++j) {
-                for (int k = 0; k < N; ++k)
-                    assert_close(mbsri_dot(N, X + j * N, X + k * N), j == k, 1e-14);
-            }
-        }
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pivots_say_what_eigenvalues_say),
         cmocka_unit_test(what_is_not_clear_is_left_to_eigenvalues),
-        cmocka_unit_test(bases_are_completed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
