@@ -243,7 +243,7 @@ typedef struct mbsr_file {
     int shapes;
     const mbsr_file_shape *shape;
     int excluded; /* bodies whose shapes never touch, by <exclude> of MJCF: two ids each */
-    const int (*exclude)[2];
+    const int *exclude;
     int findings;
     const mbsr_finding *finding;
 } mbsr_file;

@@ -69,7 +69,7 @@ static int exclude_joined(mbsr_contacts *c, const tree *t, const mbsr_file *file
         }
     }
     for (int k = 0; k < file->excluded && !status; ++k)
-        status = mbsr_contacts_exclude(c, file->exclude[k][0], file->exclude[k][1], error);
+        status = mbsr_contacts_exclude(c, file->exclude[2 * k], file->exclude[2 * k + 1], error);
     return status;
 }
 
