@@ -182,6 +182,10 @@ MBSR_API int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p);
 MBSR_API int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic,
                          double *potential);
 
+/* Kinetic energy of one body, in J: 1/2 V^T M V, and that of the armature of its joint. Needs
+ * mbsr_stage_velocities. The ground has none. MBSR_ERR_ID. */
+MBSR_API int mbsr_body_energy(const mbsr_model *model, mbsr_data *data, int body, double *kinetic);
+
 /* Power in W that the force elements turn into heat; those without a function for it count as
  * zero. Needs mbsr_stage_velocities. */
 MBSR_API int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power);

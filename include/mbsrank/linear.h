@@ -136,6 +136,51 @@ MBSR_API int mbsr_linear_shape(mbsr_linear *linear, int k, double *re, double *i
  * parts. MBSR_ERR_NULL, MBSR_NOT_FINITE, MBSR_ERR_VALUE where f is an eigenvalue. */
 MBSR_API int mbsr_linear_response(mbsr_linear *linear, double frequency, double *re, double *im);
 
+/* Where the energy of a mode is, about rest at (t, q): shares of bodies in the kinetic energy
+ * (kinetic: as many as bodies; the armature of a joint counts for its body), of force elements in
+ * the potential energy (potential: as many as forces) and in what is dissipated (dissipated). mode,
+ * re, im: as found; im may be NULL, and so may outputs. The sizes of each add up to 1, or all are
+ * zero. An element whose forces grow along the shape has a negative share: gravity on what stands
+ * upright, a spring that is pressed together seen across. So gravity and forces that are there at
+ * rest take part. Closures, stiff rows too, and elements that became such, count for nothing.
+ *
+ * The element's x^T (-dQ/dq) x and x^T (-dQ/du) x, by differences in some 1e-5 rad, to 1e-6 or so.
+ * O(bodies + elements) a mode. The data is left near q. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
+ * MBSR_ERR_NO_MEMORY, statuses of mbsr_stage_positions and mbsr_force_load. error may be NULL. */
+MBSR_API int mbsr_mode_participation(const mbsr_model *model, mbsr_data *data, double t,
+                                     const double *q, const mbsr_mode *mode, const double *re,
+                                     const double *im, double *kinetic, double *potential,
+                                     double *dissipated, mbsr_error *error);
+
+/* ---- a few modes of large models ---- */
+
+typedef struct mbsr_near_opt {
+    int cookie;       /* set by mbsr_default_near_opt */
+    int count;        /* of modes wanted, 1 .. 1000; default 20 */
+    double shift;     /* > 0, in 1/s: modes nearest to it; 0 (default): the slowest, by |s| */
+    double tolerance; /* of eigenvalues, over their distance from the shift; default 1e-10 */
+} mbsr_near_opt;
+
+MBSR_API mbsr_near_opt mbsr_default_near_opt(void);
+
+/* Modes about rest at (t, q), an equilibrium, as mbsr_linear_create and mbsr_linear_modes find
+ * them, without matrices: by Krylov-Schur iteration on Newton systems of the momentum form. That is
+ * a factorisation and some hundred solutions in O(N), and 8 count + 60 vectors of nu numbers. Modes
+ * that come several times, as in models with equal parts, are given as often.
+ *
+ * modes: room for opt->count; *found of them, in the order of |s|. Fewer are found where the model
+ * has fewer; those farther away than 10^4 times the shift count as infinite. re, im: shapes as from
+ * mbsr_linear_shape, nu numbers a mode, or NULL. opt may be NULL.
+ *
+ * MBSR_ERR_VALUE: an option out of range, a closure with stiff rows, or a q at which forces would
+ * move the model by more than 1e-6 rad, or of its length. MBSR_NO_CONVERGENCE: not
+ * all were found, and none is given. MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED,
+ * MBSR_ERR_NO_MEMORY, statuses of mbsr_dae_consistent, mbsr_newton_create, mbsr_newton_factor (a
+ * shift that is an eigenvalue) and mbsr_newton_solve. error may be NULL. */
+MBSR_API int mbsr_modes_near(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                             const mbsr_near_opt *opt, mbsr_mode *modes, int *found, double *re,
+                             double *im, mbsr_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -147,7 +147,8 @@ static void mark_loop(mbsr_model *m, mbsri_closure *c)
 {
     c->meets = place_of_closing(m, c);
     for (int k = 0; k < c->def.bodies; ++k) {
-        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) m->body[i].open = true;
+        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent)
+            m->body[i].spanned_by_loop = true;
     }
     m->body[c->meets].closes = true;
 }
@@ -165,7 +166,7 @@ static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_
                                     .np = b->np,
                                     .n = b->n,
                                     .nq = b->nq,
-                                    .held = b->given_held};
+                                    .held = b->given_locked_at};
         if (named && c->body[k] > 0) body[k].n = entry[b->id].joint.n;
     }
 }

@@ -22,10 +22,11 @@ static size_t scratch_size(const mbsr_model *m)
     return products + (lapack > 6 * d ? lapack : 6 * d);
 }
 
-/* Whether the steps of recursion/ work in these data; in lean data only where bodies are seen. */
+/* Whether the steps of recursion/ work in these data; in lean data only where bodies are in the
+ * sweeps. */
 static bool has_steps(const mbsr_model *m, bool lean)
 {
-    return !lean || m->seen.bodies > 1;
+    return !lean || m->in_sweeps.bodies > 1;
 }
 
 static size_t sincos_size(const mbsr_model *m)
@@ -39,10 +40,10 @@ static size_t loop_store_size(const mbsr_model *m)
 }
 
 /* ARRAY(name, length) of all arrays, with the lengths that they have in these data. */
-#define MBSRI_ARRAYS(ARRAY) MBSRI_DATA_ARRAYS(ARRAY, ARRAY##_SEEN, ARRAY##_FULL)
-#define MBSRI_PLACE_SEEN(name, unit) MBSRI_PLACE(name, lean ? m->seen.unit : m->size_##unit)
+#define MBSRI_ARRAYS(ARRAY) MBSRI_DATA_ARRAYS(ARRAY, ARRAY##_LEAN, ARRAY##_FULL)
+#define MBSRI_PLACE_LEAN(name, unit) MBSRI_PLACE(name, lean ? m->in_sweeps.unit : m->size_##unit)
 #define MBSRI_PLACE_FULL(name, length) MBSRI_PLACE(name, lean ? 0 : (size_t)(length))
-#define MBSRI_POISON_SEEN(name, unit) MBSRI_POISON(name, lean ? m->seen.unit : m->size_##unit)
+#define MBSRI_POISON_LEAN(name, unit) MBSRI_POISON(name, lean ? m->in_sweeps.unit : m->size_##unit)
 #define MBSRI_POISON_FULL(name, length) MBSRI_POISON(name, lean ? 0 : (size_t)(length))
 
 /* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only

@@ -111,7 +111,7 @@ static void place_root(mbsr_model *m)
                               .parent = -1,
                               .d = m->root.d,
                               .np = m->root.np,
-                              .seen = true,
+                              .in_sweeps = true,
                               .joint.space = m->root.space};
     m->max_d = m->root.d > 1 ? m->root.d : 1;
 }
@@ -141,8 +141,8 @@ static void number_body(mbsr_model *m, int i, int id, const mbsri_welds *w)
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }
     if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
-    b->given_held = mbsri_held_values(m, id);
-    if (locks > 0) b->held = (const double *)m->matrices.data + entry->held;
+    b->given_locked_at = mbsri_held_values(m, id);
+    if (locks > 0) b->locked_at = (const double *)m->matrices.data + entry->locked_at;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
     m->differences = m->differences || mbsri_rates_need_tree(b);
@@ -291,7 +291,7 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
                                       .np = b->np,
                                       .n = b->n,
                                       .nq = b->nq,
-                                      .held = b->given_held};
+                                      .held = b->given_locked_at};
         if (!named || b->id == MBSR_GROUND) continue;
         bodies[k].n = entry[b->id].joint.n;
         bodies[k].nq = entry[b->id].joint.nq;

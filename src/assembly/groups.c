@@ -193,23 +193,23 @@ static void place_group(mbsr_model *m, int i, mbsri_lengths *used)
     if (b->group_n > m->max_d) m->max_d = b->group_n;
 }
 
-/* Vectors by groups and blocks, of groups with bodies that are seen first. */
+/* Vectors by groups and blocks, of groups with bodies in the sweeps first. */
 static void place_all(mbsr_model *m, int bodies, int *seen)
 {
     mbsri_lengths used = {0};
     for (int i = 0; i <= bodies; ++i) seen[i] = 0;
     for (int i = 1; i <= bodies; ++i) {
-        if (m->body[i].seen) seen[m->body[i].head] = 1;
+        if (m->body[i].in_sweeps) seen[m->body[i].head] = 1;
     }
     for (int wanted = 1; wanted >= 0; --wanted) {
         for (int i = 1; i <= bodies; ++i) {
             if (m->body[i].head == i && seen[i] == wanted) place_group(m, i, &used);
         }
         if (wanted == 0) continue;
-        m->seen.rates = used.rates;
-        m->seen.coordinates = used.coordinates;
-        m->seen.nn = used.nn;
-        m->seen.dg = used.dg;
+        m->in_sweeps.rates = used.rates;
+        m->in_sweeps.coordinates = used.coordinates;
+        m->in_sweeps.nn = used.nn;
+        m->in_sweeps.dg = used.dg;
     }
     m->size_rates = used.rates;
     m->size_nn = used.nn;

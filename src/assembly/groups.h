@@ -10,7 +10,7 @@
  * joints for a position. False: no memory. */
 bool mbsri_groups_build(mbsr_model *m);
 
-/* Sets the places again, those of groups with bodies that are seen first. False: no memory. */
+/* Sets the places again, those of groups with bodies in the sweeps first. False: no memory. */
 bool mbsri_groups_place(mbsr_model *m);
 
 #endif

@@ -5,13 +5,13 @@
 
 #include "model/record.h"
 
-/* Sets the offsets of all bodies and the lengths of the arrays: bodies that are seen first, others
+/* Sets the offsets of all bodies and the lengths of the arrays: bodies in the sweeps first, others
  * behind them, both by their indices. What counts rates of groups is left to groups.h. */
 void mbsri_places_set(mbsr_model *m, int bodies);
 
-/* Sets which bodies are seen, once the trees of the sweeps are there: the root, the bodies that the
- * sweeps leave to the steps of recursion/ and their predecessors, and those on which elements act.
- * Lean data have room for no others. */
+/* Sets which bodies are in the sweeps, once the trees of the sweeps are there: the root, the bodies
+ * that the sweeps leave to the steps of recursion/ and their predecessors, and those on which
+ * elements act. Lean data have room for no others. */
 void mbsri_places_see(mbsr_model *m);
 
 #endif

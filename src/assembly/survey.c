@@ -172,7 +172,7 @@ static void mark(mbsr_model *m, mbsr_data *d, bool exact, bool *behind)
         mbsri_body *b = m->body + i;
         const mbsri_group g = mbsri_group_in_model(m, b->head);
         const bool lacks = d->rank[i] < b->n;
-        b->usual = exact && clear_cut(d, &g, given) ? d->rank[i] + 1 : 0;
+        b->surveyed_rank = exact && clear_cut(d, &g, given) ? d->rank[i] + 1 : 0;
         behind[i] = behind[b->parent] || lacks;
         b->coupled = g.members > 1 && mbsri_coupled(m, d, &g);
         b->whole = b->coupled || (b->n > 1 && behind[i]);

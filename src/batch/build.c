@@ -123,7 +123,7 @@ static void join_parts_of_body(const mbsr_model *m, int i, int count, mbsri_swee
     memcpy(last->I, whole->I, sizeof last->I);
     memcpy(last->c, whole->c, sizeof last->c);
     last->soft = whole->soft;
-    if (m->body[i].seen && !(whole->flags & MBSRI_BLOCK)) last->flags |= MBSRI_SEEN;
+    if (m->body[i].in_sweeps && !(whole->flags & MBSRI_BLOCK)) last->flags |= MBSRI_SEEN;
 }
 
 /* What the tree of a model becomes: bodies, quaternions, prescribed coordinates. */

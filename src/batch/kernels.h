@@ -140,7 +140,7 @@ MBSRI_INLINE bool hangs_elsewhere(const mbsri_batch_run *run, int i, bool any)
     return any || run->body[i].parent != i - 1 || i == 1;
 }
 
-/* any: there are bodies that are seen. */
+/* any: there are bodies in the sweeps. */
 MBSRI_INLINE lane_bits kinematics(mbsri_batch_run *run, bool any)
 {
     body_state *s = run->state;
@@ -390,7 +390,7 @@ MBSRI_INLINE lane_bits load_body(const mbsri_batch_run *run, const mbsri_batch_b
     return served;
 }
 
-/* any: there are bodies that are seen, and all have been moved. */
+/* any: there are bodies in the sweeps, and all have been moved. */
 MBSRI_INLINE lane_bits loads(const mbsri_batch_run *run, bool any)
 {
     ball_state *ball = run->ball;

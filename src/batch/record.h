@@ -64,7 +64,7 @@ typedef struct mbsri_batch_run {
     double *out;                /* lanes x nu: u', or joint forces */
     /* bodies + 1 each, balls, depth, of the sizes that the kernels say */
     void *state, *motion, *ball, *stack;
-    /* of trees with bodies that are seen; else NULL */
+    /* of trees with bodies in the sweeps; else NULL */
     mbsri_sweep_run *lane; /* as many as lanes: the same states one by one */
     const int *origin;     /* bodies + 1: the model's body of which it is the last part */
     void *place;           /* bodies + 1, likewise */
@@ -86,7 +86,7 @@ typedef struct mbsri_batch_kernels {
      * clearly full. */
     unsigned (*forward)(mbsri_batch_run *run);
     unsigned (*inverse)(mbsri_batch_run *run);
-    /* With bodies that are seen: the motion comes first, then the forces of elements on the bodies,
+    /* With bodies in the sweeps: the motion comes first, then the forces of elements on the bodies,
      * which go to the runs of the lanes. */
     unsigned (*move_seen)(mbsri_batch_run *run);
     unsigned (*forward_seen)(mbsri_batch_run *run);

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Blocks (sweeps/block.h) and force elements on bodies have functions for one state. Each lane has
- * data of its own for them, with what the sweeps in one state keep of the bodies that are seen
+ * data of its own for them, with what the sweeps in one state keep of the bodies in the sweeps
  * (assembly/places.h); a body's numbers are laid down there, and taken up again, one lane after the
  * other. A lane whose functions fail is not served, and its state goes alone. */
 #ifndef MBSRI_BATCH_SEEN_H

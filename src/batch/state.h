@@ -47,7 +47,7 @@ typedef struct carry {
 } carry;
 
 /* In the world: axes of a body, its origin and that one's velocity, and its angle in the plane; in
- * trees with bodies that are seen. */
+ * trees with bodies in the sweeps. */
 typedef struct site {
     mat R;
     vec r, v, rho; /* rho: from the predecessor's origin */

@@ -27,7 +27,7 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
     *info = (mbsr_rank_info){.n = b->n,
                              .rank = data->rank[i],
                              .tolerance = model->rank_tolerance,
-                             .scale = data->scale[model->body[g.member[0]].seat]};
+                             .scale = data->scale[model->body[g.member[0]].scalar_offset]};
     if (rank > 0) info->smallest_kept = lambda[rank - 1];
     for (int k = rank; k < g.n; ++k)
         info->largest_dropped = fmax(info->largest_dropped, fabs(lambda[k]));

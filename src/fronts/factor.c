@@ -27,7 +27,7 @@ static int factor_joint(mbsri_fronts *w, int i, const double *armature)
     if (!armature) mbsri_group_add_armature(m, &g, D);
     for (int k = 0; k < b->n && armature; ++k) D[k * (b->n + 1)] += armature[b->iu + k];
     d->rank[i] = 0;
-    d->scale[b->seat] = 0.0;
+    d->scale[b->scalar_offset] = 0.0;
     const int status = b->n > 0 ? mbsri_rank_decision(m, d, &g, true) : MBSR_OK;
     mbsri_zero((size_t)(b->d * b->n), G);
     mbsri_ab(b->d, b->n, b->n, 1.0, U, d->Dinv + b->nn, G);
@@ -45,7 +45,7 @@ static void begin_masses(mbsri_fronts *w, const double *armature)
     else
         mbsri_copy(m->size_dd, d->M, d->Mbar);
     for (int i = 0; i <= m->bodies; ++i)
-        d->turned[m->body[i].seat] =
+        d->turned[m->body[i].scalar_offset] =
             armature ? 0.0 : mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
 }
 

@@ -39,7 +39,8 @@ static bool turns(double before, double size, double tolerance)
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
  * above the smaller one here, four of them in a row within it will do; or within `rounding`, where
  * they do not even shrink: with short steps h rounding of q is one of velocities by 1/h. Nothing
- * better is to be had either where corrections have been shortened in vain twice. */
+ * better is to be had either where corrections have been shortened in vain twice, after one that
+ * was not. */
 static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding)
 {
     enum { ITERATIONS = 10 };
@@ -52,9 +53,9 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
     for (int k = 1; k <= ITERATIONS; ++k) {
         mbsri_search search = MBSRI_SEARCH_NONE;
         int status = mbsri_stiff_evaluate(s, ee);
-        if (!status && k > 1) status = mbsri_stiff_search(s, ee, power, enough, &search);
+        if (!status && k > 1) status = mbsri_stiff_search(s, ee, power, enough, vain == 0, &search);
         if (status) return status;
-        if (search == MBSRI_SEARCH_IN_VAIN && ++vain == 2) return SUN_NLS_SUCCESS;
+        if (search == MBSRI_SEARCH_IN_VAIN && ++vain == 3) return SUN_NLS_SUCCESS;
         N_VScale(1.0, s->change, s->trial);
         status = mbsri_stiff_correct(s, ee, k == 1 || search ? 0.0 : within);
         if (status) return status;

@@ -40,6 +40,7 @@
 
 #include <ida/ida.h>
 
+#include <float.h>
 #include <math.h>
 
 void mbsri_stiff_note_step(mbsri_stiff *s, long before)
@@ -103,6 +104,22 @@ static int inertia(mbsri_stiff *s, N_Vector v, double *power)
     return status;
 }
 
+/* By how much w has to be longer for a difference along it to be one: its coordinates are to be 1e4
+ * times the rounding of theirs, and 1e-5 tolerances. */
+static double above_rounding(const mbsri_stiff *s, N_Vector w)
+{
+    static const double digits = 1e4, least = 1e-5;
+    const double *move = N_VGetArrayPointer(w), *y = N_VGetArrayPointer(s->past.y);
+    const double *weight = N_VGetArrayPointer(s->weight);
+    double most = 0.0, rounding = 0.0;
+    for (int k = 0; k < s->first; ++k) {
+        most = fmax(most, fabs(move[k]) * weight[k]);
+        rounding = fmax(rounding, DBL_EPSILON * fabs(y[k]) * weight[k]);
+    }
+    const double wanted = fmax(least, digits * rounding);
+    return most > 0.0 && most < wanted ? wanted / most : 1.0;
+}
+
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)
 {
     static const double least = 0.5;
@@ -115,9 +132,10 @@ bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)
     N_VLinearSum(1.0, s->past.y, -1.0, y, s->trial);
     N_VLinearSum(1.0, s->trial, 1.0, x, s->trial);
     int status = s->system(s->trial, s->change, s->memory);
-    N_VLinearSum(1.0, s->trial, 1.0, w, s->trial);
+    const double longer = above_rounding(s, w);
+    N_VLinearSum(1.0, s->trial, longer, w, s->trial);
     if (!status) status = s->system(s->trial, s->error, s->memory);
-    N_VLinearSum(1.0, s->error, -1.0, s->change, s->error);
+    N_VLinearSum(1.0 / longer, s->error, -1.0 / longer, s->change, s->error);
     const double before = mbsri_stiff_power(s, w, s->error) - always;
     s->system(x, s->change, s->memory); /* IDA's y and y' are what they were */
     return status || before > least * now;

@@ -14,7 +14,8 @@
  *
  * Beyond the kink w is steep and nearly straight: the line through two points there is followed as
  * long as that halves what is enclosed, else it is halved itself. Where rounding of coordinates
- * makes a step of w, nothing vanishes. */
+ * makes a step of w, nothing vanishes. The correction is taken as it is then, the first time: what
+ * it leaves may be rounding alone, of a stop that bears a load. */
 #include "ida/stiff.h"
 
 #include <math.h>
@@ -68,7 +69,7 @@ static int enclose(mbsri_stiff *s, N_Vector ee, point near, point far, double sm
     return 0;
 }
 
-int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough,
+int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough, bool stay,
                        mbsri_search *found)
 {
     static const double over = 0.5, little = 0.1;
@@ -78,7 +79,8 @@ int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough
     if (!(before > 0.0 && far.power < -over * before) || mbsri_stiff_left(s) <= enough) return 0;
     const int status = enclose(s, ee, near, far, little * before, enough, &balanced);
     if (status) return status;
-    N_VScale(1.0, s->trial, ee);
     *found = balanced ? MBSRI_SEARCH_BALANCED : MBSRI_SEARCH_IN_VAIN;
+    if (!balanced && stay) return mbsri_stiff_evaluate(s, ee);
+    N_VScale(1.0, s->trial, ee);
     return 0;
 }

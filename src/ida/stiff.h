@@ -183,8 +183,8 @@ typedef enum mbsri_search {
 
 /* Shortens the correction s->filtered, which has led to ee, where it has gone too far; s->change is
  * -F at ee before and after. `before`: its power where it began; `enough`: momenta r / c that may
- * be left, 0 where the residual does not show them. */
-int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough,
+ * be left, 0 where the residual does not show them; `stay`: it is not shortened in vain. */
+int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough, bool stay,
                        mbsri_search *found);
 
 /* A careful step; within `rounding` corrections need not shrink. A status of SUNDIALS, as those

@@ -16,15 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-typedef struct coordinates {
-    const mbsr_model *model;
-    mbsr_data *data;
-    double t;
-    int nq, nu, bodies, size; /* size: of y */
-    double *G, *left,
-        *turning; /* of each body nq x n, n x nq, n x n, one behind the other from `at` */
-    int *at;
-} coordinates;
+typedef mbsri_coordinates coordinates;
 
 /* G of all bodies at q, into G. */
 static int find_G(const coordinates *c, const double *q, double *u, double *qdot, double *G)
@@ -80,8 +72,19 @@ static void invert_left(int n, int nq, const double *G, double *left, double *wo
     }
 }
 
-/* G, G^+ and G^+ G' along q'. */
-static int find_coordinates(coordinates *c, mbsri_arena *arena, const double *q, const double *qdot)
+void mbsri_coordinates_of(mbsri_coordinates *c, const mbsr_model *model, mbsr_data *data, double t)
+{
+    *c = (mbsri_coordinates){.model = model,
+                             .data = data,
+                             .t = t,
+                             .nq = mbsr_model_nq(model),
+                             .nu = mbsr_model_nu(model),
+                             .bodies = mbsr_model_bodies(model),
+                             .size = mbsr_dae_size(model, MBSR_DAE_MOMENTUM)};
+}
+
+int mbsri_coordinates_find(mbsri_coordinates *c, mbsri_arena *arena, const double *q,
+                           const double *qdot)
 {
     size_t count = 0, squares = 0, widest = 1;
     c->at = mbsri_arena_take(arena, (size_t)(c->bodies + 1) * sizeof *c->at);
@@ -127,19 +130,35 @@ static int find_coordinates(coordinates *c, mbsri_arena *arena, const double *q,
     return status;
 }
 
-/* r (size of y) to the rows of the pencil, times `factor`. */
-static void take_rows(const coordinates *c, const double *r, double factor, double *to)
+void mbsri_coordinates_lift(const mbsri_coordinates *c, const double *x, double *dq)
 {
     for (int i = 0; i < c->bodies; ++i) {
         int n, nq, qi, ui;
         mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
-        const double *left = c->left + c->at[i];
-        for (int j = 0; j < n; ++j) {
-            double sum = 0.0;
-            for (int k = 0; k < nq; ++k) sum += left[k * n + j] * r[qi + k];
-            to[ui + j] = factor * sum;
+        for (int k = 0; k < nq; ++k) {
+            dq[qi + k] = 0.0;
+            for (int j = 0; j < n; ++j) dq[qi + k] += c->G[c->at[i] + j * nq + k] * x[ui + j];
         }
     }
+}
+
+void mbsri_coordinates_take(const mbsri_coordinates *c, const double *dq, double *x)
+{
+    for (int i = 0; i < c->bodies; ++i) {
+        int n, nq, qi, ui;
+        mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
+        for (int j = 0; j < n; ++j) {
+            x[ui + j] = 0.0;
+            for (int k = 0; k < nq; ++k) x[ui + j] += c->left[c->at[i] + k * n + j] * dq[qi + k];
+        }
+    }
+}
+
+/* r (size of y) to the rows of the pencil, times `factor`. */
+static void take_rows(const coordinates *c, const double *r, double factor, double *to)
+{
+    mbsri_coordinates_take(c, r, to);
+    for (int k = 0; k < c->nu; ++k) to[k] *= factor;
     for (int k = c->nq; k < c->size; ++k) to[k - c->nq + c->nu] = factor * r[k];
 }
 
@@ -250,20 +269,15 @@ int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *da
                           const double *y, const double *yp, const mbsr_linear_opt *opt,
                           mbsr_error *error)
 {
-    coordinates c = {.model = model,
-                     .data = data,
-                     .t = t,
-                     .nq = mbsr_model_nq(model),
-                     .nu = mbsr_model_nu(model),
-                     .bodies = mbsr_model_bodies(model),
-                     .size = mbsr_dae_size(model, MBSR_DAE_MOMENTUM)};
+    coordinates c;
+    mbsri_coordinates_of(&c, model, data, t);
     l->info.size = c.size - c.nq + c.nu;
     int status = take_descriptor(l, l->info.size);
     double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c.size + 1) * sizeof *delta);
     if (status || !delta)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: no memory for %d equations", l->info.size);
-    status = find_coordinates(&c, &l->arena, y, yp);
+    status = mbsri_coordinates_find(&c, &l->arena, y, yp);
     if (status) return fail_as(error, status, mbsr_data_error(data));
     mbsr_newton_opt products = mbsr_default_newton_opt();
     mbsr_newton *newton;

@@ -22,6 +22,16 @@ void dgemm_(const char *transa, const char *transb, const int *m, const int *n, 
             const double *alpha, const double *a, const int *lda, const double *b, const int *ldb,
             const double *beta, double *c, const int *ldc, size_t transa_length,
             size_t transb_length);
+void dgees_(const char *jobvs, const char *sort, const void *select, const int *n, double *a,
+            const int *lda, int *sdim, double *wr, double *wi, double *vs, const int *ldvs,
+            double *work, const int *lwork, int *bwork, int *info, size_t jobvs_length,
+            size_t sort_length);
+void dtrexc_(const char *compq, const int *n, double *t, const int *ldt, double *q, const int *ldq,
+             int *ifst, int *ilst, double *work, int *info, size_t compq_length);
+void dtrevc_(const char *side, const char *howmny, const int *select, const int *n, const double *t,
+             const int *ldt, double *vl, const int *ldvl, double *vr, const int *ldvr,
+             const int *mm, int *m, double *work, int *info, size_t side_length,
+             size_t howmny_length);
 void zgesv_(const int *n, const int *nrhs, double *a, const int *lda, int *ipiv, double *b,
             const int *ldb, int *info);
 

@@ -35,9 +35,9 @@ static int check_list(const mbsr_model *m, const char *what, int count, const in
     return MBSR_OK;
 }
 
-/* A consistent state at q and u: y and yp. */
-static int start(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
-                 mbsri_arena *arena, double **y, double **yp, mbsr_error *error)
+int mbsri_pencil_start(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                       const double *u, const char *function, mbsri_arena *arena, double **y,
+                       double **yp, mbsr_error *error)
 {
     const int size = mbsr_dae_size(m, MBSR_DAE_MOMENTUM), nu = mbsr_model_nu(m);
     double *rest = mbsri_arena_take(arena, ((size_t)nu + 1) * sizeof *rest);
@@ -45,19 +45,19 @@ static int start(const mbsr_model *m, mbsr_data *d, double t, const double *q, c
     *yp = mbsri_arena_take(arena, ((size_t)size + 1) * sizeof **yp);
     if (arena->failed)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d numbers", name, size);
+                          "%s: no memory for %d numbers", function, size);
     int status = mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, t, q, u ? u : rest, *y);
     if (!status) status = mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, t, *y, *yp, NULL, NULL);
     if (!status) return MBSR_OK;
     const mbsr_error *why = mbsr_data_error(d);
-    return mbsri_fail(error, status, why->body, why->force, "%s: %s", name, why->text);
+    return mbsri_fail(error, status, why->body, why->force, "%s: %s", function, why->text);
 }
 
 static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, const double *q,
                  const double *u, const mbsr_linear_opt *opt, mbsr_error *error)
 {
     double *y, *yp;
-    int status = start(m, d, t, q, u, &l->arena, &y, &yp, error);
+    int status = mbsri_pencil_start(m, d, t, q, u, name, &l->arena, &y, &yp, error);
     const int at = mbsr_model_nq(m) + l->nu;
     for (int k = 0; k < l->nu && !status; ++k)
         l->info.acceleration = fmax(l->info.acceleration, fabs(yp[at + k]));
@@ -134,7 +134,7 @@ const double *mbsr_linear_matrix(const mbsr_linear *linear, mbsr_linear_part par
 /* ---- modes ---- */
 
 /* s that is zero but for rounding, in a block of two of length 1e-16, is not said to be damped. */
-static mbsr_mode mode_of(double real, double imaginary, double shift)
+mbsr_mode mbsri_mode_of(double real, double imaginary, double shift)
 {
     const double size = hypot(real, imaginary);
     return (mbsr_mode){.real = real,
@@ -181,7 +181,7 @@ static int find_modes(mbsr_linear *l)
     if (info) return MBSR_NO_CONVERGENCE;
     for (int k = 0; k < n; ++k) {
         if (im[k] < 0.0) continue;
-        mode[l->modes] = mode_of(re[k], im[k], l->info.shift);
+        mode[l->modes] = mbsri_mode_of(re[k], im[k], l->info.shift);
         l->column[l->modes++] = k;
     }
     l->mode = mode;

@@ -21,6 +21,35 @@ struct mbsr_linear {
     int *column;     /* of each mode */
 };
 
+/* Joint rates in the place of changes of q, at a state. */
+typedef struct mbsri_coordinates {
+    const mbsr_model *model;
+    mbsr_data *data;
+    double t;
+    int nq, nu, bodies, size; /* size: of y */
+    double *G, *left,
+        *turning; /* of each body from `at` on: G (nq x n), G^+ (n x nq), G^+ G' (n x n) */
+    int *at;
+} mbsri_coordinates;
+
+void mbsri_coordinates_of(mbsri_coordinates *c, const mbsr_model *model, mbsr_data *data, double t);
+
+/* G, G^+ and G^+ G' along q', in memory of the arena. A status of the data. */
+int mbsri_coordinates_find(mbsri_coordinates *c, mbsri_arena *arena, const double *q,
+                           const double *qdot);
+
+/* dq (nq) = G x; x (nu) = G^+ dq. */
+void mbsri_coordinates_lift(const mbsri_coordinates *c, const double *x, double *dq);
+void mbsri_coordinates_take(const mbsri_coordinates *c, const double *dq, double *x);
+
+/* A consistent state y, yp at q and u (NULL: zero), in memory of the arena. A status, with
+ * `function` in the text. */
+int mbsri_pencil_start(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                       const double *u, const char *function, mbsri_arena *arena, double **y,
+                       double **yp, mbsr_error *error);
+
+mbsr_mode mbsri_mode_of(double real, double imaginary, double shift);
+
 /* E, A and B in the coordinates dq, dp, du, forces; Newton's matrices by products. A status. */
 int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *data, double t,
                           const double *y, const double *yp, const mbsr_linear_opt *opt,

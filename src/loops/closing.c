@@ -173,7 +173,7 @@ double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const dou
 /* ---- rows ---- */
 
 /* P += factor x y^T, column by column. */
-static void add_product(int d, double factor, const double *x, const double *y, double *P)
+static void add_dyad(int d, double factor, const double *x, const double *y, double *P)
 {
     for (int j = 0; j < d; ++j) {
         for (int i = 0; i < d; ++i) P[j * d + i] += factor * x[i] * y[j];
@@ -181,8 +181,8 @@ static void add_product(int d, double factor, const double *x, const double *y, 
 }
 
 /* The square of row k by a walk from its ends to the body where these meet. */
-static double walk(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
-                   const double *give)
+static double walk_row(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
+                       const double *give)
 {
     double *f = d->closure_V, square = 0.0;
     int head[MBSRI_ENDS], heads = 0;
@@ -249,11 +249,11 @@ static void spread_motions(const mbsr_model *m, mbsr_data *d, const double *give
         for (int k = 0; k < b->d_pred && b->parent > 0; ++k) {
             mbsri_zero((size_t)b->d, moved);
             mbsri_ax(b->d, b->d_pred, 1.0, H, above + k * b->d_pred, moved);
-            add_product(b->d, 1.0, moved, H + k * b->d, P);
+            add_dyad(b->d, 1.0, moved, H + k * b->d, P);
         }
         for (int k = 0; k < b->n; ++k) {
             const double *J = d->J + b->dn + (size_t)(k * b->d), own = give[b->u + k];
-            add_product(b->d, own * own, J, J, P);
+            add_dyad(b->d, own * own, J, J, P);
         }
     }
 }
@@ -267,7 +267,7 @@ static bool are_apart(const mbsr_model *m, const mbsr_data *d, const mbsri_closu
     return mbsri_largest(meets->d * meets->d, d->Mbar + meets->dd) == 0.0;
 }
 
-static double add_ends(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k)
+static double row_by_ends(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k)
 {
     double square = 0.0;
     for (int l = 0; l < c->bodies; ++l) {
@@ -290,7 +290,7 @@ void mbsri_row_squares(const mbsr_model *m, mbsr_data *d, const double *give, do
     for (; c < end; ++c) {
         const bool apart = are_apart(m, d, c);
         for (int k = 0; k < c->rows; ++k)
-            square[c->row + k] = apart ? add_ends(m, d, c, k) : walk(m, d, c, k, give);
+            square[c->row + k] = apart ? row_by_ends(m, d, c, k) : walk_row(m, d, c, k, give);
     }
 }
 

@@ -99,7 +99,7 @@ static void clear_springs(const mbsr_model *m, double *row)
 }
 
 /* The equations factored, refused where a motion (of the name `what`) is not determined. */
-static int factor(forward *w, const char *what)
+static int factor_loops(forward *w, const char *what)
 {
     const int status = mbsri_fronts_factor(&w->system, NULL, w->function);
     if (status || w->system.free < 0) return status;
@@ -110,7 +110,7 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
 {
     mbsri_fronts *s = &w->system;
     int status = find_right(w, t, q, u, tau);
-    if (!status) status = factor(w, ": its acceleration is not determined");
+    if (!status) status = factor_loops(w, ": its acceleration is not determined");
     if (status) return status;
     mbsri_fronts_solve(s, w->right, w->rate, w->udot, w->lambda);
     const double rate = mbsri_rate_of_model(w->m),
@@ -140,7 +140,7 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
 /* ---- impulses ---- */
 
 /* C u + g_t of rigid rows, into w->rate. */
-static int find_rates(forward *w, const double *u)
+static int find_row_rates(forward *w, const double *u)
 {
     int status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = mbsri_closure_rates(w->m, w->d, w->rate);
@@ -149,23 +149,23 @@ static int find_rates(forward *w, const double *u)
 }
 
 /* Twice, so that what is left is rounding of C u. */
-static int push(forward *w, double t, const double *q, double *u)
+static int push_to_rows(forward *w, double t, const double *q, double *u)
 {
     enum { PASSES = 2 };
     const mbsr_model *m = w->m;
     int status = mbsri_positions(m, w->d, t, q);
     if (!status) status = mbsri_velocities(m, w->d, u);
     if (!status) status = mbsri_closure_jacobians(m, w->d);
-    if (!status) status = factor(w, ": its velocity is not determined");
+    if (!status) status = factor_loops(w, ": its velocity is not determined");
     mbsri_zero((size_t)m->nu, w->right);
     for (int pass = 0; pass < PASSES && !status; ++pass) {
-        status = find_rates(w, u);
+        status = find_row_rates(w, u);
         if (status) return status;
         for (int k = 0; k < m->rows; ++k) w->bias[k] = -w->rate[k];
         mbsri_fronts_solve(&w->system, w->right, w->bias, w->udot, w->lambda);
         for (int k = 0; k < m->nu; ++k) u[k] += w->udot[k];
     }
-    if (!status) status = find_rates(w, u);
+    if (!status) status = find_row_rates(w, u);
     if (status) return status;
     return mbsri_refuse_left(m, w->d, w->rate, w->system.share,
                              mbsri_rate_of_model(m) + mbsri_largest_rate(m, u), "velocity row",
@@ -177,7 +177,7 @@ int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *
 {
     forward w;
     int status = open_forward(&w, m, d, left_out, function);
-    if (!status) status = push(&w, t, q, u);
+    if (!status) status = push_to_rows(&w, t, q, u);
     mbsri_fronts_close(&w.system);
     return status;
 }

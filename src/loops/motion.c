@@ -161,6 +161,7 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
 int mbsri_loops_share(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
+    static const double rounding = 1e-9; /* beside a vector of length 1, before it is scaled */
     const int count = w->nulls - w->moving, rows = w->rows;
     double *A = w->K, *b = w->right, *unit = w->x, *idle = w->y;
     int rank;
@@ -172,6 +173,7 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
             for (int k = 0, row = c->row; k < c->held; ++k, ++row) {
                 if (!mbsri_is_stiff(c, k) || w->left_out[row]) continue;
+                if (fabs(idle[row]) <= rounding * w->scale[w->n + row]) continue;
                 b[row] = lambda[row] / sqrt(c->def.stiffness[k]);
                 A[l * rows + row] = idle[row] / sqrt(c->def.stiffness[k]);
             }

@@ -36,7 +36,7 @@ void mbsri_tree_start_close(mbsri_tree_start *s)
 /* The rows that depend on others, in the data, and at a singular position those that do there, in
  * left_out. Rounding may have grown where many loops are open at once: what is dropped is to lie in
  * the span of the others. */
-static int find_ranks(mbsri_tree_start *s, double t, const double *q, bool *served)
+static int rank_rows(mbsri_tree_start *s, double t, const double *q, bool *served)
 {
     mbsri_ranks here, there;
     int nearby, status = mbsri_ranks_around(&s->w, t, q, s->d->dropped, &here, &nearby);
@@ -49,8 +49,8 @@ static int find_ranks(mbsri_tree_start *s, double t, const double *q, bool *serv
     return status;
 }
 
-static int find_positions(mbsri_tree_start *s, double t, const double *offset, double *q,
-                          const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
+static int close_positions(mbsri_tree_start *s, double t, const double *offset, double *q,
+                           const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
@@ -62,7 +62,7 @@ static int find_positions(mbsri_tree_start *s, double t, const double *offset, d
 }
 
 /* Whether all joint rates move mass, at rest. */
-static int find_masses(mbsri_tree_start *s, double t, const double *q, bool *massive)
+static int look_for_masses(mbsri_tree_start *s, double t, const double *q, bool *massive)
 {
     mbsri_zero((size_t)s->m->nu, s->w.x);
     int status = mbsri_positions(s->m, s->d, t, q);
@@ -81,10 +81,10 @@ int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, d
     mbsr_data *d = s->d;
     bool massive = false;
     *served = true;
-    int status = find_positions(s, t, offset, q, opt, info);
-    if (!status && !s->ranked) status = find_ranks(s, t, q, served);
+    int status = close_positions(s, t, offset, q, opt, info);
+    if (!status && !s->ranked) status = rank_rows(s, t, q, served);
     if (status || !*served) return status;
-    status = find_masses(s, t, q, &massive);
+    status = look_for_masses(s, t, q, &massive);
     if (!status && !massive && !s->start.m) status = mbsri_closed_start_open(&s->start, m, d);
     if (status) return status;
     if (!massive)

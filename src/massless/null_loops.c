@@ -14,6 +14,8 @@
 #include "massless/scales.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
+#include "recursion/pose.h"
+#include "recursion/spans.h"
 
 #include <float.h>
 #include <math.h>
@@ -21,6 +23,43 @@
 /* Of directions and products with them, relative; the least share that counts of what is
  * subtracted. */
 static const double ROUNDING = 256.0 * DBL_EPSILON, LEAST = 1e-12;
+
+/* The largest coordinate of a place in the tree. */
+static double farthest_place(const mbsr_model *m, const mbsr_data *d)
+{
+    double largest = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const bool turns = mbsri_turns(b->joint.space);
+        const double *p = d->p + b->p + (turns ? MBSR_POSE_X : 0);
+        const int count = turns ? 3 : b->joint.space == MBSR_SPACE_GENERAL ? 0 : 2;
+        for (int k = 0; k < count; ++k) largest = fmax(largest, fabs(p[k]));
+    }
+    return largest;
+}
+
+/* Springs of rows that K does without (left_out), in lambda: zero where they bear no more than
+ * rounding of places and velocities makes of them. Whatever it is, it would stiffen directions
+ * along which nothing else acts. After the derivatives of the closures. */
+static void clear_rounded_springs(mbsri_null_space *w, const bool *left_out, const double *u)
+{
+    static const double rounding = 1e3 * DBL_EPSILON;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
+    const double lever = fmax(mbsri_longest_lever(w->m, w->d), farthest_place(w->m, w->d)),
+                 speed = mbsri_largest_rate(w->m, u);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            double gap = 0.0, turn, move;
+            if (!mbsri_is_stiff(c, k) || !left_out[c->row + k]) continue;
+            for (int l = 0; l < c->bodies; ++l) {
+                mbsri_row_parts(w->m, w->d, c, l, k, &turn, &move);
+                gap += turn + move * lever;
+            }
+            const double force = c->def.stiffness[k] * gap + c->def.damping[k] * speed * gap;
+            if (fabs(w->lambda[c->row + k]) <= rounding * force) w->lambda[c->row + k] = 0.0;
+        }
+    }
+}
 
 int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,
                            int *independent)
@@ -38,6 +77,7 @@ int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const
     if (!status) status = mbsri_dense_rows(&dense);
     if (!status) {
         mbsri_copy((size_t)dense.rows, lambda, w->lambda);
+        clear_rounded_springs(w, dense.left_out, u);
         mbsri_ranks_here(&dense, dense.other, &ranks);
     }
     *independent = ranks.independent;

@@ -23,6 +23,7 @@
 #include "massless/completion_rates.h"
 #include "massless/imbalance.h"
 #include "massless/start_positions.h"
+#include "massless/start_return.h"
 #include "massless/start_velocities.h"
 
 #include "algebra/dense.h"
@@ -97,28 +98,99 @@ static int find_velocities(mbsri_start *s)
     return mbsri_start_velocities(s, true);
 }
 
-/* Positions and velocities in turn, where the former depend on the latter. */
-static int balance(mbsri_start *s)
+/* Positions and velocities in turn, where the former depend on the latter; `again`: close to both.
+ */
+static int alternate(mbsri_start *s, bool again)
 {
     enum { TURNS = 4 };
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     int status = MBSR_OK;
-    if (w->elastic && m->held == 0) status = settle_dampers(s);
     for (int turn = 0; turn < TURNS && !status; ++turn) {
         const int before = s->info->iterations;
         s->sought = "position";
         if (w->elastic) status = mbsri_start_positions(s);
-        if (turn == 0 && m->rows > 0) mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
+        if (!again && turn == 0 && m->rows > 0)
+            mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
         if (status || (turn > 0 && s->info->iterations == before)) break;
         s->sought = "velocity";
         status = find_velocities(s);
         if (!w->elastic) break;
     }
-    if (!status) status = mbsri_start_evaluate(s, true);
+    return status;
+}
+
+/* Springs held what nothing else seemed to hold, or not, also at the state found: friction that
+ * slips holds little. */
+static int stays_as_it_is(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    const bool elastic = w->elastic;
+    const int status = w->deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
+    if (status || w->elastic == elastic) return status;
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
+}
+
+/* Into s->found (`second`: its second half), or back from there, what has been found. */
+static void keep_state(mbsri_start *s, bool second, bool back)
+{
+    mbsr_completion *w = s->w;
+    const size_t rows = (size_t)w->m->rows, size = (size_t)w->size;
+    const struct {
+        double *x;
+        size_t count;
+    } part[] = {{w->y, size}, {s->impulse, rows}, {w->yp + w->loops, rows}, {w->force_rate, rows}};
+    double *kept = s->found + (second ? size + 3 * rows : 0);
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; kept += part[k++].count)
+        mbsri_copy(part[k].count, back ? kept : part[k].x, back ? part[k].x : kept);
+}
+
+/* From the balance found to the one that differs from the state given along directions on springs
+ * alone. Where no way leads there, the first one found is kept. */
+static int return_rest(mbsri_start *s)
+{
+    enum { WAYS = 20 };
+    static const double enough = 1e-12, near = 1e-8;
+    mbsr_completion *w = s->w;
+    double way = INFINITY, last = INFINITY;
+    bool there = false;
+    int status = MBSR_OK, number = 0;
+    for (int k = 0; k < WAYS && !there && !status; ++k, last = way) {
+        keep_state(s, false, false);
+        status = mbsri_start_return(s, number, &way);
+        there = mbsri_completion_converged(way, last, enough, near);
+        number = way > last ? 0 : number + 1;
+        if (!status && way >= 4.0 * last) status = MBSR_NO_CONVERGENCE;
+        if (!status && way > enough) status = alternate(s, true);
+    }
+    if (status < 0 || (there && !status)) return status;
+    if (!(s->c_balanced > 0.0)) {
+        keep_state(s, false, true);
+        mbsri_completion_forget(w);
+        status = stays_as_it_is(s);
+        if (status) return status;
+        keep_state(s, true, false);
+        s->c_balanced = w->c;
+    }
+    return MBSR_NO_CONVERGENCE;
+}
+
+static int accelerate(mbsri_start *s)
+{
+    const int status = mbsri_start_evaluate(s, true);
     if (status) return status;
     s->sought = "acceleration";
     return mbsri_completion_rates(s->w);
+}
+
+/* The state in balance, and its accelerations. */
+static int balance(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    int status = w->elastic && w->m->held == 0 ? settle_dampers(s) : MBSR_OK;
+    if (!status) status = alternate(s, false);
+    if (!status && w->elastic && s->displaced) status = return_rest(s);
+    return status ? status : accelerate(s);
 }
 
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but
@@ -189,17 +261,6 @@ static int survey(mbsri_start *s)
     return w->pair ? note_masses(s) : MBSR_OK;
 }
 
-/* Springs held what nothing else seemed to hold, or not, also at the state found: friction that
- * slips holds little. */
-static int stays_as_it_is(mbsri_start *s)
-{
-    mbsr_completion *w = s->w;
-    const bool elastic = w->elastic;
-    const int status = w->deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
-    if (status || w->elastic == elastic) return status;
-    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
-}
-
 /* With one c after the other. *singular stays true where the matrices are so for all of them,
  * *regular where for none. */
 static int climb(mbsri_start *s, int rungs, bool *singular, bool *regular)
@@ -223,10 +284,43 @@ static int climb(mbsri_start *s, int rungs, bool *singular, bool *regular)
     return status;
 }
 
+/* The balance that was kept. */
+static int take_balance(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    w->c = s->c_balanced;
+    w->elastic = true;
+    s->info->elastic = 1;
+    mbsri_completion_forget(w);
+    keep_state(s, true, true);
+    const int status = accelerate(s);
+    return status ? status : stays_as_it_is(s);
+}
+
+/* From the velocities given, then from others; what failed first, for which part of the state, into
+ * *first and *sought. */
+static int climb_from_all(mbsri_start *s, bool *singular, bool *regular, mbsr_error *first,
+                          const char **sought)
+{
+    int status = MBSR_NO_CONVERGENCE;
+    s->c_balanced = 0.0;
+    for (int from = MBSRI_FROM_GIVEN;
+         from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c_balanced > 0.0); ++from) {
+        s->from = (mbsri_start_from)from;
+        status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, singular, regular);
+        if (from > MBSRI_FROM_GIVEN) continue;
+        *first = s->w->error;
+        *sought = s->sought;
+    }
+    return status;
+}
+
 int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
 {
     mbsr_completion *w = s->w;
     bool singular = true, regular = true;
+    const char *sought;
+    mbsr_error first;
     *clear = false;
     w->d = d;
     w->t = t;
@@ -234,13 +328,8 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     w->times.to = s->opt->side < 0 ? t : INFINITY;
     int status = survey(s);
     if (status) return status;
-    status = climb(s, RUNGS, &singular, &regular);
-    const mbsr_error first = w->error;
-    const char *sought = s->sought;
-    for (int from = MBSRI_FROM_REST; from <= MBSRI_FROM_ELSEWHERE && status > 0; ++from) {
-        s->from = (mbsri_start_from)from;
-        status = climb(s, CAREFUL, &singular, &regular);
-    }
+    status = climb_from_all(s, &singular, &regular, &first, &sought);
+    if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
     if (!status && w->deficient) status = check(s, clear);
     *clear = *clear && regular;
     if (status <= 0) return status;

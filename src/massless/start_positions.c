@@ -10,6 +10,8 @@
  * be smaller. */
 #include "massless/start_positions.h"
 
+#include "massless/start_return.h"
+
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "model/query.h"
@@ -29,39 +31,6 @@ static defects measure(const mbsri_start *s)
     for (int k = 0; k < w->m->nu; ++k)
         force = fmax(force, fabs(w->r[w->rates + k]) / w->per_span[k]);
     return (defects){force, mbsri_largest(w->m->held, w->r + w->places)};
-}
-
-/* q += G x at the positions q, in place. */
-static int move_along(mbsri_start *s, double *q, const double *x)
-{
-    mbsr_completion *w = s->w;
-    int status = mbsri_positions(w->m, w->d, w->t, q);
-    if (!status) status = mbsri_velocities(w->m, w->d, x);
-    if (!status) status = mbsri_coordinate_rates(w->m, w->d, w->q);
-    for (int k = 0; k < w->m->nq; ++k) q[k] += w->q[k];
-    if (!status) status = mbsri_normalise(w->m, w->d, q);
-    if (status) w->error = w->d->error;
-    return status;
-}
-
-/* Takes w->y back to where masses were, by one step of Newton's method. */
-static int return_masses(mbsri_start *s)
-{
-    static const double nothing = 1e-15;
-    mbsr_completion *w = s->w;
-    const mbsr_model *m = w->m;
-    int status = mbsri_positions(m, w->d, w->t, w->y);
-    mbsri_zero((size_t)m->nu, w->u);
-    if (!status) status = mbsri_velocities(m, w->d, w->u);
-    if (status) {
-        w->error = w->d->error;
-        return status;
-    }
-    mbsri_masses_displacement(m, w->d, &s->masses, w->y, s->missing);
-    mbsri_zero((size_t)w->size, w->r);
-    status = mbsri_start_solve(s, s->missing);
-    if (status || mbsri_completion_speed(w, w->x + w->rates) <= nothing) return status;
-    return move_along(s, w->y, w->x + w->rates);
 }
 
 /* The correction at w->y, into s->step (q, and u in the place of u); what it is to make zero. */
@@ -105,7 +74,7 @@ static int advance(mbsri_start *s, double change, defects left)
         for (int k = 0; k < w->rates; ++k) w->y[k] = s->before[k] - share * s->step[k];
         for (int k = w->rates; k < w->loops; ++k) w->y[k] = s->before[k] - share * s->step[k];
         int status = mbsri_normalise(m, w->d, w->y);
-        if (!status) status = return_masses(s);
+        if (!status) status = mbsri_start_return_masses(s);
         if (!status) status = aim(s, false, &now);
         if (status < 0) return status;
         if (status) continue;

@@ -14,6 +14,18 @@
 
 #include <math.h>
 
+/* How many numbers s->columns needs. */
+static size_t columns_size(const mbsr_model *m)
+{
+    size_t most = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const size_t own = (size_t)((b->nq + b->n + 1) * b->n);
+        if (b->joint.table->coordinate_rates && own > most) most = own;
+    }
+    return most;
+}
+
 int mbsri_start_open(mbsri_start *s, mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
@@ -22,10 +34,19 @@ int mbsri_start_open(mbsri_start *s, mbsr_completion *w)
     const struct {
         double **at;
         size_t count;
-    } vector[] = {{&s->per_place, nq},        {&s->target, nu},        {&s->beyond, nu},
-                  {&s->missing, nu},          {&s->impulse, rows},     {&s->before, size},
-                  {&s->impulse_before, rows}, {&s->load_before, rows}, {&s->step, size},
-                  {&s->load_step, rows}};
+    } vector[] = {{&s->per_place, nq},
+                  {&s->target, nu},
+                  {&s->beyond, nu},
+                  {&s->missing, nu},
+                  {&s->impulse, rows},
+                  {&s->before, size},
+                  {&s->impulse_before, rows},
+                  {&s->load_before, rows},
+                  {&s->step, size},
+                  {&s->load_step, rows},
+                  {&s->columns, columns_size(m)},
+                  {&s->found, 2 * (size + 3 * rows)},
+                  {&s->ways, 2 * MBSRI_WAYS * nu}};
     enum { VECTORS = sizeof vector / sizeof vector[0] };
     size_t total = masses;
     s->w = w;

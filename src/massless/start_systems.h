@@ -14,6 +14,9 @@ typedef enum mbsri_start_from {
     MBSRI_FROM_ELSEWHERE /* moving at a rate that is typical of the model */
 } mbsri_start_from;
 
+/* Ways back that are remembered (start_return.c). */
+enum { MBSRI_WAYS = 4 };
+
 typedef struct mbsri_start {
     mbsr_completion *w; /* the state that is being improved, its matrices, and the rates found */
     const mbsr_consistent_opt *opt;
@@ -36,7 +39,11 @@ typedef struct mbsri_start {
     double *impulse_before, *load_before; /* rows: impulses, loop forces */
     double *step;                         /* size: a correction, */
     double *load_step;                    /* rows: of loop forces */
-    bool *lacks; /* nu: rates of joints some direction of which moves no mass */
+    double *columns;                      /* work of start_return.c */
+    double *found;                        /* 2 (size + 3 rows): a balance; the first */
+    double *ways;                         /* 2 MBSRI_WAYS x nu: work of start_return.c */
+    double c_balanced; /* 1/s, c of the first balance from which no way led on; 0: none */
+    bool *lacks;       /* nu: rates of joints some direction of which moves no mass */
     void *memory;
 } mbsri_start;
 

@@ -153,9 +153,9 @@ static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double
 }
 
 /* One start of a model without stiff rows. */
-static int start_rigid(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
-                       double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                       mbsr_consistent_info *info, bool *served)
+static int start_rigid_rows(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
+                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                            mbsr_consistent_info *info, bool *served)
 {
     mbsri_tree_start s;
     int status = mbsri_tree_start_open(&s, m, d);
@@ -173,7 +173,7 @@ int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
     rigid r;
     *served = false;
     if (!some_stiff(m, &settled))
-        return start_rigid(m, d, t, q, u, udot, lambda, opt, info, served);
+        return start_rigid_rows(m, d, t, q, u, udot, lambda, opt, info, served);
     if (!settled) return start_loose(m, d, t, q, u, udot, lambda, served);
     int status = open_rigid(m, d, u, &r);
     for (int pass = 0; pass < PASSES && !status; ++pass) {

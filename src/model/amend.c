@@ -87,8 +87,8 @@ static int check_lock(mbsr_model *m, const mbsri_body_entry *entry, int body, in
         return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
                           "%s: mbsr_model_lock: value is %g", label, value);
     }
-    if (entry->held > 0 &&
-        !isnan(((const double *)m->matrices.data)[entry->held + (size_t)coordinate])) {
+    if (entry->locked_at > 0 &&
+        !isnan(((const double *)m->matrices.data)[entry->locked_at + (size_t)coordinate])) {
         return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
                           "%s: mbsr_model_lock: coordinate %d is locked already", label,
                           coordinate);
@@ -104,13 +104,13 @@ int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
     mbsri_body_entry *entry = mbsri_find_entry(m, body, "mbsr_model_lock", &status);
     if (!status) status = check_lock(m, entry, body, coordinate, value);
     if (status) return status;
-    if (entry->held == 0) {
+    if (entry->locked_at == 0) {
         const size_t n = (size_t)entry->joint.n, offset = reserve_doubles(m, n, body);
         if (offset == 0) return MBSR_ERR_NO_MEMORY;
         for (size_t k = 0; k < n; ++k) ((double *)m->matrices.data)[offset + k] = NAN;
-        entry->held = offset;
+        entry->locked_at = offset;
     }
-    ((double *)m->matrices.data)[entry->held + (size_t)coordinate] = value;
+    ((double *)m->matrices.data)[entry->locked_at + (size_t)coordinate] = value;
     ++entry->locks;
     return MBSR_OK;
 }
@@ -120,7 +120,7 @@ int mbsr_model_drop_locked(mbsr_model *model, int body)
     if (!model) return MBSR_ERR_NULL;
     int status;
     mbsri_body_entry *entry = mbsri_find_entry(model, body, "mbsr_model_drop_locked", &status);
-    if (!status) entry->drops = true;
+    if (!status) entry->drops_locked = true;
     return status;
 }
 
@@ -204,11 +204,11 @@ const double *mbsr_body_locked(const mbsr_model *model, int body)
 {
     if (mbsr_body_locks(model, body) <= 0) return NULL;
     const mbsri_body_entry *entry = (const mbsri_body_entry *)model->entries.data + body;
-    return (const double *)model->matrices.data + entry->held;
+    return (const double *)model->matrices.data + entry->locked_at;
 }
 
 int mbsr_body_drops(const mbsr_model *model, int body)
 {
     if (mbsr_body_locks(model, body) < 0) return -1;
-    return ((const mbsri_body_entry *)model->entries.data)[body].drops;
+    return ((const mbsri_body_entry *)model->entries.data)[body].drops_locked;
 }

@@ -17,7 +17,7 @@ const double *mbsri_held_values(const mbsr_model *m, int id)
 {
     const bool known = id >= 0 && (size_t)id < m->entries.count;
     if (!known || given_entry(m, id)->locks == 0) return NULL;
-    return (const double *)m->matrices.data + given_entry(m, id)->held;
+    return (const double *)m->matrices.data + given_entry(m, id)->locked_at;
 }
 
 int mbsri_place_left(const mbsr_model *m, int id, int coordinate)
@@ -37,7 +37,7 @@ bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int
     for (int k = 0; k < count; ++k) {
         const bool locked = mbsri_place_left(m, body[k], def->option[k]) < 0;
         rests = rests && locked;
-        drops = drops || (locked && given_entry(m, body[k])->drops);
+        drops = drops || (locked && given_entry(m, body[k])->drops_locked);
     }
     return rests || drops;
 }
@@ -72,7 +72,7 @@ int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *
     *energy = 0.0;
     for (int k = 0; k < def->bodies; ++k) {
         const int id = m->body[on[k]].id;
-        if (given_entry(m, id)->drops) return MBSR_OK;
+        if (given_entry(m, id)->drops_locked) return MBSR_OK;
         body[k].id = id;
         body[k].q = mbsri_held_values(m, id);
     }
@@ -110,7 +110,7 @@ static taken take_terms(const mbsr_model *m, mbsr_closure_def *def)
             def->option[k] = mbsri_place_left(m, id, coordinate);
             continue;
         }
-        t.drops = t.drops || given_entry(m, id)->drops;
+        t.drops = t.drops || given_entry(m, id)->drops_locked;
         t.size += mbsri_coupling_hold(def, k, mbsri_held_values(m, id)[coordinate]);
         ++t.terms;
     }

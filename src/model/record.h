@@ -76,9 +76,9 @@ typedef struct mbsri_body {
     size_t p, v;                    /* offsets of np and d numbers */
     size_t dd, dp, dn;              /* offsets of d x d, d x d_pred and d x n numbers */
     size_t k;                       /* offset of K^-1 (d x d); none with MBSR_JOINT_UNIT_K */
-    size_t nn, dg; /* offsets of n x n and d x n numbers; n: of the group at a head */
-    size_t seat;   /* offset of one number */
-    size_t full;   /* offset of joint.n numbers, where some are locked */
+    size_t nn, dg;        /* offsets of n x n and d x n numbers; n: of the group at a head */
+    size_t scalar_offset; /* offset of one number */
+    size_t full;          /* offset of joint.n numbers, where some are locked */
     /* --- the group whose joints are eliminated as one block (recursion/group.h) */
     int head;     /* first body of the group, mostly the body itself */
     int members;  /* bodies of the group that it is the head of; 0: none */
@@ -88,30 +88,29 @@ typedef struct mbsri_body {
     int ig, igq;  /* first index of its rates and coordinates in vectors by groups */
     bool coupled; /* whether the sweeps keep the group in one piece (assembly/survey.h) */
     /* --- what evaluations do with it */
-    bool modal;     /* whether it is flexible, on its mount, all modes free: recursion/modal.h */
-    bool upright;   /* whether it is modal and J = [0; -1] in every pose */
-    bool factored;  /* whether its joint block may be in factors: recursion/flexible_factors.h */
-    bool whole;     /* whether the steps of recursion/ eliminate it (assembly/survey.h) */
-    bool open;      /* whether a loop spans its joint, and closes nearer to the root */
-    bool empty;     /* with closures: whether neither it nor a body behind it has inertia */
-    bool light;     /* whether it is open and empty, and loops determine it and all behind it */
-    bool closes;    /* whether a loop closes on it */
-    bool by_blocks; /* whether it is on a loop that vector code does not eliminate (sweeps/build.c)
-                     */
+    bool modal;    /* whether it is flexible, on its mount, all modes free: recursion/modal.h */
+    bool upright;  /* whether it is modal and J = [0; -1] in every pose */
+    bool factored; /* whether its joint block may be in factors: recursion/flexible_factors.h */
+    bool whole;    /* whether the steps of recursion/ eliminate it: assembly/survey.h */
+    bool spanned_by_loop;  /* whether a loop spans its joint, and closes nearer to the root */
+    bool empty;            /* with closures: whether neither it nor a body behind it has inertia */
+    bool massless_on_loop; /* whether it is both, and loops determine it and all behind it */
+    bool closes;           /* whether a loop closes on it */
+    bool by_blocks; /* whether it is on a loop that takes its bodies one by one (sweeps/build.c) */
     bool users;     /* whether its joint is a user's that the sweeps take (sweeps/users_joint.h) */
-    bool seen;      /* whether the sweeps read or write its arrays too (assembly/places.h) */
-    int usual;      /* rank of the joint at the position surveyed (assembly/survey.h), plus 1 */
+    bool in_sweeps; /* whether the sweeps read or write its arrays too (assembly/places.h) */
+    int surveyed_rank; /* rank of the joint at the position surveyed (assembly/survey.h), plus 1 */
     /* --- joint and inertia */
-    mbsri_joint joint;        /* the joint, of which locked coordinates are part */
-    mbsr_inertia inertia;     /* the inertia; its matrix points into the model */
-    size_t name;              /* offset into names */
-    bool regular;             /* whether M is positive definite in every pose */
-    const double *added;      /* d x d, part of M in every pose; NULL: none */
-    int locks;                /* locked coordinates of `joint`, 0 where a stock joint is left */
-    const double *held;       /* joint.n values of locked coordinates, NaN for others; NULL: none */
-    const double *given_held; /* the same for the joint as given; NULL: none */
-    const double *armature;   /* inertia along each joint rate (n), kg m^2 or kg */
-    int neglected;            /* index into the model's `neglected`, plus 1; 0: nothing is */
+    mbsri_joint joint;       /* the joint, of which locked coordinates are part */
+    mbsr_inertia inertia;    /* the inertia; its matrix points into the model */
+    size_t name;             /* offset into names */
+    bool regular;            /* whether M is positive definite in every pose */
+    const double *added;     /* d x d, part of M in every pose; NULL: none */
+    int locks;               /* locked coordinates of `joint`, 0 where a stock joint is left */
+    const double *locked_at; /* joint.n values of locked coordinates, NaN for others; NULL: none */
+    const double *given_locked_at; /* the same for the joint as given; NULL: none */
+    const double *armature;        /* inertia along each joint rate (n), kg m^2 or kg */
+    int neglected;                 /* index into the model's `neglected`, plus 1; 0: nothing is */
 } mbsri_body;
 
 /* A body as added. */
@@ -122,10 +121,10 @@ typedef struct mbsri_body_entry {
     mbsri_joint joint;
     mbsr_inertia inertia;
     bool regular;
-    size_t added, held, armature; /* offsets into matrices, 0: none */
+    size_t added, locked_at, armature; /* offsets into matrices, 0: none */
     int locks;
-    bool drops;    /* what acts on locked coordinates is dropped */
-    int neglected; /* as in mbsri_body */
+    bool drops_locked; /* what acts on locked coordinates is dropped */
+    int neglected;     /* as in mbsri_body */
 } mbsri_body_entry;
 
 /* What a body's inertia was before parts of it were neglected. */
@@ -229,7 +228,7 @@ struct mbsr_model {
     /* sums over all bodies, the root included: lengths of the arrays */
     size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full,
         size_rates, size_bodies;
-    mbsri_lengths seen; /* the same sums over the bodies that are `seen`, which come first */
+    mbsri_lengths in_sweeps; /* the same sums over the bodies in the sweeps, which come first */
 };
 
 #endif

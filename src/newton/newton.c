@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "dynamics/entry.h"
+#include "flexible/data.h"
 #include "forms/loops.h"
 #include "newton/carried/carried.h"
 #include "newton/correction.h"
@@ -216,14 +217,23 @@ static bool correction_is_cheaper(const mbsr_newton *w, int rank)
     return 100.0 * bodies * size + size * size * size < 5000.0 * bodies + w->front->plan.operations;
 }
 
+/* Whether the block of a flexible body has full rank whatever is behind: no mode lacks mass. */
+static bool has_modal_mass(const mbsri_body *b)
+{
+    const mbsr_flex *flex = b->inertia.kind == MBSR_INERTIA_FLEXIBLE ? b->inertia.flex : NULL;
+    return b->upright && flex && flex->root && flex->massive == flex->n;
+}
+
 /* Whether vector code leaves no more to a front than bodies and joints: elements across, and
- * flexible bodies, whose mass of modes the sweeps have in factors, make it all the front's. */
+ * flexible bodies with massless modes, whose null spaces the sweeps have by pivots, make it all the
+ * front's. */
 static bool may_be_mixed(const mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
-    bool modal = false;
-    for (int i = 1; i <= m->bodies; ++i) modal = modal || m->body[i].modal;
-    return !modal && (w->correction.count == 0 || opt->method == MBSR_NEWTON_TREE);
+    bool served = w->correction.count == 0 || opt->method == MBSR_NEWTON_TREE;
+    for (int i = 1; i <= m->bodies && served; ++i)
+        served = !m->body[i].modal || has_modal_mass(m->body + i);
+    return served;
 }
 
 /* How elements across are taken in, and so by what. */

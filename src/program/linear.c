@@ -186,27 +186,45 @@ static int linearise(const linear_options *o, const scene *s, mbsr_linear **line
     return complain(status == MBSR_UNDETERMINED ? UNDETERMINED : FAILED, "%s", error.text);
 }
 
-/* The joints that move most in a shape. */
-static void say_shape(const scene *s, const double *re, const double *im)
+/* Of n sizes the largest that comes behind the one at `before` (-1: none), above least; or -1. */
+static int next_largest(int n, const double *size, int before, double least)
 {
-    const int nu = mbsr_model_nu(s->m.model);
-    double last = INFINITY;
-    int before = -1;
-    for (int shown = 0; shown < SHOWN && shown < nu; ++shown) {
-        int best = -1;
-        double most = 0.05;
-        for (int k = 0; k < nu; ++k) {
-            const double size = hypot(re[k], im[k]);
-            if (size > last || (size == last && k <= before) || !(size > most)) continue;
-            best = k;
-            most = size;
-        }
-        if (best < 0) break;
+    int best = -1;
+    for (int k = 0; k < n; ++k) {
+        const bool shown =
+            before >= 0 && (size[k] > size[before] || (size[k] == size[before] && k <= before));
+        if (shown || !(size[k] > least)) continue;
+        best = k;
+        least = size[k];
+    }
+    return best;
+}
+
+/* The joints that move most in a shape, and the elements that hold most of its energy; sizes: as
+ * many numbers as joint rates and elements. */
+static void say_shape(const scene *s, const double *re, const double *im, const double *share,
+                      double *sizes)
+{
+    const int nu = mbsr_model_nu(s->m.model), forces = mbsr_model_forces(s->m.model);
+    for (int k = 0; k < nu; ++k) sizes[k] = hypot(re[k], im[k]);
+    for (int shown = 0, at = -1; shown < SHOWN; ++shown) {
+        at = next_largest(nu, sizes, at, 0.05);
+        if (at < 0) break;
         fputs(shown > 0 ? ", " : "  ", stdout);
-        say_rate(&s->m, best);
-        printf(" %.2f", hypot(re[best], im[best]) * (re[best] < 0.0 ? -1.0 : 1.0));
-        last = most;
-        before = best;
+        say_rate(&s->m, at);
+        printf(" %.2f", sizes[at] * (re[at] < 0.0 ? -1.0 : 1.0));
+    }
+    for (int k = 0; k < forces; ++k) sizes[k] = fabs(share[k]);
+    for (int shown = 0, at = -1; shown < SHOWN; ++shown) {
+        mbsr_force_def force;
+        at = next_largest(forces, sizes, at, 0.05);
+        if (at < 0 || mbsr_force_definition(s->m.model, at, &force)) break;
+        fputs(shown > 0 ? ", " : "; energy in ", stdout);
+        if (force.name && force.name[0])
+            say(stdout, "%s", force.name);
+        else
+            say(stdout, "%s %d", force.table->name, at);
+        printf(" %.2f", share[at]);
     }
 }
 
@@ -216,8 +234,12 @@ static int put_modes(const scene *s, mbsr_linear *l, bool json)
     const int nu = mbsr_model_nu(s->m.model);
     int count = 0;
     mbsr_linear_get_info(l, &info);
+    const int forces = mbsr_model_forces(s->m.model), bodies = mbsr_model_bodies(s->m.model);
     mbsr_mode *mode = calloc((size_t)info.states + 1, sizeof *mode);
-    double *re = calloc(2 * (size_t)nu + 2, sizeof *re), *im = re ? re + nu + 1 : NULL;
+    double *re = calloc(3 * (size_t)nu + 3 * (size_t)forces + (size_t)bodies + 1, sizeof *re),
+           *im = re ? re + nu : NULL, *kinetic = im ? im + nu : NULL,
+           *potential = im ? kinetic + bodies : NULL, *lost = im ? potential + forces : NULL;
+    mbsr_error error = {.text = ""};
     int status = mode && re ? mbsr_linear_modes(l, mode, &count) : MBSR_ERR_NO_MEMORY;
     if (json)
         printf("{\"states\": %d, \"eliminated\": %d, \"modes\": [", info.states,
@@ -228,6 +250,10 @@ static int put_modes(const scene *s, mbsr_linear *l, bool json)
                info.states, info.size - info.states, info.size);
     for (int k = 0; k < count && !status; ++k) {
         status = mbsr_linear_shape(l, k, re, im);
+        if (!status)
+            status = mbsr_mode_participation(s->m.model, s->m.data, 0.0, s->q, mode + k, re, im,
+                                             kinetic, potential, lost, &error);
+        if (status) break;
         if (json) {
             printf("%s{\"frequency\": %.17g, \"damping\": %.17g, \"real\": %.17g, \"imaginary\": "
                    "%.17g, \"re\": ",
@@ -236,17 +262,24 @@ static int put_modes(const scene *s, mbsr_linear *l, bool json)
             put_numbers(stdout, nu, re);
             printf(", \"im\": ");
             put_numbers(stdout, nu, im);
+            printf(", \"kinetic\": ");
+            put_numbers(stdout, bodies, kinetic);
+            printf(", \"potential\": ");
+            put_numbers(stdout, forces, potential);
+            printf(", \"dissipated\": ");
+            put_numbers(stdout, forces, lost);
             putchar('}');
             continue;
         }
         printf("%10.5g %11.4g %12.5g ", mode[k].frequency, 100.0 * mode[k].damping, mode[k].real);
-        say_shape(s, re, im);
+        say_shape(s, re, im, potential, lost + forces);
         putchar('\n');
     }
     if (json) puts("]}");
     free(mode);
     free(re);
-    return status ? complain(FAILED, "%s", mbsr_status_text(status)) : DONE;
+    if (!status) return DONE;
+    return complain(FAILED, "%s", error.text[0] ? error.text : mbsr_status_text(status));
 }
 
 int run_modes(int argc, char **argv)

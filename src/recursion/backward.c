@@ -80,7 +80,7 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     mbsri_group_products(m, d, g, d->Mbar, d->U + b->dg, d->D + b->nn, d->scratch);
     mbsri_group_add_armature(m, g, d->D + b->nn);
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
-    d->scale[m->body[g->member[0]].seat] = 0.0;
+    d->scale[m->body[g->member[0]].scalar_offset] = 0.0;
     const bool told = way == MBSRI_RANK_QUICKLY && b->modal && mbsri_rank_by_pivots(m, d, g);
     if (g->n > 0 && !told) {
         const int status = mbsri_rank_decision(m, d, g, way == MBSRI_RANK_ROUGHLY);
@@ -180,8 +180,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
-    d->turned[m->body[b->parent].seat] +=
-        d->turned[b->seat] + mbsri_trace_of_arms(b, H, d->Mbar + b->dd);
+    d->turned[m->body[b->parent].scalar_offset] +=
+        d->turned[b->scalar_offset] + mbsri_trace_of_arms(b, H, d->Mbar + b->dd);
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     if (!mbsri_heads(m, d, i)) {
@@ -235,7 +235,7 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
     mbsri_copy(m->size_dd, d->M, d->Mbar);
     mbsri_zero(m->size_dd, d->W);
     for (int i = 0; i <= m->bodies; ++i)
-        d->turned[m->body[i].seat] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
+        d->turned[m->body[i].scalar_offset] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
     for (int i = m->bodies; i >= 1; --i) {
         int status = mbsri_eliminate_joint(m, d, i, way);
         if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);

@@ -8,50 +8,50 @@
 
 #include <mbsrank/data.h>
 
-/* Arrays of doubles in the block, body after body. EVERY(name, length); SEEN(name, unit): by that
- * field of mbsri_lengths, in lean data over the bodies that are seen; FULL(name, length): not in
- * lean data. Shapes in mbsri_body's terms. K is divided out: H, J, kI, kII are those of (7)-(9)
+/* Arrays of doubles in the block, body after body. EVERY(name, length); LEAN(name, unit): by
+ * that field of mbsri_lengths, in lean data over the bodies in the sweeps; FULL(name, length): not
+ * in lean data. Shapes in mbsri_body's terms. K is divided out: H, J, kI, kII are those of (7)-(9)
  * multiplied by K^-1, mu is K^T mu, Mbar is K^T Mbar K; D, tau and the residuals are the same with
  * and without. */
 /* clang-format off */
-#define MBSRI_DATA_ARRAYS(EVERY, SEEN, FULL)                                                       \
+#define MBSRI_DATA_ARRAYS(EVERY, LEAN, FULL)                                                       \
     EVERY(q, m->nq)           /* nq         joint positions, as swept             positions */     \
-    SEEN(q_full, full)        /* joint.n    with those held, where some are       positions */     \
-    SEEN(u_full, full)        /* joint.n                                         velocities */     \
+    LEAN(q_full, full)        /* joint.n    with those held, where some are       positions */     \
+    LEAN(u_full, full)        /* joint.n                                         velocities */     \
     EVERY(u, m->nu)           /* nu         joint velocities, as swept           velocities */     \
-    SEEN(p, p)                /* np         pose (7)                              positions */     \
-    SEEN(Kinv, k)             /* d x d      K^-1, where K is not the unit matrix  positions */     \
-    SEEN(H, dp)               /* d x d_pred                                       positions */     \
-    SEEN(J, dn)               /* d x n                                            positions */     \
-    SEEN(kI, v)               /* d                                                positions */     \
-    SEEN(M, dd)               /* d x d      body mass matrix                      positions */     \
-    SEEN(V, v)                /* d          velocity (8)                         velocities */     \
-    SEEN(kII, v)              /* d                                               velocities */     \
-    SEEN(h, v)                /* d          gyroscopic force                     velocities */     \
-    SEEN(f, v)                /* d          applied and gyroscopic forces            forces */     \
+    LEAN(p, p)                /* np         pose (7)                              positions */     \
+    LEAN(Kinv, k)             /* d x d      K^-1, where K is not the unit matrix  positions */     \
+    LEAN(H, dp)               /* d x d_pred                                       positions */     \
+    LEAN(J, dn)               /* d x n                                            positions */     \
+    LEAN(kI, v)               /* d                                                positions */     \
+    LEAN(M, dd)               /* d x d      body mass matrix                      positions */     \
+    LEAN(V, v)                /* d          velocity (8)                         velocities */     \
+    LEAN(kII, v)              /* d                                               velocities */     \
+    LEAN(h, v)                /* d          gyroscopic force                     velocities */     \
+    LEAN(f, v)                /* d          applied and gyroscopic forces            forces */     \
     EVERY(tau, m->nu)         /* n          joint forces                             forces */     \
-    SEEN(Mbar, dd)            /* d x d      (17a)                                  backward */     \
-    SEEN(W, dd)               /* d x d      size of the rounding errors in Mbar    backward */     \
+    LEAN(Mbar, dd)            /* d x d      (17a)                                  backward */     \
+    LEAN(W, dd)               /* d x d      size of the rounding errors in Mbar    backward */     \
     FULL(unsure, m->size_dd)  /* d x d      the same after twofold precision       backward */     \
-    SEEN(fbar, v)             /* d          (17b)                                  backward */     \
-    SEEN(D, nn)               /* n x n      J^T Mbar J                             backward */     \
-    SEEN(Dinv, nn)            /* n x n      its pseudo-inverse                     backward */     \
-    SEEN(X, nn)               /* n x n      eigenvectors of S D S, range first     backward */     \
-    SEEN(s, rates)            /* n          S = diag(s)                            backward */     \
-    SEEN(lambda, rates)       /* n          eigenvalues of S D S, descending       backward */     \
-    SEEN(judged, rates)       /* n          those with S of W                      backward */     \
-    SEEN(U, dg)               /* d x n      Mbar J                                 backward */     \
-    SEEN(G, dg)               /* d x n      Mbar J D^+                             backward */     \
-    SEEN(e, rates)            /* n          tau - J^T (fbar + Mbar kII)            backward */     \
-    SEEN(turned, bodies)      /* 1          moments of inertia that were turned    backward */     \
-    SEEN(scale, bodies)       /* 1          largest entry of diag(J^T W J)         backward */     \
-    SEEN(A, v)                /* d          acceleration (9), its known part        inverse */     \
-    SEEN(Az, v)               /* d          part of null accelerations              forward */     \
-    SEEN(mu, v)               /* d          joint reaction                          inverse */     \
+    LEAN(fbar, v)             /* d          (17b)                                  backward */     \
+    LEAN(D, nn)               /* n x n      J^T Mbar J                             backward */     \
+    LEAN(Dinv, nn)            /* n x n      its pseudo-inverse                     backward */     \
+    LEAN(X, nn)               /* n x n      eigenvectors of S D S, range first     backward */     \
+    LEAN(s, rates)            /* n          S = diag(s)                            backward */     \
+    LEAN(lambda, rates)       /* n          eigenvalues of S D S, descending       backward */     \
+    LEAN(judged, rates)       /* n          those with S of W                      backward */     \
+    LEAN(U, dg)               /* d x n      Mbar J                                 backward */     \
+    LEAN(G, dg)               /* d x n      Mbar J D^+                             backward */     \
+    LEAN(e, rates)            /* n          tau - J^T (fbar + Mbar kII)            backward */     \
+    LEAN(turned, bodies)      /* 1          moments of inertia that were turned    backward */     \
+    LEAN(scale, bodies)       /* 1          largest entry of diag(J^T W J)         backward */     \
+    LEAN(A, v)                /* d          acceleration (9), its known part        inverse */     \
+    LEAN(Az, v)               /* d          part of null accelerations              forward */     \
+    LEAN(mu, v)               /* d          joint reaction                          inverse */     \
     EVERY(vec, m->nu)         /* n          null accelerations                      forward */     \
-    SEEN(Hdot, dp)            /* d x d_pred rate of H along the motion                rates */     \
-    SEEN(Jdot, dn)            /* d x n      rate of J                                 rates */     \
-    SEEN(Mdot, dd)            /* d x d      rate of M                                 rates */     \
+    LEAN(Hdot, dp)            /* d x d_pred rate of H along the motion                rates */     \
+    LEAN(Jdot, dn)            /* d x n      rate of J                                 rates */     \
+    LEAN(Mdot, dd)            /* d x d      rate of M                                 rates */     \
     FULL(qdot, m->nq)         /* nq         q' = G u, as the caller's q               rates */     \
     EVERY(udot, m->nu)        /* n          u' in the order of the sweeps   inverse, forward */    \
     EVERY(out, m->nu)         /* n          a result in that order          inverse, forward */    \
@@ -59,10 +59,10 @@
     FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
     FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
     EVERY(moved, m->size_moved) /* q, q', pose of the predecessor and its rate        rates */     \
-    SEEN(imp, v)              /* d          joint impulse m                        momentum */     \
-    SEEN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
-    SEEN(impbar, v)           /* d          (17b) for momenta                      momentum */     \
-    SEEN(ep, rates)           /* n          p - J^T (impbar + Mbar kI)             momentum */     \
+    LEAN(imp, v)              /* d          joint impulse m                        momentum */     \
+    LEAN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
+    LEAN(impbar, v)           /* d          (17b) for momenta                      momentum */     \
+    LEAN(ep, rates)           /* n          p - J^T (impbar + Mbar kI)             momentum */     \
     EVERY(w, m->nu)           /* n          index-1 velocities before X              index1 */     \
     FULL(Y, m->size_v)        /* d          Vz' - Az                                 index1 */     \
     FULL(Mbardot, m->size_dd) /* d x d      rate of Mbar                             index1 */     \

@@ -105,5 +105,5 @@ double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l)
     const double *J = d->J + b->dn + (size_t)(l * b->d);
     const bool arm =
         b->n > 1 && b->joint.space == MBSR_SPACE_SPATIAL && mbsri_dot(3, J + 3, J + 3) > 0.0;
-    return mbsri_dot(3, J, J) * (d->turned[b->seat] + (arm ? squared_arm(d, b) : 0.0));
+    return mbsri_dot(3, J, J) * (d->turned[b->scalar_offset] + (arm ? squared_arm(d, b) : 0.0));
 }

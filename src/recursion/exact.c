@@ -359,7 +359,7 @@ static void open_body(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     const double turned = MBSRI_EXACT_SHARE * mbsri_own_turned(b, d->M + b->dd);
     for (int k = 0; k < dim; ++k)
         d->unsure[b->dd + (size_t)(k * (dim + 1))] = unsure[k] + (k < 3 ? turned : 0.0);
-    d->turned[b->seat] = turned / MBSRI_EXACT_SHARE;
+    d->turned[b->scalar_offset] = turned / MBSRI_EXACT_SHARE;
 }
 
 static int eliminate_exactly(const mbsr_model *m, mbsr_data *d, int i, const room *r)
@@ -369,7 +369,7 @@ static int eliminate_exactly(const mbsr_model *m, mbsr_data *d, int i, const roo
     mbsri_exact_factor factor = {.order = d->pivots, .L = r->L};
     products(m, d, &g, r);
     for (int k = 0; k < g.members; ++k) d->rank[g.member[k]] = 0;
-    d->scale[m->body[i].seat] = 0.0;
+    d->scale[m->body[i].scalar_offset] = 0.0;
     const int status = g.n > 0 ? mbsri_exact_decision(m, d, &g, r->D, &factor, r->work) : MBSR_OK;
     if (status) return status;
     if (!gains(head, d, &g, mbsri_group_rank(d, &g), &factor, r)) return MBSR_NOT_FINITE;
@@ -403,8 +403,8 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
         mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
         mbsri_add_diagonal(b->d, MBSRI_EXACT_SHARE, d->Mbar + b->dd, d->unsure + b->dd);
         if (b->d_pred > 0)
-            d->turned[m->body[b->parent].seat] +=
-                d->turned[b->seat] + mbsri_trace_of_arms(b, d->H + b->dp, d->Mbar + b->dd);
+            d->turned[m->body[b->parent].scalar_offset] +=
+                d->turned[b->scalar_offset] + mbsri_trace_of_arms(b, d->H + b->dp, d->Mbar + b->dd);
         if (!mbsri_heads(m, d, i)) {
             pass_member(b, d, &r);
             continue;

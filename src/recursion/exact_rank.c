@@ -167,9 +167,9 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
     mbsri_two *A = work;
     double *strict = (double *)(A + n * n), *values = strict + n, *columns = values + n,
            *least = columns + n * n;
-    d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
+    d->scale[b->scalar_offset] = mbsri_equilibrate(m, d, g, &noise);
     sureness(m, d, g, strict, least);
-    bool finite = isfinite(d->scale[b->seat]) && mbsri_finite((size_t)n, strict);
+    bool finite = isfinite(d->scale[b->scalar_offset]) && mbsri_finite((size_t)n, strict);
     for (int k = 0; k < n * n; ++k) {
         A[k] = D[k];
         finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);

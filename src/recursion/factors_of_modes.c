@@ -340,7 +340,7 @@ bool mbsri_factors_find_rank(const mbsr_model *m, mbsr_data *d, int i)
     }
     const double left = reduce_massless(&f, s, least, count, order, work);
     const int rank = f.flex->massive + f.kept;
-    const bool usual = b->usual == rank + 1;
+    const bool usual = b->surveyed_rank == rank + 1;
     if (left > (usual ? rule.tolerance : nothing_from(&rule, &f, s, count, order))) return false;
     f.Q = f.V1 + n * f.kept;
     invert_massless(&f, order);
@@ -349,6 +349,6 @@ bool mbsri_factors_find_rank(const mbsr_model *m, mbsr_data *d, int i)
     if (!factor_B(&f, work)) return false;
     if (!(least * bound_kept(&f, s, work) < 1.0)) return false;
     drop(m, d, i, &f, count, order, work);
-    d->scale[b->seat] = scale;
+    d->scale[b->scalar_offset] = scale;
     return true;
 }

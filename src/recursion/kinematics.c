@@ -348,7 +348,7 @@ int mbsri_normalise(const mbsr_model *m, mbsr_data *d, double *q)
         const int status = b->joint.table->normalise(&args, full);
         if (status) return mbsri_joint_failed(m, d, i, status, "normalise");
         for (int k = 0; k < b->joint.n && b->locks; ++k) {
-            if (isnan(b->held[k])) *own++ = full[k];
+            if (isnan(b->locked_at[k])) *own++ = full[k];
         }
     }
     return MBSR_OK;

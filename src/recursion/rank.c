@@ -293,8 +293,8 @@ static int usual_rank(const mbsr_model *m, const mbsri_group *g)
 {
     int rank = 0;
     for (int k = 0; k < g->members; ++k) {
-        if (m->body[g->member[k]].usual == 0) return -1;
-        rank += m->body[g->member[k]].usual - 1;
+        if (m->body[g->member[k]].surveyed_rank == 0) return -1;
+        rank += m->body[g->member[k]].surveyed_rank - 1;
     }
     return rank;
 }
@@ -377,10 +377,10 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     const double *X = d->X + b->nn;
     double *scale = d->s + g->ig, noise;
     const double *s = scale;
-    d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
+    d->scale[b->scalar_offset] = mbsri_equilibrate(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
     scale_block(m, d, g, s, tolerance);
-    if (!isfinite(d->scale[b->seat]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
+    if (!isfinite(d->scale[b->scalar_offset]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
         char label[MBSRI_LABEL];
         return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
     }

@@ -167,7 +167,7 @@ static bool negligible(const mbsr_model *m, const mbsri_group *g, const pivots *
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     const double left = norm_of_remainder(p);
     if (left == 0.0) return true;
-    return m->body[g->member[0]].usual == p->rank + 1 && left <= rule.tolerance * noise;
+    return m->body[g->member[0]].surveyed_rank == p->rank + 1 && left <= rule.tolerance * noise;
 }
 
 /* Null vectors by the order of the joint's rates into N (n x what is dropped), with s of W. */
@@ -271,34 +271,7 @@ bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *
     invert_block(&p, w, Dinv);
     for (int l = p.rank; l < n; ++l)
         project_inverse(n, s, X + l * n, Dinv, p.L, p.L + n, p.L + 2 * n);
-    d->scale[b->seat] = scale;
+    d->scale[b->scalar_offset] = scale;
     d->rank[i] = p.rank;
     return true;
-}
-
-/* Z <- Z (1 - 2 v v^T / v^T v) for columns of Z orthonormal to those before x, which turns one of
- * them into x; its place is taken by the last one. */
-static void turn_to(int n, int columns, const double *x, double *Z, double *v, double *Zv)
-{
-    int p = 0;
-    double squares = 0.0;
-    for (int k = 0; k < columns; ++k) {
-        v[k] = mbsri_dot(n, x, Z + k * n);
-        if (fabs(v[k]) > fabs(v[p])) p = k;
-    }
-    v[p] += v[p] < 0.0 ? -1.0 : 1.0;
-    for (int k = 0; k < columns; ++k) squares += v[k] * v[k];
-    mbsri_zero((size_t)n, Zv);
-    mbsri_ax(n, columns, 2.0 / squares, Z, v, Zv);
-    for (int k = 0; k < columns; ++k) mbsri_ax(n, 1, -v[k], Zv, &(double){1.0}, Z + k * n);
-    if (p < columns - 1) mbsri_copy((size_t)n, Z + (columns - 1) * n, Z + p * n);
-}
-
-void mbsri_complete_basis(int n, int kept, double *X, double *work)
-{
-    double *Z = work, *v = Z + n * n, *Zv = v + n;
-    mbsri_zero((size_t)n * (size_t)n, Z);
-    for (int k = 0; k < n; ++k) Z[k * (n + 1)] = 1.0;
-    for (int k = kept; k < n; ++k) turn_to(n, n + kept - k, X + k * n, Z, v, Zv);
-    mbsri_copy((size_t)n * (size_t)kept, Z, X);
 }

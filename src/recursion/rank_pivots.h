@@ -14,8 +14,4 @@
  * reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: n^3 / 2. */
 bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *g);
 
-/* The first `kept` columns of X (n x n) become an orthonormal basis of what is orthogonal to the
- * other columns, which are orthonormal. work: n^2 + 2 n. */
-void mbsri_complete_basis(int n, int kept, double *X, double *work);
-
 #endif

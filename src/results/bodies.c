@@ -8,6 +8,8 @@
 #include "recursion/not_finite.h"
 #include "sweeps/embed.h"
 
+#include "results/energy.h"
+
 #include <mbsrank/dynamics.h>
 
 #include <math.h>
@@ -41,6 +43,18 @@ int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *
         enter_body(model, data, body, twist, MBSRI_STAGE_VELOCITIES, "mbsr_body_twist", &status);
     if (i >= 0) mbsri_copy((size_t)model->body[i].d, data->V + model->body[i].v, twist);
     return status; /* velocities and poses are finite where the stages succeed */
+}
+
+int mbsr_body_energy(const mbsr_model *model, mbsr_data *data, int body, double *kinetic)
+{
+    int status;
+    const int i =
+        enter_body(model, data, body, kinetic, MBSRI_STAGE_VELOCITIES, "mbsr_body_energy", &status);
+    if (i < 0) return status;
+    const double T = i > 0 ? mbsri_kinetic_energy_of(model, data, i) : 0.0;
+    status = mbsri_check_result(model, data, 1, &T, "mbsr_body_energy");
+    if (!status) *kinetic = T;
+    return status;
 }
 
 /* The same for what belongs to given accelerations. */

@@ -6,8 +6,20 @@
 #include "recursion/elements.h"
 #include "recursion/inertia.h"
 #include "recursion/not_finite.h"
+#include "results/energy.h"
 
 #include <mbsrank/dynamics.h>
+
+double mbsri_kinetic_energy_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const double *armature = m->armature + b->iu, *u = d->u + b->iu;
+    mbsri_zero((size_t)b->d, d->scratch);
+    mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, 1.0, d->V + b->v, d->scratch);
+    double twice = mbsri_dot(b->d, d->V + b->v, d->scratch);
+    for (int k = 0; k < b->n; ++k) twice += armature[k] * u[k] * u[k];
+    return 0.5 * twice;
+}
 
 int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, double *potential)
 {
@@ -16,14 +28,7 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
     int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_energy");
     if (status) return status;
     double T = 0.0, E = 0.0;
-    /* 1/2 V^T M V, and of armature */
-    for (int k = 0; k < m->nu; ++k) T += 0.5 * m->armature[k] * d->u[k] * d->u[k];
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_zero((size_t)b->d, d->scratch);
-        mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, 1.0, d->V + b->v, d->scratch);
-        T += 0.5 * mbsri_dot(b->d, d->V + b->v, d->scratch);
-    }
+    for (int i = 1; i <= m->bodies; ++i) T += mbsri_kinetic_energy_of(m, d, i);
     if (potential) {
         status = mbsri_element_sum(m, d, NULL, MBSRI_ENERGY, &E);
         if (!status && m->rows > 0) status = mbsri_closure_sum(m, d, true, &E);

@@ -129,7 +129,7 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
     mbsri_zero((size_t)(d * n), G);
     mbsri_ab(d, n, n, 1.0, U, data->Dinv + b->nn, G);
     run->rank[i] = n;
-    data->scale[b->seat] = 0.0;
+    data->scale[b->scalar_offset] = 0.0;
     return true;
 }
 
@@ -271,7 +271,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     data->D[b->nn] = j.D;
     data->Dinv[b->nn] = 1.0 / j.D;
     run->rank[i] = 1;
-    data->scale[b->seat] = 0.0;
+    data->scale[b->scalar_offset] = 0.0;
     /* mu = fbar + Mbar kII,  e = tau - J^T mu,  mu += G e,  X^T mu to the predecessor */
     v4 mu_L, mu_p;
     times_masses(&c, k_w, k_v, &mu_L, &mu_p);

@@ -50,8 +50,9 @@ static bool hides_moment(const mbsr_model *m, int i, bool asks)
 /* Whether body i is none of the blocks. */
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    if (tree->whole && m->body[i].whole && !(tree->light && m->body[i].light)) return false;
-    if (tree->open && m->body[i].by_blocks) return false;
+    if (tree->whole && m->body[i].whole && !(tree->massless_on_loop && m->body[i].massless_on_loop))
+        return false;
+    if (tree->with_loops && m->body[i].by_blocks) return false;
     const bool users = asks(tree, m, i);
     return (users || mbsri_embeds(m, tree->bodies, i)) && !hides_moment(m, i, users);
 }
@@ -370,9 +371,9 @@ static void mark_closed(mbsri_sweeps *tree, const mbsr_model *m)
 /* Where Newton systems carry loops in vector code. */
 static void mark_fronts(mbsri_sweeps *tree, const mbsr_model *m)
 {
-    for (int i = 1; i <= tree->bodies && tree->open; ++i) {
+    for (int i = 1; i <= tree->bodies && tree->with_loops; ++i) {
         if (tree->body[i].flags & MBSRI_BLOCK) continue;
-        if (m->body[i].open) tree->body[i].flags |= MBSRI_FRONT;
+        if (m->body[i].spanned_by_loop) tree->body[i].flags |= MBSRI_FRONT;
         if (m->body[i].closes) tree->body[i].flags |= MBSRI_CLOSES;
     }
 }
@@ -419,7 +420,7 @@ static bool has_inertia(const mbsri_sweep_body *b, const mbsri_body *body)
 /* What of the tree Newton systems with loops take for wide, and for heavy. */
 static void mark_widths(mbsri_sweeps *tree, const mbsr_model *m)
 {
-    for (int i = tree->bodies; i >= 1 && tree->open; --i) {
+    for (int i = tree->bodies; i >= 1 && tree->with_loops; --i) {
         mbsri_sweep_body *b = tree->body + i, *pred = tree->body + b->parent;
         if (b->flags & MBSRI_ACTED) b->flags |= MBSRI_ACTING;
         if (b->flags & (MBSRI_ACTING | MBSRI_FRONT)) b->flags |= MBSRI_WIDE_JOINT;
@@ -543,8 +544,8 @@ static bool build_sweeps(const mbsr_model *m, selection s, mbsri_sweeps **built)
                            .rates = true,
                            .users = s.users,
                            .whole = s.whole,
-                           .open = s.open,
-                           .light = s.light,
+                           .with_loops = s.open,
+                           .massless_on_loop = s.light,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
     const bool memory = allocate_tree(tree, m, blocks) && place_in_tree(tree, m);
@@ -616,12 +617,12 @@ static bool mark_light(mbsr_model *m)
     int *excess = mbsri_allocate(&m->allocator, ((size_t)m->bodies + 1) * sizeof *excess);
     if (!excess) return false;
     for (int i = 0; i <= m->bodies; ++i) {
-        m->body[i].light = m->body[i].open && m->body[i].empty;
+        m->body[i].massless_on_loop = m->body[i].spanned_by_loop && m->body[i].empty;
         excess[i] = m->body[i].n;
     }
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_body *b = m->body + i;
-        if (!b->light) m->body[b->parent].light = false;
+        if (!b->massless_on_loop) m->body[b->parent].massless_on_loop = false;
         excess[b->parent] += excess[i];
     }
     for (size_t k = 0; k < m->closures.count; ++k) {
@@ -632,9 +633,10 @@ static bool mark_light(mbsr_model *m)
     }
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
-        if (m->body[b->parent].light && excess[b->parent] > 0) excess[i] = 1;
+        if (m->body[b->parent].massless_on_loop && excess[b->parent] > 0) excess[i] = 1;
     }
-    for (int i = 1; i <= m->bodies; ++i) m->body[i].light = m->body[i].light && excess[i] <= 0;
+    for (int i = 1; i <= m->bodies; ++i)
+        m->body[i].massless_on_loop = m->body[i].massless_on_loop && excess[i] <= 0;
     mbsri_release(&m->allocator, excess);
     return true;
 }
@@ -643,13 +645,14 @@ static bool mark_light(mbsr_model *m)
  */
 static bool choose_loops(mbsr_model *m, selection s)
 {
-    const mbsri_sweeps plan = {.bodies = m->live, .whole = s.whole, .open = true, .light = s.light};
+    const mbsri_sweeps plan = {
+        .bodies = m->live, .whole = s.whole, .with_loops = true, .massless_on_loop = s.light};
     const mbsri_closure *c = m->closures.data;
     const size_t count = m->closures.count;
     for (int i = 1; i <= m->live; ++i) {
         mbsri_body *b = m->body + i;
         b->by_blocks = false; /* which embeds asks for */
-        b->by_blocks = (b->open || b->closes) && !embeds(&plan, m, i);
+        b->by_blocks = (b->spanned_by_loop || b->closes) && !embeds(&plan, m, i);
     }
     bool changed = true;
     for (size_t k = 0; k < count; ++k) {

@@ -121,7 +121,7 @@ static int find_tasks(const cut *found, int cuts, int enough, task *tasks)
 /* Whether the sweeps of this tree are nothing but loops over its bodies. */
 static bool is_plain(const mbsri_sweeps *tree)
 {
-    return tree && tree->blocks == 0 && tree->users == 0 && !tree->whole && !tree->open &&
+    return tree && tree->blocks == 0 && tree->users == 0 && !tree->whole && !tree->with_loops &&
            !tree->body_forces;
 }
 

@@ -202,9 +202,9 @@ typedef struct mbsri_sweeps {
     int users;  /* number of MBSRI_USERS bodies */
     bool whole; /* whether some blocks are `whole` bodies: then W decides on ranks, not its bound */
     bool modal; /* whether flexible bodies are among them: then W decides too */
-    bool open;  /* whether the tree is that of Newton systems with loops */
-    bool light; /* whether it is, and `light` bodies are no blocks */
-    int depth;  /* most predecessors that wait for further successors at once */
+    bool with_loops;         /* whether the tree is that of Newton systems with loops */
+    bool massless_on_loop;   /* whether it is, and bodies massless on a loop are no blocks */
+    int depth;               /* most predecessors that wait for further successors at once */
     int first_angle, angles; /* first coordinate, and number, of those among which all angles are */
     double length;           /* L, m */
     double area, per_area;   /* L^2 and its inverse */

@@ -1,6 +1,6 @@
 #!/bin/sh
 # The files and folders that the documents name are there, and so are the sources that comments name
-# with their folder (room/file.c).
+# with their folder (room/file.c). Functions stand in the files that the tables of "Where do I find" have beside them.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: references.sh PROJECT_DIR
 set -eu
@@ -36,6 +36,25 @@ while read -r place path; do
     echo "$place: there is no $path"
 done <"$work/named" >"$work/missing"
 
+# "LINE NAME FILE ..." of each function in a row
+find src python -name '*.[ch]' -o -name '*.py' >"$work/sources"
+awk '/^## /{ inside = /Where do I find/ } inside && /^[|].*`/ {
+    files = ""
+    for (rest = $0; match(rest, /[A-Za-z0-9_\/-]+[.](c|h|py)|src\/[a-z\/]+/); rest = substr(rest, RSTART + RLENGTH))
+        files = files " " substr(rest, RSTART, RLENGTH)
+    for (rest = $0; match(rest, /`[A-Za-z_][A-Za-z0-9_.]*`/); rest = substr(rest, RSTART + RLENGTH)) {
+        name = substr(rest, RSTART + 1, RLENGTH - 2)
+        sub(/.*[.]/, "", name)
+        print FNR, name files
+    }
+}' docs/architecture.md >"$work/functions"
+while read -r line name files; do
+    for file in $files; do
+        if grep -e "/$file\$" -e "^$file" "$work/sources" | xargs grep -qw -e "$name"; then continue 2; fi
+    done
+    echo "docs/architecture.md:$line: $name is not in$(printf ' %s' $files)"
+done <"$work/functions" >>"$work/missing"
+
 cat "$work/missing"
-echo "$(wc -l <"$work/named") references"
-[ -s "$work/named" ] && [ ! -s "$work/missing" ]
+echo "$(wc -l <"$work/named") references, $(wc -l <"$work/functions") functions"
+[ -s "$work/named" ] && [ -s "$work/functions" ] && [ ! -s "$work/missing" ]

@@ -1,8 +1,8 @@
 /* Equilibria: with an answer on paper, refused by name, and of random models in four systems of
  * units, whose modes are held against derivatives of forward dynamics.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "build.h"
 #include "duration.h"
-#include "expect.h"
 #include "units.h"
 
 #include <mbsrank/driver.h>
@@ -13,43 +13,6 @@
 enum { MOST = 40 };
 
 static const double x_axis[3] = {1, 0, 0}, y_axis[3] = {0, 1, 0}, z_axis[3] = {0, 0, 1};
-
-static mbsr_model *empty(void)
-{
-    mbsr_model *m;
-    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
-    return m;
-}
-
-static void add_body(mbsr_model *m, int parent, const char *name, mbsr_joint joint,
-                     mbsr_inertia inertia)
-{
-    mbsr_body_def b = mbsr_default_body_def();
-    b.parent = parent;
-    b.name = name;
-    b.joint = joint;
-    b.inertia = inertia;
-    assert_ok(mbsr_model_add_body(m, &b, NULL), mbsr_model_error(m));
-}
-
-static void add_force(mbsr_model *m, mbsr_force_def force)
-{
-    assert_ok(mbsr_model_add_force(m, &force, NULL), mbsr_model_error(m));
-}
-
-static mbsr_data *finish(mbsr_model *m)
-{
-    mbsr_data *d;
-    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
-    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
-    return d;
-}
-
-static void free_both(mbsr_model *m, mbsr_data *d)
-{
-    mbsr_data_destroy(d);
-    mbsr_model_destroy(m);
-}
 
 /* From nearly upright to where gravity and the spring balance. */
 static void a_pendulum_on_a_spring(void **state)
@@ -276,6 +239,37 @@ static void expect_modes(const random_model *r, const double *q, double rate)
     mbsr_derivatives_destroy(d);
 }
 
+/* The slowest modes by Krylov's way are those of the matrices. */
+static void expect_slowest(const random_model *r, const double *q)
+{
+    mbsr_linear *l;
+    mbsr_error error;
+    mbsr_mode mode[2 * MOST], near[5];
+    mbsr_near_opt opt = mbsr_default_near_opt();
+    double re[5 * MOST], im[5 * MOST], x[MOST], y[MOST];
+    int count, found;
+    opt.count = 5;
+    assert_ok(mbsr_linear_create(r->m, r->d, 0.0, q, NULL, NULL, &l, &error), &error);
+    assert_ok(mbsr_linear_modes(l, mode, &count), NULL);
+    assert_ok(mbsr_modes_near(r->m, r->d, 0.0, q, &opt, near, &found, re, im, &error), &error);
+    assert_int_equal(found, count < opt.count ? count : opt.count);
+    for (int k = 0; k < found; ++k) {
+        const double size = hypot(mode[k].real, mode[k].imaginary);
+        assert_close(near[k].real / size, mode[k].real / size, 1e-8);
+        assert_close(near[k].imaginary / size, mode[k].imaginary / size, 1e-8);
+        bool alone = true; /* equal ones have any mixture of shapes */
+        for (int j = 0; j < count; ++j)
+            alone = alone && (j == k || hypot(mode[j].real - mode[k].real,
+                                              mode[j].imaginary - mode[k].imaginary) > 1e-5 * size);
+        assert_ok(mbsr_linear_shape(l, k, x, y), NULL);
+        for (int j = 0; j < r->nu && alone; ++j) {
+            assert_close(re[k * r->nu + j], x[j], 1e-6);
+            assert_close(im[k * r->nu + j], y[j], 1e-6);
+        }
+    }
+    mbsr_linear_destroy(l);
+}
+
 static void random_models(void **state)
 {
     (void)state;
@@ -302,6 +296,7 @@ static void random_models(void **state)
                 const double force = s->mass * s->length / (s->time * s->time);
                 expect_balance(&r, q, lambda, force, s->length);
                 if (k == 0) expect_modes(&r, q, 1.0);
+                expect_slowest(&r, q);
                 for (int j = 0; j < r.nu; ++j) {
                     const double value = q[j] / (r.turns[j] ? 1.0 : s->length);
                     if (k == 0) first[j] = value;

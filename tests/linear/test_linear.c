@@ -1,6 +1,6 @@
 /* Linear equations and modes of models with an answer on paper.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "expect.h"
+#include "build.h"
 #include "units.h"
 
 #include <mbsrank/linear.h>
@@ -8,37 +8,6 @@
 #include <stdlib.h>
 
 static const double pi = 3.14159265358979323846, along[3] = {1, 0, 0};
-
-static mbsr_model *empty(void)
-{
-    mbsr_model *m;
-    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
-    return m;
-}
-
-static void add_body(mbsr_model *m, int parent, const char *name, mbsr_joint joint,
-                     mbsr_inertia inertia)
-{
-    mbsr_body_def b = mbsr_default_body_def();
-    b.parent = parent;
-    b.name = name;
-    b.joint = joint;
-    b.inertia = inertia;
-    assert_ok(mbsr_model_add_body(m, &b, NULL), mbsr_model_error(m));
-}
-
-static void add_force(mbsr_model *m, mbsr_force_def force)
-{
-    assert_ok(mbsr_model_add_force(m, &force, NULL), mbsr_model_error(m));
-}
-
-static mbsr_data *finish(mbsr_model *m)
-{
-    mbsr_data *d;
-    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
-    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
-    return d;
-}
 
 static mbsr_linear *linearise(mbsr_model *m, mbsr_data *d, const double *q, const double *u,
                               const mbsr_linear_opt *opt, int states)

@@ -58,6 +58,23 @@ static int run_equilibrium(finite_subject *s)
                             NULL, NULL, &last);
 }
 
+static int run_near(finite_subject *s)
+{
+    mbsr_mode mode[20];
+    int found;
+    const int status = mbsr_modes_near(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q], NULL,
+                                       mode, s->out[0] ? &found : NULL, NULL, NULL, &last);
+    if (status == MBSR_OK) s->out[0][0] = mode[0].real;
+    return status;
+}
+
+static int run_participation(finite_subject *s)
+{
+    const mbsr_mode mode = {.imaginary = 1.0};
+    return mbsr_mode_participation(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q], &mode,
+                                   s->in[FINITE_U], NULL, s->out[0], NULL, NULL, &last);
+}
+
 static int of_states(const finite_subject *s, int o)
 {
     (void)s;
@@ -73,6 +90,7 @@ static int of_one(const finite_subject *s, int o)
 static const finite_row rows[] = {
     {"mbsr_default_equilibrium_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_linear_opt", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_default_near_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_destroy", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_matrix", NULL, NULL, 0, 0, 0, NULL},
@@ -80,6 +98,9 @@ static const finite_row rows[] = {
     {"mbsr_linear_shape", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_create", run_create, NULL, 0, T | Q | U, 0, of_states},
     {"mbsr_linear_response", run_response, NULL, 0, T | Q | U | C, 0, of_one},
+    {"mbsr_modes_near", run_near, NULL, 0, T | Q, FINITE_MODEL | FINITE_DATA, of_one},
+    {"mbsr_mode_participation", run_participation, NULL, 0, T | Q | U, FINITE_MODEL | FINITE_DATA,
+     of_one},
     {"mbsr_equilibrium", run_equilibrium, NULL, 0, T | Q, FINITE_MODEL | FINITE_DATA, of_one},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
@@ -102,7 +123,7 @@ static void an_oscillator(void **unused)
         .name = "an oscillator", .model = m, .data = d, .nq = 1, .nu = 1, .error = why};
     finite_give(&s, FINITE_T, 1, (double[]){0.0});
     finite_give(&s, FINITE_C, 1, (double[]){1.5});
-    finite_give(&s, FINITE_Q, 1, (double[]){0.2});
+    finite_give(&s, FINITE_Q, 1, (double[]){0.3});
     finite_give(&s, FINITE_U, 1, (double[]){0.1});
     for (int k = 0; k < ROWS; ++k) assert_true(finite_try(&s, rows + k) > 0 || !rows[k].run);
     finite_free(&s);

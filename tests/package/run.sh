@@ -7,7 +7,7 @@ set -eu
 cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8 tree=${9:-}
 consumer=$source/tests/package/consumer
 prefix=$work/moved
-programs="use_core use_fe"
+programs="use_core use_fe use_linear"
 [ "$ida" = OFF ] || programs="$programs use_ida"
 
 step() { printf '== %s\n' "$*"; }
@@ -30,7 +30,7 @@ build_and_run() {
     for program in $programs; do "$work/$1/$program" || fail "$1: $program"; done
 }
 
-components="core;fe"
+components="core;fe;linear"
 [ "$ida" = OFF ] || components="$components;ida"
 if [ -z "$tree" ]; then
     step "as part of another project"

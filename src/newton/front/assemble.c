@@ -175,12 +175,14 @@ static void list_multipliers(build *b)
     }
 }
 
-static void list_body(build *b, int i)
+/* whole: with its impulse. */
+static void list_body(build *b, int i, bool whole)
 {
     const mbsri_front *f = b->f;
     const mbsri_body *body = f->model->body + i;
     const mbsri_front_names *at = f->names + i;
-    add_rows(b, at->y, mbsri_linear_actions(f->linear, i));
+    const int impulse = whole ? 0 : body->d;
+    add_rows(b, at->y + impulse, mbsri_linear_actions(f->linear, i) - impulse);
     if (f->model->held > 0 && !b->plain) add_rows(b, at->kappa, body->d);
     add_columns(b, at->x, mbsri_linear_motions(f->linear, i));
     if (!f->plan.coordinates[i] || b->plain) return;
@@ -236,8 +238,10 @@ static void list_all(build *b)
     b->lacks_mass = lacks_mass(b);
     b->watched = b->watched || b->lacks_mass || b->all_columns > b->own || waits(f, b->i);
     b->size = b->all_columns;
-    for (int l = 0; l < b->step->borders; ++l)
-        list_body(b, f->plan.border[b->step->first_border + l]);
+    for (int l = 0; l < b->step->borders; ++l) {
+        const mbsri_front_border *border = f->plan.border + b->step->first_border + l;
+        list_body(b, border->body, border->whole);
+    }
     b->rows = b->all_rows;
     b->columns = b->all_columns;
     list_rest(b);
@@ -304,7 +308,7 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
     const mbsri_front *f = b->f;
     const mbsri_body *body = f->model->body + on;
     const mbsri_front_names *at = f->names + on;
-    const int d = body->d, sigma = f->row_at[at->y] + d;
+    const int d = body->d, sigma = f->row_at[at->y + d];
     for (int l = 0; l < column.count; ++l) {
         double *to = M_at(b, 0, f->column_at[column.first + l]);
         const double *force = from + (size_t)l * (size_t)stride;
@@ -392,8 +396,8 @@ static void add_row(build *b, const mbsri_closure *c, int r, int l, const double
             to[f->row_at[at->tau] + j - body->d] += read;
             continue;
         }
-        to[f->row_at[at->y] + body->d + j] -= read;
-        if (f->linear->deep[i]) to[f->row_at[at->y] + 2 * body->d + j] += read;
+        to[f->row_at[at->y + body->d] + j] -= read;
+        if (f->linear->deep[i]) to[f->row_at[at->y + body->d] + body->d + j] += read;
     }
 }
 

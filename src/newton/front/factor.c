@@ -147,8 +147,8 @@ static int pass(mbsri_front *f, mbsr_data *d, int k)
     if (!status && !done) status = mbsri_front_assemble(f, d, k, false, &b);
     if (status || done) return status;
     mbsri_front_pass(&b);
-    const size_t count = (size_t)b.all_rows * (size_t)b.columns;
-    if (!mbsri_finite(count, b.M)) return not_finite(f, d, b.i);
+    const size_t stride = (size_t)b.all_rows, count = stride * (size_t)b.columns;
+    if (!mbsri_finite(stride * (size_t)b.size, b.M)) return not_finite(f, d, b.i);
     bool regular = eliminate(f, &b, &p);
     if (regular && p.done < p.size && !b.watched) { /* seldom */
         status = mbsri_front_assemble(f, d, k, true, &b);

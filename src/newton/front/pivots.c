@@ -12,6 +12,7 @@
  * or in units of short times, and all that determines a direction without mass. */
 #include "newton/front/pivots.h"
 
+#include "algebra/dense.h"
 #include "newton/front/front.h"
 
 #include <float.h>
@@ -65,10 +66,11 @@ static void exchange(const pivots *p, double *A, int rows, int columns, int i, i
     for (int l = 0; l < columns && i != k; ++l) swap(entry(p, A, i, l), entry(p, A, k, l));
 }
 
-/* Entry (i, j) goes to the next place of the diagonal, and is eliminated. */
+/* Entry (i, j) goes to the next place of the diagonal, and is eliminated: in columns of unknowns,
+ * and in all where the front is watched. */
 static void pivot(pivots *p, int i, int j)
 {
-    const int k = p->done++;
+    const int k = p->done++, columns = p->watched ? p->columns : p->size;
     exchange(p, p->M, p->rows, p->columns, i, j, k);
     exchange(p, p->N, p->watched ? p->rows : p->size, p->watched ? p->columns : p->size, i, j, k);
     swap_numbers(p->row, i, k);
@@ -78,11 +80,53 @@ static void pivot(pivots *p, int i, int j)
     double *factor = entry(p, p->M, 0, k);
     const double by = 1.0 / factor[k];
     for (int l = k + 1; l < p->rows; ++l) factor[l] *= by;
-    for (int l = k + 1; l < p->columns; ++l) {
+    for (int l = k + 1; l < columns; ++l) {
         double *to = entry(p, p->M, 0, l);
         const double x = to[k];
         if (x == 0.0) continue;
         for (int r = k + 1; r < p->rows; ++r) to[r] -= factor[r] * x;
+    }
+}
+
+/* Subtracts `count` columns, 4 at most, times the numbers x, from y: one after the other. */
+static void subtract(int rows, int count, const double *const column[4], const double x[4],
+                     double *y)
+{
+    int r = 0;
+    if (count == 4) {
+        const mbsri_pair a = {x[0], x[0]}, b = {x[1], x[1]}, c = {x[2], x[2]}, d = {x[3], x[3]};
+        for (; r + 1 < rows; r += 2) {
+            mbsri_pair sum = mbsri_pair_of(y + r) - mbsri_pair_of(column[0] + r) * a;
+            sum -= mbsri_pair_of(column[1] + r) * b;
+            sum -= mbsri_pair_of(column[2] + r) * c;
+            *mbsri_pair_at(y + r) = sum - mbsri_pair_of(column[3] + r) * d;
+        }
+    }
+    for (int k = 0; k < count; ++k) {
+        for (int l = r; l < rows; ++l) y[l] -= column[k][l] * x[k];
+    }
+}
+
+/* The columns of the border, each once for all pivots. */
+static void pivot_border(const pivots *p)
+{
+    const int done = p->done;
+    for (int l = p->size; l < p->columns; ++l) {
+        double *to = entry(p, p->M, 0, l);
+        const double *column[4];
+        double x[4];
+        int count = 0;
+        for (int k = 0; k < done; ++k) {
+            const double *factor = entry(p, p->M, 0, k);
+            if (to[k] == 0.0) continue;
+            for (int r = k + 1; r < done; ++r) to[r] -= factor[r] * to[k];
+            column[count] = factor + done;
+            x[count++] = to[k];
+            if (count < 4) continue;
+            subtract(p->rows - done, count, column, x, to + done);
+            count = 0;
+        }
+        subtract(p->rows - done, count, column, x, to + done);
     }
 }
 
@@ -330,7 +374,10 @@ bool mbsri_front_eliminate(pivots *p, int held)
         pivot(p, row, column);
         if (p->watched) add_up(p, p->done - 1);
     }
-    if (!p->watched) return true;
+    if (!p->watched) {
+        pivot_border(p);
+        return true;
+    }
     flush(p);
     flush_border(p);
     for (int k = p->done; k < p->size; ++k) {

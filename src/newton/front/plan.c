@@ -25,8 +25,9 @@ typedef struct draft {
     const bool *served; /* NULL: all */
     mbsri_front_plan *plan;
     bool crosses;       /* something ties bodies that are no neighbours */
-    mbsri_array border; /* int */
-    int *marked;        /* N + 1: the last step whose border has the body, and 1 */
+    mbsri_array border; /* mbsri_front_border */
+    int *marked;        /* N + 1: the last step whose border has the body, and 1; */
+    int *impulse;       /* and in whose border it has its impulse */
     int *last_child;    /* of a step: chains of its children, by `before` */
     int *before;
     int *open, *rates;                /* of what is handed on: velocity rows, rates beyond these, */
@@ -64,7 +65,7 @@ size_t mbsri_front_plan_bytes(const mbsri_front_source *from, const mbsri_front_
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
     return bodies * (sizeof *plan->step + 2 * sizeof(int) + sizeof(bool)) +
-           (entries_of(from) + (size_t)plan->entries) * sizeof(int);
+           entries_of(from) * sizeof(int) + (size_t)plan->entries * sizeof *plan->border;
 }
 
 static bool allocate(const mbsri_front_source *from, mbsri_front_plan *plan)
@@ -165,21 +166,21 @@ static bool add_body(draft *d, int k, int body)
 {
     const mbsri_front_plan *plan = d->plan;
     if (body == 0 || plan->position[body] <= k || d->marked[body] == k + 1) return true;
-    if (!mbsri_reserve(d->from->allocator, &d->border, 1, sizeof(int))) return false;
+    if (!mbsri_reserve(d->from->allocator, &d->border, 1, sizeof(mbsri_front_border))) return false;
     d->marked[body] = k + 1;
-    ((int *)d->border.data)[d->border.count++] = body;
+    ((mbsri_front_border *)d->border.data)[d->border.count++].body = body;
     return true;
 }
 
 /* By position, that which is passed first in front. */
-static void sort_border(const mbsri_front_plan *plan, int count, int *border)
+static void sort_border(const mbsri_front_plan *plan, int count, mbsri_front_border *border)
 {
     for (int k = 1; k < count; ++k) {
-        const int body = border[k];
+        const mbsri_front_border now = border[k];
         int at = k;
-        for (; at > 0 && plan->position[border[at - 1]] > plan->position[body]; --at)
+        for (; at > 0 && plan->position[border[at - 1].body] > plan->position[now.body]; --at)
             border[at] = border[at - 1];
-        border[at] = body;
+        border[at] = now;
     }
 }
 
@@ -190,6 +191,7 @@ static bool find_border(draft *d, int k)
     const int parent = d->m->body[s->body].parent;
     s->first_border = (int)d->border.count;
     bool room = add_body(d, k, parent);
+    d->impulse[parent] = k + 1;
     for (int l = 0; l < s->elements && room && !d->served; ++l) {
         const int *list,
             count = mbsri_front_bodies(d->from, plan->element[s->first_element + l], &list);
@@ -197,16 +199,21 @@ static bool find_border(draft *d, int k)
     }
     for (int l = 0; l < s->children && room && !d->served; ++l) {
         const mbsri_front_step *child = plan->step + plan->child[s->first_child + l];
-        for (int j = 0; j < child->borders && room; ++j)
-            room = add_body(d, k, ((int *)d->border.data)[child->first_border + j]);
+        for (int j = 0; j < child->borders && room; ++j) {
+            const mbsri_front_border now =
+                ((mbsri_front_border *)d->border.data)[child->first_border + j];
+            if (now.whole) d->impulse[now.body] = k + 1;
+            room = add_body(d, k, now.body);
+        }
     }
     s->borders = (int)d->border.count - s->first_border;
     s->next = -1;
-    if (s->borders == 0) return room;
-    int *border = (int *)d->border.data + s->first_border;
+    if (s->borders == 0 || !room) return room;
+    mbsri_front_border *border = (mbsri_front_border *)d->border.data + s->first_border;
     sort_border(plan, s->borders, border);
-    s->next = plan->position[border[0]];
-    return room;
+    for (int l = 0; l < s->borders; ++l) border[l].whole = d->impulse[border[l].body] == k + 1;
+    s->next = plan->position[border[0].body];
+    return true;
 }
 
 static void find_children(draft *d, int k, int *used)
@@ -294,9 +301,10 @@ static void measure(draft *d, int k)
     int waiting = more;
     s->border_columns = s->border_rows = 0;
     for (int l = 0; l < s->borders; ++l) {
-        const int body = ((const int *)d->border.data)[s->first_border + l];
-        s->border_columns += columns_of(d, body);
-        s->border_rows += rows_of(d, body);
+        const mbsri_front_border now =
+            ((const mbsri_front_border *)d->border.data)[s->first_border + l];
+        s->border_columns += columns_of(d, now.body);
+        s->border_rows += rows_of(d, now.body) - (now.whole ? 0 : d->m->body[now.body].d);
     }
     for (int l = 0; l < s->children; ++l) {
         const int child = d->plan->child[s->first_child + l];
@@ -335,7 +343,7 @@ static bool lay_out(draft *d, const int *order, double most)
         plan->position[order[k]] = k;
         d->last_child[k] = -1;
     }
-    for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = 0;
+    for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = d->impulse[i] = 0;
     place_elements(d);
     for (int k = 0; k < plan->steps; ++k) {
         find_children(d, k, &used);
@@ -459,7 +467,7 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
                              mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
-    int *memory = numbers(from, 10 * bodies);
+    int *memory = numbers(from, 11 * bodies);
     gap *gaps = memory ? mbsri_allocate(from->allocator, bodies * sizeof *gaps) : NULL;
     draft d = {.m = from->model, .from = from, .served = served, .plan = plan};
     *plan = (mbsri_front_plan){0};
@@ -474,6 +482,7 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
         d.unsettled = memory + 7 * bodies;
         d.light = memory + 8 * bodies;
         d.waiting = memory + 9 * bodies;
+        d.impulse = memory + 10 * bodies;
         d.crosses = !served && crosses(from);
         find_coordinates(from, served, plan->coordinates);
         made = choose(&d, order, other) && lay_out(&d, order, 1e300);

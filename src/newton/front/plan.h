@@ -32,11 +32,18 @@ typedef struct mbsri_front_step {
     size_t LU, numbers; /* and of what is eliminated, with d(M u) and dp' of the joint; ints */
 } mbsri_front_step;
 
+/* A body of a border. */
+typedef struct mbsri_front_border {
+    int body;
+    bool whole; /* its impulse is among the rows: a joint passes it, elements do not load it */
+} mbsri_front_border;
+
 typedef struct mbsri_front_plan {
     int steps, entries, children, elements;
     mbsri_front_step *step;
     int *position; /* N + 1: the step of a body */
-    int *child, *element, *border;
+    int *child, *element;
+    mbsri_front_border *border;
     bool *coordinates; /* N + 1: joints that something reads that other bodies belong to */
     int most_rows, most_columns;
     size_t matrices, doubles, ints; /* lengths */

@@ -267,7 +267,7 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
     if (!b->upright) mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
     double *qdot = s->qdot + (size_t)at * (size_t)b->nq;
     for (int k = 0, l = 0; k < b->joint.nq; ++k) {
-        if (!b->locks || isnan(b->held[k])) qdot[l++] = c->qdot[k];
+        if (!b->locks || isnan(b->locked_at[k])) qdot[l++] = c->qdot[k];
     }
     if (!c->accelerated) return;
     /* dA = -(dH A_pi + dJ u' + dkII) */
@@ -292,7 +292,7 @@ static int place_of(const mbsri_body *b, int k)
 {
     if (!b->locks) return k;
     int l = 0;
-    while (!isnan(b->held[l]) || k-- > 0) ++l;
+    while (!isnan(b->locked_at[l]) || k-- > 0) ++l;
     return l;
 }
 

@@ -30,7 +30,8 @@ MBSRI_INLINE bool has_rank(const mbsri_sweep_run *run, int i)
     return run->rank[i] == (is_light(b->flags) ? 0 : b->n);
 }
 
-/* W of a light body from its loads and what its successors have added; to its predecessor. */
+/* W of a body that is massless on a loop from its loads and what its successors have added; to its
+ * predecessor. */
 MBSRI_INLINE void add_reaction_of(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton)
 {
     const mbsri_sweep_body *b = run->tree->body + i;

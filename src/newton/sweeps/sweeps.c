@@ -124,7 +124,7 @@ static bool finds_light(const mbsri_sweeps *tree, bool *light)
 static bool serves_loops(const mbsr_model *m, const mbsri_sweeps *tree)
 {
     bool light;
-    return tree->open && !m->grouped && finds_light(tree, &light);
+    return tree->with_loops && !m->grouped && finds_light(tree, &light);
 }
 
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)

@@ -131,6 +131,11 @@ static int run_energy(finite_subject *s)
     return mbsr_energy(s->model, s->data, s->out[0], s->out[1]);
 }
 
+static int run_body_energy(finite_subject *s)
+{
+    return mbsr_body_energy(s->model, s->data, 0, s->out[0]);
+}
+
 static int run_dissipation(finite_subject *s)
 {
     return mbsr_dissipation(s->model, s->data, s->out[0]);
@@ -267,6 +272,7 @@ static const finite_row rows[] = {
     {"mbsr_mass_matrix", run_mass_matrix, velocities, T | Q | U, 0, BOTH, of_matrix},
     {"mbsr_momenta", run_momenta, velocities, T | Q | U, 0, BOTH, of_u},
     {"mbsr_energy", run_energy, velocities, T | Q | U, 0, BOTH, of_two},
+    {"mbsr_body_energy", run_body_energy, velocities, T | Q | U, 0, BOTH, of_one},
     {"mbsr_dissipation", run_dissipation, velocities, T | Q | U, 0, BOTH, of_one},
     {"mbsr_force_power", run_force_power, velocities, T | Q | U, 0, BOTH, of_two},
     {"mbsr_force_load", NULL, NULL, 0, 0, 0, NULL},

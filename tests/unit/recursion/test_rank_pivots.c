@@ -160,7 +160,7 @@ static int decide_with(chain *c, double small, int usual, int *rank)
     const int i = c->mount[0];
     mbsri_body *b = c->model->body + i;
     mbsr_data *d = c->data;
-    const int n = b->n, kept = b->usual;
+    const int n = b->n, kept = b->surveyed_rank;
     const mbsri_group g = mbsri_group_of(c->model, d, i);
     double noise;
     mbsri_equilibrate(c->model, d, &g, &noise);
@@ -169,14 +169,14 @@ static int decide_with(chain *c, double small, int usual, int *rank)
             d->D[b->nn + (size_t)(j * n + k)] =
                 ((j == k) - (1.0 - small) / n) / (d->s[b->ig + j] * d->s[b->ig + k]);
     }
-    b->usual = usual + 1;
+    b->surveyed_rank = usual + 1;
     const bool told = mbsri_rank_by_pivots(c->model, d, &g);
     *rank = d->rank[i];
     if (told) { /* as eigenvalues say */
         assert_int_equal(mbsri_rank_decision(c->model, d, &g, false), MBSR_OK);
         assert_int_equal(d->rank[i], *rank);
     }
-    b->usual = kept;
+    b->surveyed_rank = kept;
     return told;
 }
 
@@ -204,33 +204,11 @@ static void what_is_not_clear_is_left_to_eigenvalues(void **state)
     close_chain(&c);
 }
 
-static void bases_are_completed(void **state)
-{
-    (void)state;
-    enum { N = 9 };
-    test_rng rng = test_seed(5);
-    double X[N * N], N0[N * N], work[N * N + 2 * N], s[N];
-    for (int k = 0; k < N; ++k) s[k] = 1.0;
-    for (int kept = 0; kept <= N; ++kept) {
-        for (int turn = 0; turn < 2; ++turn) {
-            test_fill(&rng, N * N, N0);
-            for (int k = 0; k < N * N && turn == 1; ++k) N0[k] = k / N == k % N; /* axes */
-            mbsri_null_columns(N, N - kept, s, N0, X + kept * N);
-            mbsri_complete_basis(N, kept, X, work);
-            for (int j = 0; j < N; ++j) {
-                for (int k = 0; k < N; ++k)
-                    assert_close(mbsri_dot(N, X + j * N, X + k * N), j == k, 1e-14);
-            }
-        }
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pivots_say_what_eigenvalues_say),
         cmocka_unit_test(what_is_not_clear_is_left_to_eigenvalues),
-        cmocka_unit_test(bases_are_completed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
