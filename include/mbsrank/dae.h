@@ -116,8 +116,9 @@ typedef struct mbsr_consistent_info {
  *
  * Along the directions that move no mass the forces must balance, gamma(q, u, t) = 0. Where they
  * depend on velocity (damped, index 1), u changes until gamma = 0; where springs alone act
- * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0. Masses stay where they are,
- * and so do their momenta. Then yp: u' from the equations of motion and the derivatives of gamma.
+ * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0, by a displacement that lies
+ * along elastic directions at the state found. Masses stay where they are, and so do their momenta.
+ * Then yp: u' from the equations of motion and the derivatives of gamma.
  *
  * Forces are also evaluated at states far from y (see mbsr_index_report_create). Allocates from the
  * model's allocator. Trees take two Newton solvers (newton.h), some ten residuals and

@@ -40,7 +40,7 @@ static size_t widest(const mbsri_linear *l)
     return most;
 }
 
-static bool place(mbsr_derivatives *w)
+static bool place_arrays(mbsr_derivatives *w)
 {
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
@@ -93,7 +93,7 @@ int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivati
         *w = (mbsr_derivatives){.model = model, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         w->linear = mbsri_linear_create(model, true, NULL);
     }
-    if (!w || !w->linear || !place(w) || mbsr_data_create(model, &w->data, NULL)) {
+    if (!w || !w->linear || !place_arrays(w) || mbsr_data_create(model, &w->data, NULL)) {
         mbsr_derivatives_destroy(w);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d bodies", name, model->bodies);
@@ -161,8 +161,8 @@ static int bend(mbsr_derivatives *w)
 
 /* The linearised inverse dynamics at the state, with the loop forces `lambda` where there are
  * closures. */
-static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
-                     const double *udot, const double *lambda)
+static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, const double *u,
+                             const double *udot, const double *lambda)
 {
     const mbsr_model *m = w->model;
     mbsr_data *d = w->data;
@@ -189,7 +189,7 @@ static int take_error(mbsr_derivatives *w, int status)
     return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
 }
 
-static int refuse(mbsr_derivatives *w, int status, const char *function, const char *text)
+static int refuse_call(mbsr_derivatives *w, int status, const char *function, const char *text)
 {
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function, text);
 }
@@ -201,9 +201,9 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
     if (!w) return MBSR_ERR_NULL;
     forget(w);
     if (!q || !u || !udot)
-        return refuse(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
+        return refuse_call(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
     int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, w->solution);
-    if (!status) status = linearise(w, t, q, u, udot, NULL);
+    if (!status) status = linearise_inverse(w, t, q, u, udot, NULL);
     if (status) return take_error(w, status);
     if (tau) mbsri_copy((size_t)w->model->nu, w->solution, tau);
     w->at = MBSRI_LINEARISED_INVERSE;
@@ -211,7 +211,7 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
 }
 
 /* Factors of the equations with loops. */
-static int factor(mbsr_derivatives *w)
+static int factor_loops(mbsr_derivatives *w)
 {
     mbsri_fronts *s = &w->fronts;
     int status = mbsri_fronts_open(s, w->model, w->data, true, forward_name);
@@ -228,14 +228,14 @@ int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const doub
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
     forget(w);
-    if (!q || !u) return refuse(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
+    if (!q || !u) return refuse_call(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
     const mbsr_model *m = w->model;
     int status = mbsr_forward_dynamics(m, w->data, t, q, u, tau, w->solution);
     if (!status) {
         mbsri_copy((size_t)m->rows, w->data->loop_lambda, w->lambda);
-        status = linearise(w, t, q, u, w->solution, w->lambda);
+        status = linearise_inverse(w, t, q, u, w->solution, w->lambda);
     }
-    if (!status && m->rows > 0) status = factor(w);
+    if (!status && m->rows > 0) status = factor_loops(w);
     if (status) {
         forget(w);
         return take_error(w, status);
@@ -249,8 +249,8 @@ int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const doub
 /* ---- products ---- */
 
 /* x (nu) and forces (rows) from M x - C^T forces = right, C x = b; on a tree M x = right. */
-static void solve(mbsr_derivatives *w, const double *right, const double *b, double *x,
-                  double *forces)
+static void solve_mass(mbsr_derivatives *w, const double *right, const double *b, double *x,
+                       double *forces)
 {
     const mbsr_model *m = w->model;
     if (m->rows > 0) {
@@ -282,17 +282,18 @@ static void turn_coordinates(const mbsr_derivatives *w, bool back, const double 
 static int check_product(mbsr_derivatives *w, const char *name, bool arguments,
                          const double *lambda)
 {
-    if (!arguments) return refuse(w, MBSR_ERR_NULL, name, "out is NULL");
+    if (!arguments) return refuse_call(w, MBSR_ERR_NULL, name, "out is NULL");
     if (w->at == MBSRI_LINEARISED_NOT)
-        return refuse(w, MBSR_ERR_SEQUENCE, name,
-                      "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
+        return refuse_call(w, MBSR_ERR_SEQUENCE, name,
+                           "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
     if (lambda && w->at == MBSRI_LINEARISED_INVERSE)
-        return refuse(w, MBSR_ERR_VALUE, name,
-                      "inverse dynamics has no loop forces; those of forward dynamics are "
-                      "linearised by mbsr_derivatives_forward");
+        return refuse_call(w, MBSR_ERR_VALUE, name,
+                           "inverse dynamics has no loop forces; those of forward dynamics are "
+                           "linearised by mbsr_derivatives_forward");
     if (lambda && w->redundant)
-        return refuse(w, MBSR_LOOP_SINGULAR, name,
-                      "rows of closures depend on others, so that forces do not determine lambda");
+        return refuse_call(
+            w, MBSR_LOOP_SINGULAR, name,
+            "rows of closures depend on others, so that forces do not determine lambda");
     return MBSR_OK;
 }
 
@@ -302,7 +303,7 @@ static bool finite(size_t n, const double *x)
 }
 
 /* A copy, or zeros. */
-static void take(size_t n, const double *from, double *to)
+static void copy_or_zero(size_t n, const double *from, double *to)
 {
     if (from)
         mbsri_copy(n, from, to);
@@ -321,16 +322,16 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
     if (!finite(nu, dq) || !finite(nu, du) || !finite(nu, dload))
-        return refuse(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
     double *rates = w->load, *given = rates + m->nu, *load = given + m->nu, *forces = w->weight;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
-    take(nu, dq, rates);
+    copy_or_zero(nu, dq, rates);
     turn_coordinates(w, false, rates, w->dq);
-    take(nu, du, rates);
-    take(nu, dload, given);
+    copy_or_zero(nu, du, rates);
+    copy_or_zero(nu, dload, given);
     if (!forward) {
         mbsri_derivatives_tangent(w, w->dq, rates, given, load);
-        if (!mbsri_finite(nu, load)) return refuse(w, MBSR_NOT_FINITE, name, "it overflows");
+        if (!mbsri_finite(nu, load)) return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
         mbsri_copy(nu, load, out);
         return MBSR_OK;
     }
@@ -338,8 +339,9 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
     mbsri_derivatives_tangent(w, w->dq, rates, w->right, load);
     for (int k = 0; k < m->nu; ++k) w->right[k] = given[k] - load[k];
     for (int k = 0; k < m->rows; ++k) w->rows[k] = -w->rows[k];
-    solve(w, w->right, w->rows, w->solution, forces);
-    if (!mbsri_finite(nu, w->solution)) return refuse(w, MBSR_NOT_FINITE, name, "it overflows");
+    solve_mass(w, w->right, w->rows, w->solution, forces);
+    if (!mbsri_finite(nu, w->solution))
+        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
     mbsri_copy(nu, w->solution, out);
     for (size_t k = 0; k < rows && dlambda; ++k) dlambda[k] = forces[k] + w->lambda[k];
     return MBSR_OK;
@@ -361,7 +363,7 @@ static void solve_back(mbsr_derivatives *w, const double *by, const double *by_l
                 rigid[r] = -by_lambda[r];
         }
     }
-    solve(w, by, rigid, w->right, w->rows);
+    solve_mass(w, by, rigid, w->right, w->rows);
 }
 
 int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
@@ -375,10 +377,10 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
     if (!finite(nu, w_out) || !finite(rows, w_lambda))
-        return refuse(w, MBSR_NOT_FINITE, name, "w or w_lambda is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, name, "w or w_lambda is not finite");
     double *weights = w->load, *du = weights + m->nu, *dudot = du + m->nu;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
-    take(nu, w_out, weights);
+    copy_or_zero(nu, w_out, weights);
     mbsri_zero(rows, w->rows);
     mbsri_zero(rows, w->weight);
     if (forward) {
@@ -389,7 +391,7 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     turn_coordinates(w, true, w->dq, w->solution);
     const double *of_load = forward ? w->right : dudot;
     if (!mbsri_finite(nu, w->solution) || !mbsri_finite(nu, du) || !mbsri_finite(nu, of_load))
-        return refuse(w, MBSR_NOT_FINITE, name, "it overflows");
+        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
     if (by_q) mbsri_copy(nu, w->solution, by_q);
     if (by_u) mbsri_copy(nu, du, by_u);
     if (by_load) mbsri_copy(nu, of_load, by_load);

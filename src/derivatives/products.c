@@ -52,15 +52,10 @@ static shape shape_of(const mbsri_linear *l, int i)
                    .below = l->deep[b->parent]};
 }
 
-static const mbsri_force *force_of(const mbsri_linear *l, size_t k)
-{
-    return (const mbsri_force *)l->model->forces.data + k;
-}
-
 /* ---- tangent ---- */
 
-static void move(mbsr_derivatives *w, int i, const double *dq, const double *du,
-                 const double *dudot, double *load)
+static void move_along(mbsr_derivatives *w, int i, const double *dq, const double *du,
+                       const double *dudot, double *load)
 {
     const mbsri_linear *l = w->linear;
     const mbsri_body *b = l->model->body + i;
@@ -98,7 +93,7 @@ static int read_element(const mbsr_derivatives *w, size_t k, int i, const double
                         const double *du, const int **list)
 {
     const mbsri_linear *l = w->linear;
-    const int bodies = mbsri_linear_bodies(l, force_of(l, k), i, list);
+    const int bodies = mbsri_linear_bodies(l, mbsri_force_at(l->model, k), i, list);
     double *z = w->in;
     for (int j = 0; j < bodies; ++j) {
         const mbsri_body *b = l->model->body + (*list)[j];
@@ -112,7 +107,7 @@ static int read_element(const mbsr_derivatives *w, size_t k, int i, const double
     return bodies;
 }
 
-static void add_elements(mbsr_derivatives *w, const double *dq, const double *du)
+static void add_elements_along(mbsr_derivatives *w, const double *dq, const double *du)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
@@ -179,8 +174,8 @@ static reading reading_at(double *memory, const mbsri_closure *c)
     return (reading){memory, memory + c->columns, memory + 2 * c->columns};
 }
 
-static void add_closures(mbsr_derivatives *w, const double *dq, const double *du,
-                         const double *dudot)
+static void add_closures_along(mbsr_derivatives *w, const double *dq, const double *du,
+                               const double *dudot)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->closures.count; ++k) {
@@ -227,9 +222,9 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
     mbsri_zero((size_t)mbsri_linear_motions(w->linear, 0), w->motion);
     mbsri_zero(m->size_v, w->mu);
     mbsri_zero((size_t)m->nu, w->torque);
-    for (int i = 1; i <= m->bodies; ++i) move(w, i, dq, du, dudot, load);
-    add_elements(w, dq, du);
-    add_closures(w, dq, du, dudot);
+    for (int i = 1; i <= m->bodies; ++i) move_along(w, i, dq, du, dudot, load);
+    add_elements_along(w, dq, du);
+    add_closures_along(w, dq, du, dudot);
     for (int i = m->bodies; i >= 1; --i) react_to(w, i, load);
 }
 
@@ -280,7 +275,7 @@ static void unadd_elements(mbsr_derivatives *w, const double *load, double *dq, 
         for (int i = first; i <= last; ++i) {
             const int *list;
             const double *matrix = mbsri_linear_element(l, k, i, &rows, &columns);
-            const int bodies = mbsri_linear_bodies(l, force_of(l, k), i, &list);
+            const int bodies = mbsri_linear_bodies(l, mbsri_force_at(l->model, k), i, &list);
             double *f = w->out, *z = w->in;
             for (int j = 0; j < bodies; ++j) {
                 const mbsri_body *b = l->model->body + list[j];

@@ -18,7 +18,7 @@ typedef union header {
 
 enum { BLOCK = 1 << 16 };
 
-static void *allocate(const mbsr_allocator *a, size_t size)
+static void *take_memory(const mbsr_allocator *a, size_t size)
 {
     return a->allocate ? a->allocate(a->user, size) : malloc(size);
 }
@@ -48,7 +48,7 @@ void mbsri_arena_close(mbsri_arena *arena)
 static bool add_block(mbsri_arena *arena, size_t size)
 {
     header *h = NULL;
-    if (size < SIZE_MAX - sizeof *h) h = allocate(&arena->allocator, sizeof *h + size);
+    if (size < SIZE_MAX - sizeof *h) h = take_memory(&arena->allocator, sizeof *h + size);
     if (!h) {
         arena->failed = true;
         return false;

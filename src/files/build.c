@@ -14,6 +14,7 @@
 
 #include "files/build_parts.h"
 #include "files/states.h"
+#include "files/vectors.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -34,11 +35,6 @@ static mbsr_frame at(const double x[3])
     return mbsr_frame_at(x[0], x[1], x[2]);
 }
 
-static void turned(const double R[9], const double x[3], double y[3])
-{
-    for (int k = 0; k < 3; ++k) y[k] = R[k] * x[0] + R[3 + k] * x[1] + R[6 + k] * x[2];
-}
-
 static bool name_body(mbsri_scene *s, mbsr_file *file, const char *name)
 {
     mbsri_list *names = &((mbsri_file *)file)->names;
@@ -50,8 +46,9 @@ static bool name_body(mbsri_scene *s, mbsr_file *file, const char *name)
     return true;
 }
 
-static bool add_body(mbsri_scene *s, mbsr_file *file, const mbsri_scene_body *b, const char *name,
-                     const seat *on, mbsr_joint joint, mbsr_inertia inertia, int *id)
+static bool add_scene_body(mbsri_scene *s, mbsr_file *file, const mbsri_scene_body *b,
+                           const char *name, const seat *on, mbsr_joint joint, mbsr_inertia inertia,
+                           int *id)
 {
     mbsr_body_def def = mbsr_default_body_def();
     def.name = name;
@@ -125,7 +122,7 @@ static bool grow(chain *c, const mbsri_scene_joint *j)
                                 : hinge ? MBSR_AXIS_ROTATION
                                         : MBSR_AXIS_TRANSLATION,
                         .pitch = j->pitch};
-    turned(c->K.R, j->axis, axis->direction);
+    mbsri_vectors_rotate(c->K.R, j->axis, axis->direction);
     c->armature[c->count++] = j->armature;
     if (j->joint.ref != 0.0) {
         const double back[3] = {-j->joint.ref * j->axis[0], -j->joint.ref * j->axis[1],
@@ -203,7 +200,8 @@ static bool add_bodies_of(mbsri_scene *s, mbsr_file *file, mbsri_scene_body *b)
         const bool last = done + taken == b->joints;
         const char *name = last ? b->name : between_name(s, b, joints[done].joint.name);
         int id;
-        if (!add_body(s, file, b, name, &on, joint, last ? b->inertia : mbsr_inertia_zero(), &id))
+        if (!add_scene_body(s, file, b, name, &on, joint, last ? b->inertia : mbsr_inertia_zero(),
+                            &id))
             return false;
         if (!add_armature(s, file->model, id, joint.n, armature,
                           taken > 0 ? joints[done].element : b->element))
@@ -291,7 +289,7 @@ static bool is_rigid(mbsri_scene *s, const mbsri_scene_equality *q)
     return rigid;
 }
 
-static bool add_closures(mbsri_scene *s, mbsr_file *file)
+static bool add_scene_closures(mbsri_scene *s, mbsr_file *file)
 {
     const mbsri_scene_equality *q = s->equalities.items;
     if (!s->with_closures || s->equalities.count == 0) return true;
@@ -332,5 +330,5 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
     for (int k = 0; k < s->shapes.count; ++k)
         shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
     return mbsri_scene_forces(s, file, root) && mbsri_scene_actuators(s, file) &&
-           add_closures(s, file) && mbsri_scene_states(s, file);
+           add_scene_closures(s, file) && mbsri_scene_states(s, file);
 }

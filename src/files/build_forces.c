@@ -7,11 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-static bool has_axis(const mbsr_file_joint *j)
-{
-    return j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE;
-}
-
 /* Of a free joint, at rest as drawn. */
 static mbsr_force_def free_spring(const mbsri_scene *s, const mbsri_scene_joint *j)
 {
@@ -27,7 +22,7 @@ static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_
     const mbsr_file_joint *of = &j->joint;
     bool good = true;
     if (s->with_passive && (j->stiffness != 0.0 || j->damping != 0.0 || j->cubic != 0.0)) {
-        if (has_axis(of)) {
+        if (mbsri_has_axis(of)) {
             good = mbsri_scene_force(
                 s, file,
                 j->cubic > 0.0

@@ -16,11 +16,6 @@
 
 #include <math.h>
 
-static bool has_axis(const mbsr_file_joint *j)
-{
-    return j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE;
-}
-
 /* The least mass that a joint of that kind moves. */
 static double least_mass(const mbsri_scene *s, const mbsri_weight *weight,
                          mbsr_file_joint_kind kind)
@@ -59,7 +54,7 @@ bool mbsri_scene_limits(mbsri_scene *s)
     for (int k = 0; k < s->joints.count; ++k) {
         mbsri_scene_joint *j = mbsri_scene_joints(s) + k;
         mbsr_file_joint *of = &j->joint;
-        if (!has_axis(of)) {
+        if (!mbsri_has_axis(of)) {
             if ((opt->limits && s->with_limits && of->limited) ||
                 (opt->friction && s->with_friction && of->friction > 0.0))
                 mbsri_file_find(s, j->element, "its limits and dry friction are left out");

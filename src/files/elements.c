@@ -70,7 +70,7 @@ static double factor_of(const mbsr_force_args *args, int k)
 }
 
 /* Place of a coordinate, as its joint was given, among those left; -1: it is locked. */
-static int place_of(const mbsr_force_body *b, int coordinate)
+static int place_left(const mbsr_force_body *b, int coordinate)
 {
     int place = 0;
     if (!b->held) return coordinate;
@@ -86,10 +86,10 @@ static int coordinate_of(const mbsr_force_args *args, int k)
 
 static int place_of_term(const mbsr_force_args *args, int k)
 {
-    return place_of(args->body + k, coordinate_of(args, k));
+    return place_left(args->body + k, coordinate_of(args, k));
 }
 
-static double length_of(const mbsr_force_args *args)
+static double tendon_length(const mbsr_force_args *args)
 {
     double l = 0.0;
     for (int k = 0; k < args->bodies; ++k) {
@@ -113,7 +113,7 @@ static double rate_of(const mbsr_force_args *args)
 static int evaluate(const mbsr_force_args *args)
 {
     double slope[2];
-    const double F = mbsri_law_force(args->force, length_of(args), rate_of(args), slope);
+    const double F = mbsri_law_force(args->force, tendon_length(args), rate_of(args), slope);
     for (int k = 0; k < args->bodies; ++k) {
         const int at = place_of_term(args, k);
         if (at >= 0) args->body[k].tau[at] += factor_of(args, k) * F;
@@ -124,7 +124,7 @@ static int evaluate(const mbsr_force_args *args)
 static int energy(const mbsr_force_args *args, double *E)
 {
     bool slack;
-    const double x = beyond(args->force, length_of(args), &slack);
+    const double x = beyond(args->force, tendon_length(args), &slack);
     if (!args->force->user) *E += -0.5 * args->force->param[BIAS + 1] * x * x;
     return 0;
 }
@@ -154,7 +154,7 @@ static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives
 static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
 {
     double slope[2];
-    (void)mbsri_law_force(args->force, length_of(args), rate_of(args), slope);
+    (void)mbsri_law_force(args->force, tendon_length(args), rate_of(args), slope);
     for (int k = 0; k < args->bodies; ++k) {
         const int at = place_of_term(args, k);
         if (at >= 0)
@@ -216,7 +216,7 @@ static double value_of(const double *a, double x, double *slope, double *curvatu
 static int option_at(const mbsr_closure_args *args, int k)
 {
     const mbsr_force_body *b = args->body + (k > 0 && args->closure->bodies > 1);
-    return place_of(b, args->closure->option[k]);
+    return place_left(b, args->closure->option[k]);
 }
 
 static int check_polynomial(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])

@@ -6,6 +6,7 @@
  * triangles that it sees: with the edges where these end it spans new ones. Points within 1e-10 of
  * the size above a plane count as on it. */
 #include "files/mesh_hull.h"
+#include "files/vectors.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,14 +33,6 @@ typedef struct hull {
     mbsri_list horizon; /* edge */
     double work;        /* points looked at */
 } hull;
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        c[k] = a[i] * b[j] - a[j] * b[i];
-    }
-}
 
 static double dot(const double a[3], const double b[3])
 {
@@ -89,7 +82,7 @@ static bool add_facet(hull *h, int a, int b, int c)
         side[0][k] = h->x[3 * b + k] - h->x[3 * a + k];
         side[1][k] = h->x[3 * c + k] - h->x[3 * a + k];
     }
-    cross(side[0], side[1], f->normal);
+    mbsri_vectors_cross(side[0], side[1], f->normal);
     const double size = sqrt(dot(f->normal, f->normal));
     for (int k = 0; k < 3; ++k) f->normal[k] = size > 0.0 ? f->normal[k] / size : 0.0;
     f->offset = dot(f->normal, h->x + 3 * a);
@@ -100,8 +93,8 @@ static bool add_facet(hull *h, int a, int b, int c)
 /* ---- the first four corners ---- */
 
 /* The point with the largest value of something. */
-static int largest(const hull *h, double (*of)(const hull *h, const int *given, int point),
-                   const int *given, double *value)
+static int extreme_point(const hull *h, double (*of)(const hull *h, const int *given, int point),
+                         const int *given, double *value)
 {
     int at = 0;
     *value = -1.0;
@@ -124,7 +117,7 @@ static double from_line(const hull *h, const int *given, int point)
         a[k] = h->x[3 * given[1] + k] - h->x[3 * given[0] + k];
         b[k] = h->x[3 * point + k] - h->x[3 * given[0] + k];
     }
-    cross(a, b, n);
+    mbsri_vectors_cross(a, b, n);
     return sqrt(dot(n, n) / dot(a, a));
 }
 
@@ -136,32 +129,32 @@ static double from_plane(const hull *h, const int *given, int point)
         b[k] = h->x[3 * given[2] + k] - h->x[3 * given[0] + k];
         c[k] = h->x[3 * point + k] - h->x[3 * given[0] + k];
     }
-    cross(a, b, n);
+    mbsri_vectors_cross(a, b, n);
     return fabs(dot(n, c)) / sqrt(dot(n, n));
 }
 
 static const char flat[] = "its points lie in a plane";
 
-static const char *begin(hull *h)
+static const char *find_tetrahedron(hull *h)
 {
     static const int faces[4][3] = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
     int corner[4] = {0};
     double size, width, height, a[3], b[3], c[3], n[3];
     if (h->count < 4) return flat;
-    corner[0] = largest(h, from_point, corner, &size);
-    corner[1] = largest(h, from_point, corner, &size);
+    corner[0] = extreme_point(h, from_point, corner, &size);
+    corner[1] = extreme_point(h, from_point, corner, &size);
     h->near = 1e-10 * size;
     if (!(size > 0.0)) return flat;
-    corner[2] = largest(h, from_line, corner, &width);
+    corner[2] = extreme_point(h, from_line, corner, &width);
     if (!(width > 1e-9 * size)) return flat;
-    corner[3] = largest(h, from_plane, corner, &height);
+    corner[3] = extreme_point(h, from_plane, corner, &height);
     if (!(height > 1e-9 * size)) return flat;
     for (int k = 0; k < 3; ++k) {
         a[k] = h->x[3 * corner[1] + k] - h->x[3 * corner[0] + k];
         b[k] = h->x[3 * corner[2] + k] - h->x[3 * corner[0] + k];
         c[k] = h->x[3 * corner[3] + k] - h->x[3 * corner[0] + k];
     }
-    cross(a, b, n);
+    mbsri_vectors_cross(a, b, n);
     const bool turned = dot(n, c) > 0.0; /* the first face looks at the fourth corner */
     for (int k = 0; k < 4; ++k) {
         const int *f = faces[k];
@@ -211,7 +204,7 @@ static bool add_corner(hull *h, int point)
 const char *mbsri_hull(mbsri_arena *arena, const double *points, int count, mbsri_list *sides)
 {
     hull h = {.arena = arena, .x = points, .count = count};
-    const char *wrong = begin(&h);
+    const char *wrong = find_tetrahedron(&h);
     for (int k = 0; k < h.facets.count && !wrong; ++k) {
         const facet *f = (const facet *)h.facets.items + k;
         if (f->gone || f->farthest < 0) continue;

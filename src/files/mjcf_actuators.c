@@ -25,8 +25,8 @@ static bool is_idle(const mbsri_mjcf *m, const mbsri_node *node)
 
 /* ---- what it acts on ---- */
 
-static bool find_joint(mbsri_mjcf *m, const mbsri_element *e, const char *joint,
-                       mbsri_scene_actuator *a)
+static bool driven_joint(mbsri_mjcf *m, const mbsri_element *e, const char *joint,
+                         mbsri_scene_actuator *a)
 {
     const int at = mbsri_names_find(&m->joints, joint);
     if (at < 0) return mbsri_file_refuse(m->s, e, "'%.50s' is no joint", joint);
@@ -52,7 +52,7 @@ static bool read_target(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_actua
                *site = mbsri_attribute(e, "site");
     const mbsri_scene_tendon *tendons = m->s->tendons.items;
     if (!joint) joint = mbsri_attribute(e, "jointinparent");
-    if (joint && !find_joint(m, e, joint, a)) return false;
+    if (joint && !driven_joint(m, e, joint, a)) return false;
     if (site && !find_site(m, e, site, a)) return false;
     for (int k = 0; tendon && k < m->s->tendons.count; ++k) {
         if (strcmp(tendons[k].name, tendon) != 0) continue;

@@ -139,8 +139,8 @@ static bool copy_sections(mbsri_copies *c, const mbsri_element *root, const char
 /* ---- what is attached ---- */
 
 /* The element of that kind and name below e; *class: the childclass that holds there. */
-static const mbsri_element *find(const mbsri_element *e, const char *kind, const char *name,
-                                 const char **class)
+static const mbsri_element *find_below(const mbsri_element *e, const char *kind, const char *name,
+                                       const char **class)
 {
     const char *outer = *class, *own;
     for (const mbsri_element *c = e->child; c; c = c->next) {
@@ -148,7 +148,7 @@ static const mbsri_element *find(const mbsri_element *e, const char *kind, const
         if (mbsri_is(c, kind) && other && strcmp(other, name) == 0) return c;
         own = mbsri_attribute(c, "childclass");
         *class = own ? own : outer;
-        const mbsri_element *found = find(c, kind, name, class);
+        const mbsri_element *found = find_below(c, kind, name, class);
         if (found) return found;
     }
     *class = outer;
@@ -161,7 +161,7 @@ static const mbsri_element *find_source(const mbsri_element *root, const char *k
     const mbsri_element *found = NULL;
     for (const mbsri_element *w = mbsri_child(root, "worldbody"); w && !found; w = mbsri_next(w)) {
         *class = mbsri_attribute(w, "childclass");
-        found = find(w, kind, name, class);
+        found = find_below(w, kind, name, class);
     }
     return found;
 }
@@ -271,7 +271,7 @@ static void mark(mbsri_element *e, int model)
     for (mbsri_element *c = e->child; c; c = c->next) mark(c, model);
 }
 
-static bool expand(mbsri_mjcf *m, mbsri_element *root, int depth);
+static bool expand_attached(mbsri_mjcf *m, mbsri_element *root, int depth);
 
 static bool add_asset(host *h, const mbsri_element *e, int depth)
 {
@@ -295,7 +295,7 @@ static bool add_asset(host *h, const mbsri_element *e, int depth)
     if (!folder || !mbsri_mjcf_add_compiler(h->m, folder, &number)) return false;
     mark(root, number);
     find_rest(h->m, root);
-    if (!expand(h->m, root, depth + 1)) return false;
+    if (!expand_attached(h->m, root, depth + 1)) return false;
     asset *to = mbsri_list_add(s->arena, &h->assets, sizeof *to);
     if (to) *to = (asset){name ? name : "", root};
     return to != NULL;
@@ -319,7 +319,7 @@ static void put_sections(host *h)
     h->root->child = h->sections.child;
 }
 
-static bool expand(mbsri_mjcf *m, mbsri_element *root, int depth)
+static bool expand_attached(mbsri_mjcf *m, mbsri_element *root, int depth)
 {
     host h = {.m = m, .root = root};
     const char *folder = mbsri_arena_folder(m->s->arena, root->file);
@@ -337,5 +337,5 @@ static bool expand(mbsri_mjcf *m, mbsri_element *root, int depth)
 
 bool mbsri_mjcf_expand(mbsri_mjcf *m, mbsri_element *root)
 {
-    return expand(m, root, 0);
+    return expand_attached(m, root, 0);
 }

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
+#include "files/vectors.h"
 
 #include <math.h>
 #include <string.h>
@@ -122,14 +123,6 @@ static double length_of(int n, const double *x)
     return sqrt(square);
 }
 
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        c[k] = a[i] * b[j] - a[j] * b[i];
-    }
-}
-
 mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3])
 {
     const double axis[3] = {-z[1], z[0], 0.0}, sine = length_of(2, axis),
@@ -161,7 +154,7 @@ static bool by_axes(mbsr_frame *frame, const double axes[6])
     for (int k = 0; k < 3; ++k) Y[k] = axes[3 + k] - along * X[k];
     const double rest = length_of(3, Y);
     for (int k = 0; k < 3; ++k) Y[k] /= rest;
-    cross(X, Y, Z);
+    mbsri_vectors_cross(X, Y, Z);
     return size > 0.0 && rest > 1e-12 * length_of(3, axes + 3);
 }
 

@@ -12,6 +12,7 @@
  * of the file do not hold for what a composite makes. */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
+#include "files/vectors.h"
 #include "files/xml_make.h"
 
 #include <math.h>
@@ -98,14 +99,6 @@ static bool read_points(cable *c)
 
 /* ---- frames ---- */
 
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        c[k] = a[i] * b[j] - a[j] * b[i];
-    }
-}
-
 /* To length 1, but for one that has none; what it was. */
 static double normalise(double x[3])
 {
@@ -154,13 +147,13 @@ static double turn_edge(cable *c, int i, double q[4])
     if (i == 0) {
         memset(other, 0, sizeof other);
         if (c->points > 2) (void)edge_of(c, 1, other);
-        cross(axis[0], other, across);
+        mbsri_vectors_cross(axis[0], other, across);
         (void)normalise(across);
-        cross(across, axis[0], c->normal);
+        mbsri_vectors_cross(across, axis[0], c->normal);
         memcpy(axis[2], across, sizeof axis[2]);
     } else {
         (void)edge_of(c, i - 1, other);
-        cross(other, axis[0], across);
+        mbsri_vectors_cross(other, axis[0], across);
         const double sine = normalise(across),
                      cosine = other[0] * axis[0][0] + other[1] * axis[0][1] + other[2] * axis[0][2];
         if (sine > 0.0) {
@@ -173,7 +166,7 @@ static double turn_edge(cable *c, int i, double q[4])
     }
     (void)normalise(c->normal);
     if (i > 0) {
-        cross(axis[0], c->normal, axis[2]);
+        mbsri_vectors_cross(axis[0], c->normal, axis[2]);
         (void)normalise(axis[2]);
     }
     memcpy(axis[1], c->normal, sizeof axis[1]);
@@ -184,7 +177,7 @@ static double turn_edge(cable *c, int i, double q[4])
 /* ---- bodies ---- */
 
 /* PREFIX, a letter, and first, last or the number of the edge. */
-static const char *name_of(const cable *c, const char *letter, int i)
+static const char *part_name(const cable *c, const char *letter, int i)
 {
     char number[16];
     snprintf(number, sizeof number, "_%d", i);
@@ -194,7 +187,8 @@ static const char *name_of(const cable *c, const char *letter, int i)
 
 /* An element in a body, with what a child of the composite says, without the defaults of the file.
  */
-static mbsri_element *add(const cable *c, mbsri_element *body, const char *kind, const char *name)
+static mbsri_element *add_part(const cable *c, mbsri_element *body, const char *kind,
+                               const char *name)
 {
     mbsri_arena *arena = c->m->s->arena;
     const mbsri_element *said = mbsri_child(c->e, kind);
@@ -215,19 +209,19 @@ static bool add_shape(const cable *c, mbsri_element *body, int i, double length)
     const double ends[6] = {0.0, 0.0, 0.0, length}, middle[3] = {0.5 * length},
                  size[3] = {0.5 * length, c->size[1], c->size[2]};
     snprintf(name, sizeof name, "G%d", i);
-    mbsri_element *e = add(c, body, "geom", mbsri_arena_join(arena, c->prefix, name, ""));
+    mbsri_element *e = add_part(c, body, "geom", mbsri_arena_join(arena, c->prefix, name, ""));
     if (!e) return false;
     if (strcmp(c->type, "box") != 0) return mbsri_element_set_numbers(arena, e, "fromto", 6, ends);
     return mbsri_element_set_numbers(arena, e, "pos", 3, middle) &&
            mbsri_element_set_numbers(arena, e, "size", 3, size);
 }
 
-static bool add_joint(const cable *c, mbsri_element *body, int i)
+static bool add_cable_joint(const cable *c, mbsri_element *body, int i)
 {
     mbsri_arena *arena = c->m->s->arena;
     const bool free = i == 0 && strcmp(c->initial, "free") == 0;
     if (i == 0 && strcmp(c->initial, "none") == 0) return true;
-    mbsri_element *e = add(c, body, "joint", name_of(c, "J", i));
+    mbsri_element *e = add_part(c, body, "joint", part_name(c, "J", i));
     return e && mbsri_element_set(arena, e, "type", free ? "free" : "ball") &&
            (!free || (mbsri_element_set(arena, e, "damping", "0") &&
                       mbsri_element_set(arena, e, "armature", "0") &&
@@ -238,17 +232,17 @@ static bool add_end(const cable *c, mbsri_element *body, int i, double length)
 {
     const double x[3] = {i == c->points - 2 ? length : 0.0};
     if (i > 0 && i < c->points - 2) return true;
-    mbsri_element *e = add(c, body, "site", name_of(c, "S", i));
+    mbsri_element *e = add_part(c, body, "site", part_name(c, "S", i));
     return e && mbsri_element_set_numbers(c->m->s->arena, e, "pos", 3, x);
 }
 
 /* Edge i on the one before; NULL: no memory. */
-static mbsri_element *add_body(cable *c, mbsri_element *parent, int i)
+static mbsri_element *add_cable_body(cable *c, mbsri_element *parent, int i)
 {
     mbsri_arena *arena = c->m->s->arena;
     double q[4], own[4], x[3] = {0.0}, edge[3];
     const double length = turn_edge(c, i, own), *p = c->turn;
-    const char *name = name_of(c, "B", i);
+    const char *name = part_name(c, "B", i);
     mbsri_element *body = mbsri_element_like(arena, c->e, "body");
     if (i == 0) {
         for (int k = 0; k < 3; ++k) x[k] = c->offset[k] + c->point[k];
@@ -264,7 +258,7 @@ static mbsri_element *add_body(cable *c, mbsri_element *parent, int i)
     if (!body || !name || !mbsri_element_set(arena, body, "name", name) ||
         !mbsri_element_set_numbers(arena, body, "pos", 3, x) ||
         !mbsri_element_set_numbers(arena, body, "quat", 4, q) || !add_shape(c, body, i, length) ||
-        !add_joint(c, body, i) || !add_end(c, body, i, length))
+        !add_cable_joint(c, body, i) || !add_end(c, body, i, length))
         return NULL;
     mbsri_append(parent, body);
     return body;
@@ -303,16 +297,16 @@ static bool write_out(mbsri_mjcf *m, const mbsri_element *e, mbsri_element *all)
         mbsri_file_find(s, plugin, "its force (of '%.60s') is left out",
                         text_of(plugin, "plugin", text_of(plugin, "instance", "")));
     mbsri_element *body = all;
-    for (int i = 0; i < c.points - 1 && body; ++i) body = add_body(&c, body, i);
+    for (int i = 0; i < c.points - 1 && body; ++i) body = add_cable_body(&c, body, i);
     return body != NULL;
 }
 
-static bool expand(mbsri_mjcf *m, mbsri_element *e)
+static bool expand_composites(mbsri_mjcf *m, mbsri_element *e)
 {
     for (mbsri_element *c = e->child, *before = NULL; c; before = c, c = c->next) {
         mbsri_element all = {.child = NULL};
         if (!mbsri_is(c, "composite")) {
-            if (!expand(m, c)) return false;
+            if (!expand_composites(m, c)) return false;
             continue;
         }
         if (!mbsri_mjcf_class_of(m, MBSRI_PLAIN_CLASS, NULL) || !write_out(m, c, &all))
@@ -325,6 +319,6 @@ static bool expand(mbsri_mjcf *m, mbsri_element *e)
 bool mbsri_mjcf_composites(mbsri_mjcf *m, mbsri_element *root)
 {
     for (mbsri_element *e = root->child; e; e = e->next)
-        if (mbsri_is(e, "worldbody") && !expand(m, e)) return false;
+        if (mbsri_is(e, "worldbody") && !expand_composites(m, e)) return false;
     return true;
 }

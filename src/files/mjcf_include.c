@@ -26,7 +26,7 @@ mbsri_element *mbsri_mjcf_load(mbsri_scene *s, const mbsri_element *e, const cha
     return NULL;
 }
 
-static mbsri_element *load(includes *i, const mbsri_element *e)
+static mbsri_element *load_included(includes *i, const mbsri_element *e)
 {
     mbsri_scene *s = i->s;
     const char *file = mbsri_attribute(e, "file");
@@ -46,13 +46,13 @@ static mbsri_element *load(includes *i, const mbsri_element *e)
     return mbsri_mjcf_load(s, e, path);
 }
 
-static bool expand(includes *i, mbsri_element *e, int depth)
+static bool expand_includes(includes *i, mbsri_element *e, int depth)
 {
     if (depth > MBSRI_XML_DEPTH)
         return mbsri_file_refuse(i->s, e, "elements stand in each other too deeply");
     for (mbsri_element *c = e->child, *before = NULL; c; before = c, c = c->next) {
         while (c && mbsri_is(c, "include")) {
-            mbsri_element *root = load(i, c);
+            mbsri_element *root = load_included(i, c);
             if (!root) return false;
             mbsri_element *first = root->child ? root->child : c->next;
             if (root->last) root->last->next = c->next;
@@ -66,7 +66,7 @@ static bool expand(includes *i, mbsri_element *e, int depth)
             c = first;
         }
         if (!c) break;
-        if (!expand(i, c, depth + 1)) return false;
+        if (!expand_includes(i, c, depth + 1)) return false;
     }
     return true;
 }
@@ -74,5 +74,5 @@ static bool expand(includes *i, mbsri_element *e, int depth)
 bool mbsri_mjcf_include(mbsri_scene *s, mbsri_element *root, const char *folder)
 {
     includes i = {.s = s, .folder = folder};
-    return expand(&i, root, 1);
+    return expand_includes(&i, root, 1);
 }

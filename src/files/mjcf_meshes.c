@@ -33,7 +33,7 @@ const char *mbsri_mjcf_stem(mbsri_arena *arena, const char *file)
 }
 
 /* Its own, or that of its file. */
-static const char *name_of(mbsri_mjcf *m, const mbsri_element *e)
+static const char *mesh_name(mbsri_mjcf *m, const mbsri_element *e)
 {
     const char *name = mbsri_attribute(e, "name"), *file = mbsri_attribute(e, "file");
     return name || !file ? name : mbsri_mjcf_stem(m->s->arena, file);
@@ -65,7 +65,7 @@ bool mbsri_mjcf_add_mesh(mbsri_mjcf *m, const mbsri_element *e)
         return mbsri_file_refuse(m->s, e, "refquat has no direction");
     mesh.place.reference = mbsr_frame_quaternion(origin, turn);
     mesh.file = path_of(m, e);
-    const char *name = name_of(m, e);
+    const char *name = mesh_name(m, e);
     mbsri_mjcf_mesh *to = mbsri_list_add(m->s->arena, &m->meshes, sizeof *to);
     if (!to) return false;
     *to = mesh;
@@ -81,8 +81,8 @@ mbsri_mjcf_mesh *mbsri_mjcf_find_mesh(const mbsri_mjcf *m, const char *name)
 
 /* ---- what they enclose ---- */
 
-static const char *load(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh, mbsri_arena *arena,
-                        mbsri_list *triangles)
+static const char *load_mesh(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh, mbsri_arena *arena,
+                             mbsri_list *triangles)
 {
     const char *points = mbsri_attribute(mesh->element, "vertex"),
                *faces = mbsri_attribute(mesh->element, "face"), *text;
@@ -132,7 +132,7 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh)
     if (mesh->measured) return mesh->wrong;
     mbsri_arena_open(&arena, &m->s->opt->model.allocator);
     mesh->measured = true;
-    mesh->wrong = load(m, mesh, &arena, &triangles);
+    mesh->wrong = load_mesh(m, mesh, &arena, &triangles);
     if (!mesh->wrong && mesh->hull) mesh->wrong = take_hull(&arena, &triangles);
     if (!mesh->wrong) {
         mbsri_mesh_move(&triangles, &mesh->place);
@@ -151,7 +151,7 @@ static void keep_triangles(mbsri_mjcf *m, const mbsri_element *e, mbsri_mjcf_mes
 {
     mbsri_list triangles = {.count = 0};
     if (mesh->triangle) return;
-    const char *wrong = load(m, mesh, m->s->arena, &triangles);
+    const char *wrong = load_mesh(m, mesh, m->s->arena, &triangles);
     if (wrong)
         mbsri_file_find(m->s, e, "it is not drawn: %s", wrong);
     else
@@ -201,7 +201,8 @@ static void size_of_box(mbsr_shape_kind kind, const double box[3], bool around, 
         size[1] = around ? box[2] - wide : fmax(0.0, box[2] - 0.5 * wide);
 }
 
-static void fit(const mbsri_mjcf_mesh *mesh, bool around, double factor, mbsr_file_shape *shape)
+static void fit_shape(const mbsri_mjcf_mesh *mesh, bool around, double factor,
+                      mbsr_file_shape *shape)
 {
     double half[3];
     mbsr_frame frame = mesh->principal;
@@ -231,7 +232,7 @@ bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shap
     const char *wrong = mesh ? mbsri_mjcf_measure(m, mesh) : "there is no such mesh";
     *known = wrong == NULL;
     if (*known)
-        fit(mesh, mbsri_mjcf_compiler(m, node->e)->fit_around, factor, shape);
+        fit_shape(mesh, mbsri_mjcf_compiler(m, node->e)->fit_around, factor, shape);
     else
         mbsri_file_find(m->s, node->e, "it is left out, fitted to mesh '%.40s': %s%s%s", name,
                         wrong, mesh && mesh->reason > 1 ? ": " : "",

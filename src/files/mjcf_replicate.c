@@ -136,11 +136,11 @@ static bool write_out(mbsri_mjcf *m, const mbsri_element *e, mbsri_element *root
     return copy_sections(&r, root);
 }
 
-static bool expand(mbsri_mjcf *m, mbsri_element *e, mbsri_element *root)
+static bool expand_replicas(mbsri_mjcf *m, mbsri_element *e, mbsri_element *root)
 {
     for (mbsri_element *c = e->child, *before = NULL; c; before = c, c = c->next) {
         mbsri_element all = {.child = NULL};
-        if (!expand(m, c, root)) return false;
+        if (!expand_replicas(m, c, root)) return false;
         if (!mbsri_is(c, "replicate")) continue;
         if (!write_out(m, c, root, &all)) return false;
         c = mbsri_put_in_place(e, before, c, &all);
@@ -151,6 +151,6 @@ static bool expand(mbsri_mjcf *m, mbsri_element *e, mbsri_element *root)
 bool mbsri_mjcf_replicate(mbsri_mjcf *m, mbsri_element *root)
 {
     for (mbsri_element *e = root->child; e; e = e->next)
-        if (mbsri_is(e, "worldbody") && !expand(m, e, root)) return false;
+        if (mbsri_is(e, "worldbody") && !expand_replicas(m, e, root)) return false;
     return true;
 }

@@ -109,7 +109,7 @@ static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
     return q->body[0] != q->body[1] || mbsri_file_refuse(m->s, e, "both its bodies are the same");
 }
 
-static bool find_joint(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
+static bool coupled_joint(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
 {
     const char *name = mbsri_attribute(e, attribute);
     *joint = mbsri_names_find(&m->joints, name);
@@ -117,18 +117,13 @@ static bool find_joint(mbsri_mjcf *m, const mbsri_element *e, const char *attrib
            mbsri_file_refuse(m->s, e, "%s '%.50s' is no joint", attribute, name ? name : "");
 }
 
-static bool has_axis(const mbsri_mjcf *m, int joint)
-{
-    const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[joint].joint.kind;
-    return kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE;
-}
-
 /* The same of a joint with one axis. */
 static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
 {
-    return find_joint(m, e, attribute, joint) &&
-           (has_axis(m, *joint) || mbsri_file_refuse(m->s, e, "%s '%.50s' has not one axis",
-                                                     attribute, mbsri_attribute(e, attribute)));
+    return coupled_joint(m, e, attribute, joint) &&
+           (mbsri_has_axis(&mbsri_scene_joints(m->s)[*joint].joint) ||
+            mbsri_file_refuse(m->s, e, "%s '%.50s' has not one axis", attribute,
+                              mbsri_attribute(e, attribute)));
 }
 
 static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
@@ -197,10 +192,10 @@ static bool read_sum(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon *
         double factor = 0.0;
         int joint;
         if (!mbsri_is(c, "joint")) continue;
-        if (!find_joint(m, c, "joint", &joint) ||
+        if (!coupled_joint(m, c, "joint", &joint) ||
             !mbsri_numbers(m->s, c, "coef", mbsri_attribute(c, "coef"), 1, 1, &factor, NULL))
             return false;
-        const bool axial = has_axis(m, joint);
+        const bool axial = mbsri_has_axis(&mbsri_scene_joints(m->s)[joint].joint);
         if (!axial || t->sum.count == MBSRI_TERMS) {
             t->sum.count = 0;
             mbsri_file_find(m->s, e,

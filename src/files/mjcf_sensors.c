@@ -69,7 +69,7 @@ static mbsr_file_sum sum_of(const mbsri_scene_sum *sum)
     return (mbsr_file_sum){sum->count, sum->joint, sum->factor};
 }
 
-static bool find_joint(mbsri_mjcf *m, const mbsri_element *e, object on, mbsr_file_sensor *sensor)
+static bool sensed_joint(mbsri_mjcf *m, const mbsri_element *e, object on, mbsr_file_sensor *sensor)
 {
     static const double one = 1.0;
     sensor->joint = mbsri_names_find(&m->joints, mbsri_attribute(e, "joint"));
@@ -110,8 +110,8 @@ static bool find_actuator(const mbsri_mjcf *m, const mbsri_element *e, mbsr_file
 
 /* The frame that a name of that type means: of a site, a body or its centre of mass, a geom that is
  * no mesh. */
-static bool find_frame(const mbsri_mjcf *m, const char *type, const char *name, bool turned,
-                       int *body, mbsr_frame *frame)
+static bool sensed_frame(const mbsri_mjcf *m, const char *type, const char *name, bool turned,
+                         int *body, mbsr_frame *frame)
 {
     const mbsr_file_shape *shape = m->s->shapes.items;
     const mbsri_names *names = is(type, "site") ? &m->sites : &m->bodies;
@@ -150,10 +150,10 @@ static bool find_frames(const mbsri_mjcf *m, const mbsri_element *e, mbsr_file_s
 {
     const char *reference = mbsri_attribute(e, "refname");
     sensor->relative = reference != NULL;
-    return find_frame(m, mbsri_attribute(e, "objtype"), mbsri_attribute(e, "objname"),
-                      is_turned(sensor->kind), &sensor->body, &sensor->frame) &&
-           (!reference || find_frame(m, mbsri_attribute(e, "reftype"), reference, true,
-                                     &sensor->from_body, &sensor->from));
+    return sensed_frame(m, mbsri_attribute(e, "objtype"), mbsri_attribute(e, "objname"),
+                        is_turned(sensor->kind), &sensor->body, &sensor->frame) &&
+           (!reference || sensed_frame(m, mbsri_attribute(e, "reftype"), reference, true,
+                                       &sensor->from_body, &sensor->from));
 }
 
 static bool find_object(mbsri_mjcf *m, const mbsri_element *e, object on, mbsr_file_sensor *sensor)
@@ -161,14 +161,14 @@ static bool find_object(mbsri_mjcf *m, const mbsri_element *e, object on, mbsr_f
     const char *body = mbsri_attribute(e, "body");
     switch (on) {
     case ON_AXIS:
-    case ON_BALL: return find_joint(m, e, on, sensor);
+    case ON_BALL: return sensed_joint(m, e, on, sensor);
     case ON_TENDON: return find_tendon(m, e, sensor);
     case ON_ACTUATOR: return find_actuator(m, e, sensor);
     case ON_FRAME: return find_frames(m, e, sensor);
     case ON_SITE:
         sensor->own_axes = 1;
-        return find_frame(m, "site", mbsri_attribute(e, "site"), true, &sensor->body,
-                          &sensor->frame) &&
+        return sensed_frame(m, "site", mbsri_attribute(e, "site"), true, &sensor->body,
+                            &sensor->frame) &&
                (sensor->body >= 0 ||
                 (sensor->kind != MBSR_SENSOR_FORCE && sensor->kind != MBSR_SENSOR_TORQUE));
     case ON_BODY:

@@ -84,8 +84,8 @@ static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
 }
 
 /* Its part of the inertia of the body, where `sum` is given. */
-static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
-                  const mbsr_file_shape *shape, mbsri_mjcf_solids *sum)
+static bool weigh_shape(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
+                        const mbsr_file_shape *shape, mbsri_mjcf_solids *sum)
 {
     const double *groups = mbsri_mjcf_compiler(m, node->e)->groups;
     double density = 1000.0, mass = 0.0, group = 0.0, volume, I[6];
@@ -152,7 +152,7 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
     const mbsr_frame own = shape.frame;
     if (mesh && !mbsri_mjcf_mesh_shape(m, &node, &shape, &known)) return false;
     if (!known) return true;
-    if (!weigh(m, &node, &own, &shape, sum)) return false;
+    if (!weigh_shape(m, &node, &own, &shape, sum)) return false;
     mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
     if (to) *to = shape;
     return to != NULL;

@@ -102,7 +102,7 @@ static const vocabulary *find_words(const char *section, const char *element)
     return NULL;
 }
 
-static void check(mbsri_mjcf *m, const char *section, const mbsri_element *e)
+static void check_attributes(mbsri_mjcf *m, const char *section, const mbsri_element *e)
 {
     const vocabulary *v = find_words(section, e->name);
     for (const char **a = e->attribute; v && *a; a += 2)
@@ -114,7 +114,7 @@ static void check(mbsri_mjcf *m, const char *section, const mbsri_element *e)
 static void check_all(mbsri_mjcf *m, const char *section, const mbsri_element *top)
 {
     for (const mbsri_element *e = top; e;) {
-        check(m, section, e);
+        check_attributes(m, section, e);
         if (e->child && !mbsri_is(e, "composite") && !mbsri_is(e, "flexcomp")) {
             e = e->child;
             continue;
@@ -139,7 +139,7 @@ static void check_defaults(mbsri_mjcf *m, const mbsri_element *list, int depth)
         if (mbsri_is(e, "default"))
             check_defaults(m, e, depth + 1);
         else
-            check(m, section_of(e->name), e);
+            check_attributes(m, section_of(e->name), e);
     }
 }
 
@@ -163,7 +163,7 @@ void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root)
 {
     find_sections(m, root);
     for (const mbsri_element *e = root->child; e; e = e->next) {
-        check(m, "", e);
+        check_attributes(m, "", e);
         if (mbsri_is(e, "default")) check_defaults(m, e, 0);
         for (const mbsri_element *c = e->child; c && !mbsri_is(e, "default"); c = c->next)
             check_all(m, e->name, c);

@@ -14,7 +14,7 @@ static uint64_t hash(const char *name)
 }
 
 /* Where the name is, or would be; room is a power of 2 and not full. */
-static mbsri_name *place(const mbsri_names *names, const char *name)
+static mbsri_name *slot_of(const mbsri_names *names, const char *name)
 {
     size_t at = (size_t)hash(name) & (names->room - 1);
     while (names->slot[at].name && strcmp(names->slot[at].name, name) != 0)
@@ -25,13 +25,13 @@ static mbsri_name *place(const mbsri_names *names, const char *name)
 int mbsri_names_find(const mbsri_names *names, const char *name)
 {
     if (!name || names->room == 0) return -1;
-    const mbsri_name *at = place(names, name);
+    const mbsri_name *at = slot_of(names, name);
     return at->name ? at->number : -1;
 }
 
 const char *mbsri_names_same(const mbsri_names *names, const char *name)
 {
-    return names->room > 0 ? place(names, name)->name : NULL;
+    return names->room > 0 ? slot_of(names, name)->name : NULL;
 }
 
 bool mbsri_names_add(mbsri_arena *arena, mbsri_names *names, const char *name, int number)
@@ -45,10 +45,10 @@ bool mbsri_names_add(mbsri_arena *arena, mbsri_names *names, const char *name, i
             return false;
         }
         for (size_t k = 0; k < old.room; ++k) {
-            if (old.slot[k].name) *place(names, old.slot[k].name) = old.slot[k];
+            if (old.slot[k].name) *slot_of(names, old.slot[k].name) = old.slot[k];
         }
     }
-    *place(names, name) = (mbsri_name){name, number};
+    *slot_of(names, name) = (mbsri_name){name, number};
     ++names->count;
     return true;
 }

@@ -8,11 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool is_digit(char c)
-{
-    return c >= '0' && c <= '9';
-}
-
 static const char *skip_space(const char *s)
 {
     while (*s == ' ' || (*s >= '\t' && *s <= '\r')) ++s;
@@ -31,7 +26,7 @@ static const char *scan(const char *s, uint64_t *digits, int *exponent, bool *sm
             point = true;
             continue;
         }
-        if (!is_digit(*s)) break;
+        if (!mbsri_is_digit(*s)) break;
         ++seen;
         if (count > 0 || *s != '0') ++count;
         if (count <= 18) *digits = 10 * *digits + (uint64_t)(*s - '0');
@@ -43,8 +38,8 @@ static const char *scan(const char *s, uint64_t *digits, int *exponent, bool *sm
         const bool minus = *e == '-';
         int value = 0;
         if (*e == '+' || *e == '-') ++e;
-        if (!is_digit(*e)) return NULL;
-        for (; is_digit(*e); ++e) value = value < 100000 ? 10 * value + *e - '0' : value;
+        if (!mbsri_is_digit(*e)) return NULL;
+        for (; mbsri_is_digit(*e); ++e) value = value < 100000 ? 10 * value + *e - '0' : value;
         shift += minus ? -value : value;
         s = e;
     }

@@ -15,4 +15,10 @@ int mbsri_read_numbers(const char *text, int least, int most, double *values);
 /* A whole number alone. */
 bool mbsri_read_integer(const char *text, int *value);
 
+/* A decimal digit. */
+static inline bool mbsri_is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
 #endif

@@ -4,6 +4,7 @@
  * e_k is the unit vector from point k to the next one, L the sum of their distances. With the force
  * f = -k x - d L' on L, x what L is beyond the lengths of rest, point k feels f (e_{k-1} - e_k). */
 #include "files/path.h"
+#include "files/vectors.h"
 
 #include <math.h>
 #include <string.h>
@@ -15,14 +16,6 @@ typedef struct line {
     double along[MBSRI_PATH_MOST][3]; /* e */
     double length, rate;
 } line;
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        c[k] = a[i] * b[j] - a[j] * b[i];
-    }
-}
 
 /* Where point k is, and how fast; the ground at rest has no pose. */
 static void see_point(const mbsr_force_args *args, int k, line *w)
@@ -36,7 +29,7 @@ static void see_point(const mbsr_force_args *args, int k, line *w)
         w->arm[k][l] = R ? R[l] * s[0] + R[3 + l] * s[1] + R[6 + l] * s[2] : s[l];
         w->x[k][l] = w->arm[k][l] + (moves ? b->p[MBSR_POSE_X + l] : 0.0);
     }
-    if (moves && b->V) cross(b->V, w->arm[k], turning);
+    if (moves && b->V) mbsri_vectors_cross(b->V, w->arm[k], turning);
     for (int l = 0; l < 3; ++l) w->v[k][l] = moves && b->V ? b->V[3 + l] + turning[l] : 0.0;
 }
 
@@ -75,7 +68,7 @@ static int evaluate(const mbsr_force_args *args)
         double F[3], moment[3], *to = args->body[k].f;
         if (args->body[k].space != MBSR_SPACE_SPATIAL || !to) continue;
         for (int l = 0; l < 3; ++l) F[l] = f * ((k > 0 ? w.along[k - 1][l] : 0.0) - w.along[k][l]);
-        cross(w.arm[k], F, moment);
+        mbsri_vectors_cross(w.arm[k], F, moment);
         for (int l = 0; l < 3; ++l) to[l] += moment[l], to[3 + l] += F[l];
     }
     return 0;

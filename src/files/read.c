@@ -219,8 +219,8 @@ static void write_element(mbsri_text *t, const mbsri_element *e)
     mbsri_out(t, e->name);
 }
 
-static int expand(mbsri_written *w, const char *text, size_t size, const char *name,
-                  const mbsr_file_opt *opt, mbsr_error *error)
+static int expand_text(mbsri_written *w, const char *text, size_t size, const char *name,
+                       const mbsr_file_opt *opt, mbsr_error *error)
 {
     mbsri_scene s = open_scene(&w->arena, opt);
     mbsri_text written = {.arena = &w->arena};
@@ -245,7 +245,7 @@ int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
     mbsri_written *w = mbsri_arena_take(&arena, sizeof *w);
     if (!w) return fail(error, MBSR_ERR_NO_MEMORY, expand_entry, "no memory");
     w->arena = arena;
-    status = expand(w, text, size, name, opt, error);
+    status = expand_text(w, text, size, name, opt, error);
     if (status)
         mbsr_written_destroy(&w->written);
     else

@@ -134,4 +134,10 @@ bool mbsri_sdf_read(mbsri_scene *s, const mbsri_element *root);
 /* The text of errno that a load function has returned; "" where that says nothing. */
 const char *mbsri_file_why(int reason);
 
+/* Whether a joint has one axis: a hinge or a slide. */
+static inline bool mbsri_has_axis(const mbsr_file_joint *j)
+{
+    return j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE;
+}
+
 #endif

@@ -63,7 +63,7 @@ static bool is_child_of(const mbsri_sdf_node *n, const char *attribute, const ch
     return *name && (*name)[0];
 }
 
-static bool find_frame(mbsri_sdf *f, int node);
+static bool find_sdf_frame(mbsri_sdf *f, int node);
 
 /* Where a model has the frame that its pose places. */
 static bool find_placement(mbsri_sdf *f, int node, mbsr_frame *frame)
@@ -77,7 +77,7 @@ static bool find_placement(mbsri_sdf *f, int node, mbsr_frame *frame)
     return true;
 }
 
-static bool find_frame(mbsri_sdf *f, int node)
+static bool find_sdf_frame(mbsri_sdf *f, int node)
 {
     const mbsri_sdf_node n = mbsri_sdf_nodes(f)[node];
     const char *base = base_of(n.pose), *attached;
@@ -108,10 +108,10 @@ bool mbsri_sdf_place(mbsri_sdf *f, const mbsri_element *e, int model, const char
     if (model < 0 && strcmp(name, "world") == 0) return true;
     const int node = mbsri_sdf_find(f, model, name);
     if (node < 0) return mbsri_file_refuse(f->s, e, "'%.60s' is no frame here", name);
-    if (!find_frame(f, node)) return false;
+    if (!find_sdf_frame(f, node)) return false;
     *frame = mbsri_sdf_nodes(f)[node].frame;
     for (int m = mbsri_sdf_nodes(f)[node].model; m != model; m = mbsri_sdf_nodes(f)[m].model) {
-        if (!find_frame(f, m)) return false;
+        if (!find_sdf_frame(f, m)) return false;
         *frame = mbsr_frame_product(&mbsri_sdf_nodes(f)[m].frame, frame);
     }
     return true;
@@ -121,7 +121,7 @@ bool mbsri_sdf_world(mbsri_sdf *f, int node, mbsr_frame *frame)
 {
     *frame = mbsr_frame_identity();
     for (int n = node; n >= 0; n = mbsri_sdf_nodes(f)[n].model) {
-        if (!find_frame(f, n)) return false;
+        if (!find_sdf_frame(f, n)) return false;
         *frame = mbsr_frame_product(&mbsri_sdf_nodes(f)[n].frame, frame);
     }
     return true;

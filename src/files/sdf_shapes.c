@@ -132,7 +132,7 @@ bool mbsri_sdf_shapes(mbsri_sdf *f, int link, const mbsr_frame *world, int body)
 /* ---- inertias ---- */
 
 /* From the solids of the collisions, of their densities or that of <inertial>. */
-static bool weigh(mbsri_sdf *f, const mbsri_element *link, mbsr_inertia *inertia)
+static bool weigh_link(mbsri_sdf *f, const mbsri_element *link, mbsr_inertia *inertia)
 {
     mbsri_scene *s = f->s;
     double standard = 1000.0;
@@ -168,7 +168,7 @@ bool mbsri_sdf_inertia(mbsri_sdf *f, const mbsri_element *link, mbsr_inertia *in
     double mass = 1.0, I[6] = {1.0, 1.0, 1.0};
     mbsr_frame frame;
     if (automatic && (*automatic == '1' || strcmp(automatic, "true") == 0))
-        return weigh(f, link, inertia);
+        return weigh_link(f, link, inertia);
     if (!mbsri_sdf_read_pose(f->s, mbsri_child(inertial, "pose"), &frame)) return false;
     if (inertial && !mbsri_sdf_numbers(f->s, inertial, "mass", 1, &mass)) return false;
     for (int k = 0; k < 6 && tensor; ++k)

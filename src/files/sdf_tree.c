@@ -25,7 +25,7 @@ static int group_of(tree *t, int link)
     return link;
 }
 
-static bool allocate(tree *t)
+static bool take_arrays(tree *t)
 {
     const size_t count = (size_t)t->f->nodes.count + 1;
     int *all = mbsri_arena_take(t->f->s->arena, 5 * count * sizeof *all);
@@ -213,7 +213,7 @@ bool mbsri_sdf_tree(mbsri_sdf *f)
 {
     tree t = {.f = f};
     const int world = f->nodes.count;
-    if (!allocate(&t) || !choose_carriers(&t) || !add_branches(&t, world)) return false;
+    if (!take_arrays(&t) || !choose_carriers(&t) || !add_branches(&t, world)) return false;
     for (int k = 0; k < world; ++k) {
         const mbsri_sdf_node *n = mbsri_sdf_nodes(f) + k;
         if (n->kind == MBSRI_SDF_LINK && n->carrier < 0 &&

@@ -10,6 +10,7 @@
  * sum m c / sum m = C, its velocity V likewise, momentum about C: sum (I omega + m (c - C) x (v -
  * V)). */
 #include "files/solids.h"
+#include "files/vectors.h"
 
 #include <mbsrank/dynamics.h>
 #include <mbsrank/files.h>
@@ -31,23 +32,6 @@ typedef struct moving {
     double velocity[3], spin[3];
 } moving;
 
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        c[k] = a[i] * b[j] - a[j] * b[i];
-    }
-}
-
-/* y = R^T x */
-static void along(const double R[9], const double x[3], double y[3])
-{
-    double result[3];
-    for (int k = 0; k < 3; ++k)
-        result[k] = R[3 * k] * x[0] + R[3 * k + 1] * x[1] + R[3 * k + 2] * x[2];
-    memcpy(y, result, sizeof result);
-}
-
 /* ---- frames ---- */
 
 static int find_frame(const state *s, int body, const mbsr_frame *on, moving *m)
@@ -62,7 +46,7 @@ static int find_frame(const state *s, int body, const mbsr_frame *on, moving *m)
     memcpy(own.R, pose + MBSR_POSE_R, sizeof own.R);
     m->frame = mbsr_frame_product(&own, on);
     for (int k = 0; k < 3; ++k) arm[k] = m->frame.x[k] - own.x[k];
-    cross(twist, arm, turned);
+    mbsri_vectors_cross(twist, arm, turned);
     for (int k = 0; k < 3; ++k) {
         m->spin[k] = twist[k];
         m->velocity[k] = twist[3 + k] + turned[k];
@@ -76,13 +60,13 @@ static void see_from(const moving *from, moving *m)
     double arm[3], carried[3];
     const mbsr_frame back = mbsr_frame_inverse(&from->frame);
     for (int k = 0; k < 3; ++k) arm[k] = m->frame.x[k] - from->frame.x[k];
-    cross(from->spin, arm, carried);
+    mbsri_vectors_cross(from->spin, arm, carried);
     for (int k = 0; k < 3; ++k) {
         m->velocity[k] -= from->velocity[k] + carried[k];
         m->spin[k] -= from->spin[k];
     }
-    along(from->frame.R, m->velocity, m->velocity);
-    along(from->frame.R, m->spin, m->spin);
+    mbsri_vectors_rotate_back(from->frame.R, m->velocity, m->velocity);
+    mbsri_vectors_rotate_back(from->frame.R, m->spin, m->spin);
     m->frame = mbsr_frame_product(&back, &m->frame);
 }
 
@@ -104,7 +88,7 @@ static int sense_frame(const state *s, const mbsr_file_sensor *of, double *value
     default: break;
     }
     memcpy(value, found, 3 * sizeof *value);
-    if (of->own_axes) along(axes, value, value);
+    if (of->own_axes) mbsri_vectors_rotate_back(axes, value, value);
     return MBSR_OK;
 }
 
@@ -121,7 +105,7 @@ static int sense_acceleration(const state *s, const mbsr_file_sensor *of, double
     if (status) return status;
     const bool linear = of->kind == MBSR_SENSOR_ACCELERATION;
     for (int k = 0; k < 3; ++k) value[k] = linear ? A[3 + k] - of->gravity[k] : A[k];
-    if (of->own_axes) along(m.frame.R, value, value);
+    if (of->own_axes) mbsri_vectors_rotate_back(m.frame.R, value, value);
     return MBSR_OK;
 }
 
@@ -135,17 +119,17 @@ static int sense_reaction(const state *s, const mbsr_file_sensor *of, double *va
     if (!status) status = mbsr_joint_reaction(s->model, s->data, of->body, W);
     if (status) return status;
     for (int k = 0; k < 3; ++k) arm[k] = pose[MBSR_POSE_X + k] - m.frame.x[k];
-    cross(arm, W + 3, moment);
+    mbsri_vectors_cross(arm, W + 3, moment);
     for (int k = 0; k < 3; ++k)
         value[k] = of->kind == MBSR_SENSOR_FORCE ? W[3 + k] : W[k] + moment[k];
-    along(m.frame.R, value, value);
+    mbsri_vectors_rotate_back(m.frame.R, value, value);
     return MBSR_OK;
 }
 
 /* ---- lengths and drives ---- */
 
 /* Where the numbers of a joint stand in q and u. */
-static void find_places(const state *s, int joint, int *q, int *u)
+static void coordinate_places(const state *s, int joint, int *q, int *u)
 {
     const mbsr_file_joint *j = s->file->joint + joint;
     (void)mbsr_body_coordinates(s->model, j->body, q, NULL, u, NULL);
@@ -158,7 +142,7 @@ static void sum_up(const state *s, const mbsr_file_sum *sum, double *length, dou
     *length = *rate = 0.0;
     for (int k = 0; k < sum->count; ++k) {
         int q, u;
-        find_places(s, sum->joint[k], &q, &u);
+        coordinate_places(s, sum->joint[k], &q, &u);
         *length += sum->factor[k] * s->q[q];
         *rate += sum->factor[k] * s->u[u];
     }
@@ -226,13 +210,13 @@ static void sense_ball(const state *s, const mbsr_file_sensor *of, double *value
 {
     double R[9];
     int q, u;
-    find_places(s, of->joint, &q, &u);
+    coordinate_places(s, of->joint, &q, &u);
     if (of->kind == MBSR_SENSOR_BALL) {
         memcpy(value, s->q + q, 4 * sizeof *value);
         return;
     }
     mbsr_quaternion_rotation(s->q + q, R);
-    along(R, s->u + u, value);
+    mbsri_vectors_rotate_back(R, s->u + u, value);
 }
 
 /* ---- subtrees ---- */
@@ -250,13 +234,13 @@ static int add_body(const state *s, int body, const mbsr_body_def *def, sums *su
     const mbsr_frame on = mbsr_frame_at(centre[0], centre[1], centre[2]);
     const int status = find_frame(s, body, &on, &m);
     if (status) return status;
-    along(m.frame.R, m.spin, spin);
+    mbsri_vectors_rotate_back(m.frame.R, m.spin, spin);
     L[0] = I[0] * spin[0] + I[3] * spin[1] + I[4] * spin[2];
     L[1] = I[3] * spin[0] + I[1] * spin[1] + I[5] * spin[2];
     L[2] = I[4] * spin[0] + I[5] * spin[1] + I[2] * spin[2];
     for (int k = 0; k < 3; ++k)
         turned[k] = m.frame.R[k] * L[0] + m.frame.R[3 + k] * L[1] + m.frame.R[6 + k] * L[2];
-    cross(m.frame.x, m.velocity, moment);
+    mbsri_vectors_cross(m.frame.x, m.velocity, moment);
     sum->mass += mass;
     for (int k = 0; k < 3; ++k) {
         sum->centre[k] += mass * m.frame.x[k];
@@ -281,7 +265,7 @@ static int sense_subtree(const state *s, const mbsr_file_sensor *of, double *val
     }
     memset(value, 0, 3 * sizeof *value);
     if (!(sum.mass > 0.0)) return MBSR_OK;
-    cross(sum.centre, sum.velocity, moment);
+    mbsri_vectors_cross(sum.centre, sum.velocity, moment);
     for (int k = 0; k < 3; ++k)
         value[k] = of->kind == MBSR_SENSOR_CENTRE ? sum.centre[k] / sum.mass
                    : of->kind == MBSR_SENSOR_CENTRE_VELOCITY

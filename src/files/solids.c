@@ -1,6 +1,7 @@
 /* Inertias as files give them: see solids.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/solids.h"
+#include "files/vectors.h"
 
 #include <math.h>
 #include <string.h>
@@ -83,7 +84,7 @@ typedef struct raw {
 } raw;
 
 /* y (3 x 3) = R x R^T, columns */
-static void turn(const double R[9], const double x[9], double y[9])
+static void rotated_tensor(const double R[9], const double x[9], double y[9])
 {
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) {
@@ -96,20 +97,12 @@ static void turn(const double R[9], const double x[9], double y[9])
     }
 }
 
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        c[k] = a[i] * b[j] - a[j] * b[i];
-    }
-}
-
 static int raw_inertia(void *user, double t, const double *p, const double *V, double *M, double *h)
 {
     const raw *b = user;
     double I[9], s[3], L[3], spin[3];
     (void)t;
-    turn(p + MBSR_POSE_R, b->tensor, I);
+    rotated_tensor(p + MBSR_POSE_R, b->tensor, I);
     for (int k = 0; k < 3; ++k) {
         s[k] = 0.0;
         for (int l = 0; l < 3; ++l) s[k] += b->mass * p[MBSR_POSE_R + 3 * l + k] * b->com[l];
@@ -124,9 +117,9 @@ static int raw_inertia(void *user, double t, const double *p, const double *V, d
         M[6 * (3 + c) + 3 + c] = b->mass;
     }
     for (int k = 0; k < 3; ++k) L[k] = I[k] * V[0] + I[3 + k] * V[1] + I[6 + k] * V[2];
-    cross(V, L, h);
-    cross(V, s, spin);
-    cross(V, spin, h + 3);
+    mbsri_vectors_cross(V, L, h);
+    mbsri_vectors_cross(V, s, spin);
+    mbsri_vectors_cross(V, spin, h + 3);
     return 0;
 }
 
@@ -138,7 +131,7 @@ static mbsr_inertia raw_of(mbsri_arena *arena, double mass, const mbsr_frame *fr
     if (!b) return mbsr_inertia_zero();
     b->mass = mass;
     memcpy(b->com, frame->x, sizeof b->com);
-    turn(frame->R, own, b->tensor);
+    rotated_tensor(frame->R, own, b->tensor);
     const double square = b->com[0] * b->com[0] + b->com[1] * b->com[1] + b->com[2] * b->com[2];
     for (int c = 0; c < 3; ++c) {
         for (int r = 0; r < 3; ++r)

@@ -21,7 +21,7 @@ static int velocities(const mbsr_file_joint *j)
 }
 
 /* y = R(quaternion)^(T) x */
-static void turn(const double quaternion[4], bool transposed, const double x[3], double y[3])
+static void rotate_by(const double quaternion[4], bool transposed, const double x[3], double y[3])
 {
     double R[9], result[3];
     mbsr_quaternion_rotation(quaternion, R);
@@ -33,7 +33,7 @@ static void turn(const double quaternion[4], bool transposed, const double x[3],
 }
 
 /* The product of two quaternions. */
-static void multiply(const double a[4], const double b[4], double ab[4])
+static void quaternion_product(const double a[4], const double b[4], double ab[4])
 {
     ab[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
     ab[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
@@ -49,12 +49,12 @@ static void free_from_mujoco(const mbsr_frame *from, const double *p, const doub
     const mbsr_frame back = mbsr_frame_inverse(from);
     double frame[4];
     mbsr_rotation_quaternion(back.R, frame);
-    multiply(frame, p + 3, q);
-    turn(frame, false, p, q + 4);
+    quaternion_product(frame, p + 3, q);
+    rotate_by(frame, false, p, q + 4);
     for (int k = 0; k < 3; ++k) q[4 + k] += back.x[k];
     if (!u) return;
-    turn(q, false, v + 3, u);
-    turn(frame, false, v, u + 3);
+    rotate_by(q, false, v + 3, u);
+    rotate_by(frame, false, v, u + 3);
 }
 
 static void free_to_mujoco(const mbsr_frame *from, const double *q, const double *u, double *p,
@@ -62,12 +62,12 @@ static void free_to_mujoco(const mbsr_frame *from, const double *q, const double
 {
     double frame[4];
     mbsr_rotation_quaternion(from->R, frame);
-    multiply(frame, q, p + 3);
-    turn(frame, false, q + 4, p);
+    quaternion_product(frame, q, p + 3);
+    rotate_by(frame, false, q + 4, p);
     for (int k = 0; k < 3; ++k) p[k] += from->x[k];
     if (!v) return;
-    turn(q, true, u, v + 3);
-    turn(frame, false, u + 3, v);
+    rotate_by(q, true, u, v + 3);
+    rotate_by(frame, false, u + 3, v);
 }
 
 /* One joint; v and u may be NULL. */
@@ -84,7 +84,7 @@ static void convert(const mbsr_file_joint *j, int inverse, const double *p, cons
         break;
     case MBSR_FILE_BALL:
         memcpy(q, p, 4 * sizeof *q);
-        if (u) turn(p, !forth, v, u);
+        if (u) rotate_by(p, !forth, v, u);
         break;
     case MBSR_FILE_FREE: (forth ? free_from_mujoco : free_to_mujoco)(&j->from, p, v, q, u); break;
     }

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static int fail(mbsr_error *error, int status, const char *name, const char *why)
+static int refuse_triangles(mbsr_error *error, int status, const char *name, const char *why)
 {
     if (!error) return status;
     *error = (mbsr_error){.status = status, .body = MBSR_NONE, .force = MBSR_NONE};
@@ -23,7 +23,7 @@ int mbsr_mesh_triangles(const char *text, size_t size, const char *name, mbsr_tr
     mbsri_list list = {.count = 0};
     if (!name) name = "";
     if (!text || !take)
-        return fail(error, MBSR_ERR_NULL, name, text ? "take is NULL" : "text is NULL");
+        return refuse_triangles(error, MBSR_ERR_NULL, name, text ? "take is NULL" : "text is NULL");
     mbsri_arena_open(&arena, &memory);
     const char *wrong = mbsri_mesh_read(&arena, text, size, name, &list);
     if (!wrong && list.count == 0) wrong = "it has no triangles";
@@ -35,5 +35,5 @@ int mbsr_mesh_triangles(const char *text, size_t size, const char *name, mbsr_tr
         take(user, corner);
     }
     mbsri_arena_close(&arena);
-    return status ? fail(error, status, name, wrong) : MBSR_OK;
+    return status ? refuse_triangles(error, status, name, wrong) : MBSR_OK;
 }

@@ -147,7 +147,7 @@ static bool read_shapes(mbsri_scene *s, const mbsri_element *e, int body,
 
 /* ---- the tree ---- */
 
-static int compare(const void *a, const void *b)
+static int compare_names(const void *a, const void *b)
 {
     return strcmp(((const named *)a)->name, ((const named *)b)->name);
 }
@@ -155,7 +155,8 @@ static int compare(const void *a, const void *b)
 static int find_link(const robot *r, const char *name)
 {
     const named key = {.name = name};
-    const named *found = bsearch(&key, r->order, (size_t)r->links.count, sizeof *r->order, compare);
+    const named *found =
+        bsearch(&key, r->order, (size_t)r->links.count, sizeof *r->order, compare_names);
     return found ? found->link : -1;
 }
 
@@ -191,9 +192,9 @@ static bool sort_links(robot *r)
     r->order = mbsri_arena_take(r->s->arena, (size_t)count * sizeof *r->order);
     if (!r->order) return false;
     for (int k = 0; k < count; ++k) r->order[k] = (named){links[k].name, k};
-    qsort(r->order, (size_t)count, sizeof *r->order, compare);
+    qsort(r->order, (size_t)count, sizeof *r->order, compare_names);
     for (int k = 1; k < count; ++k) {
-        if (compare(r->order + k - 1, r->order + k) == 0)
+        if (compare_names(r->order + k - 1, r->order + k) == 0)
             return mbsri_file_refuse(r->s, links[r->order[k].link].element,
                                      "there are two links of that name");
     }

@@ -19,7 +19,7 @@ typedef struct load {
 } load;
 
 /* The load about -x, of which this is one about the origin. */
-static load shifted(const load *l, const double x[3])
+static load shifted_load(const load *l, const double x[3])
 {
     load to = {.mass = l->mass};
     for (int i = 0; i < 3; ++i) {
@@ -31,7 +31,7 @@ static load shifted(const load *l, const double x[3])
     return to;
 }
 
-static load turned(const load *l, const double R[9])
+static load rotated_load(const load *l, const double R[9])
 {
     load to = {.mass = l->mass};
     for (int i = 0; i < 3; ++i) {
@@ -44,7 +44,7 @@ static load turned(const load *l, const double R[9])
     return to;
 }
 
-static void add(load *to, const load *more)
+static void add_load_to(load *to, const load *more)
 {
     to->mass += more->mass;
     for (int i = 0; i < 3; ++i) to->first[i] += more->first[i];
@@ -61,7 +61,7 @@ static load load_of(const mbsr_inertia *inertia)
     const double half = 0.5 * (I[0] + I[1] + I[2]);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) l.second[i][j] = (i == j ? half : 0.0) - I[place[i][j]];
-    return shifted(&l, centre);
+    return shifted_load(&l, centre);
 }
 
 static mbsri_weight carried(const load *l, const mbsri_scene_joint *j)
@@ -69,7 +69,7 @@ static mbsri_weight carried(const load *l, const mbsri_scene_joint *j)
     if (j->joint.kind == MBSR_FILE_SLIDE) return (mbsri_weight){l->mass + j->armature, l->mass};
     if (j->joint.kind != MBSR_FILE_HINGE) return (mbsri_weight){0.0, 0.0};
     const double back[3] = {-j->anchor[0], -j->anchor[1], -j->anchor[2]}, *a = j->axis;
-    const load about = shifted(l, back);
+    const load about = shifted_load(l, back);
     double moment = j->armature, along = 0.0, square = 0.0;
     for (int i = 0; i < 3; ++i) {
         moment += about.second[i][i];
@@ -89,13 +89,13 @@ const mbsri_weight *mbsri_scene_weights(const mbsri_scene *s)
     if (!weight || !loads) return NULL;
     for (int k = s->bodies.count - 1; k >= 0; --k) {
         const load own = load_of(&b[k].inertia);
-        add(loads + k, &own);
+        add_load_to(loads + k, &own);
         for (int l = b[k].first; l < b[k].first + b[k].joints; ++l)
             weight[l] = carried(loads + k, mbsri_scene_joints(s) + l);
         if (b[k].parent < 0) continue;
-        load moved = turned(loads + k, b[k].frame.R);
-        moved = shifted(&moved, b[k].frame.x);
-        add(loads + b[k].parent, &moved);
+        load moved = rotated_load(loads + k, b[k].frame.R);
+        moved = shifted_load(&moved, b[k].frame.x);
+        add_load_to(loads + b[k].parent, &moved);
     }
     return weight;
 }

@@ -21,7 +21,7 @@ mbsr_write_opt mbsr_default_write_opt(void)
     return (mbsr_write_opt){.cookie = COOKIE};
 }
 
-static int fail(mbsr_error *error, int status, const char *text)
+static int refuse_writing(mbsr_error *error, int status, const char *text)
 {
     if (!error) return status;
     *error = (mbsr_error){.status = status, .body = MBSR_NONE, .force = MBSR_NONE};
@@ -31,7 +31,7 @@ static int fail(mbsr_error *error, int status, const char *text)
 
 /* ---- what is to be written ---- */
 
-static bool take(mbsri_writer *w)
+static bool take_tables(mbsri_writer *w)
 {
     const size_t bodies = (size_t)w->bodies + 1, rates = (size_t)w->nu + 1;
     w->body = mbsri_arena_take(w->arena, bodies * sizeof *w->body);
@@ -259,10 +259,10 @@ static bool too_deep(mbsri_writer *w, int k)
     return true;
 }
 
-static bool prepare(mbsri_writer *w)
+static bool prepare_writing(mbsri_writer *w)
 {
     mbsri_names bodies = {.count = 0}, joints = {.count = 0};
-    if (!take(w) || !read_bodies(w)) return false;
+    if (!take_tables(w) || !read_bodies(w)) return false;
     const mbsr_file_joint **read = joints_read(w);
     if (!read) return false;
     mbsri_names_add(w->arena, &bodies, "world", 0);
@@ -310,16 +310,16 @@ static int write_model(mbsri_written *to, const mbsr_model *model, const mbsr_fi
                            .bodies = mbsr_model_bodies(model),
                            .nu = mbsr_model_nu(model)};
     mbsri_writer *w = &writer;
-    const bool good = prepare(w);
+    const bool good = prepare_writing(w);
     if (good) write_all(w);
-    if (w->arena->failed) return fail(error, MBSR_ERR_NO_MEMORY, "no memory");
-    if (!good) return fail(error, MBSR_ERR_SPACE, w->message);
+    if (w->arena->failed) return refuse_writing(error, MBSR_ERR_NO_MEMORY, "no memory");
+    if (!good) return refuse_writing(error, MBSR_ERR_SPACE, w->message);
     const mbsr_finding *f = w->findings.items;
     if (opt->strict && w->findings.count > 0) {
         char reason[MBSR_TEXT_SIZE];
         snprintf(reason, sizeof reason, "%.70s: %.100s (%d such findings, strict mode)", f->element,
                  f->text, w->findings.count);
-        return fail(error, MBSR_ERR_FILE, reason);
+        return refuse_writing(error, MBSR_ERR_FILE, reason);
     }
     to->written = (mbsr_written){
         .text = w->text.data, .size = w->text.size, .findings = w->findings.count, .finding = f};
@@ -332,23 +332,24 @@ int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file, const m
     const mbsr_write_opt standard = mbsr_default_write_opt();
     if (written) *written = NULL;
     if (!model || !written)
-        return fail(error, MBSR_ERR_NULL, model ? "written is NULL" : "model is NULL");
+        return refuse_writing(error, MBSR_ERR_NULL, model ? "written is NULL" : "model is NULL");
     if (!opt) opt = &standard;
     if (opt->cookie != COOKIE)
-        return fail(error, MBSR_ERR_NO_DEFAULT,
-                    "the options were not made by mbsr_default_write_opt");
+        return refuse_writing(error, MBSR_ERR_NO_DEFAULT,
+                              "the options were not made by mbsr_default_write_opt");
     if ((opt->allocator.allocate == NULL) != (opt->allocator.release == NULL))
-        return fail(error, MBSR_ERR_VALUE, "opt.allocator has one of its two functions");
+        return refuse_writing(error, MBSR_ERR_VALUE, "opt.allocator has one of its two functions");
     if (mbsr_model_bodies(model) < 0)
-        return fail(error, MBSR_ERR_UNFINISHED, "the model is not finished");
+        return refuse_writing(error, MBSR_ERR_UNFINISHED, "the model is not finished");
     if (file && (file->bodies != mbsr_model_bodies(model) || file->nq != mbsr_model_nq(model)))
-        return fail(error, MBSR_ERR_MISMATCH, "the model is not that of the file as read");
+        return refuse_writing(error, MBSR_ERR_MISMATCH,
+                              "the model is not that of the file as read");
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->allocator);
     mbsri_written *to = mbsri_arena_take(&arena, sizeof *to);
     if (!to) {
         mbsri_arena_close(&arena);
-        return fail(error, MBSR_ERR_NO_MEMORY, "no memory");
+        return refuse_writing(error, MBSR_ERR_NO_MEMORY, "no memory");
     }
     to->arena = arena;
     const int status = write_model(to, model, file, opt, error);

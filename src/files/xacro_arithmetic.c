@@ -145,7 +145,7 @@ static bool repeat(mbsri_xacro *x, const mbsri_value *of, int64_t times, mbsri_v
     return list != NULL;
 }
 
-static bool join(mbsri_xacro *x, const mbsri_value *a, const mbsri_value *b, mbsri_value *out)
+static bool join_texts(mbsri_xacro *x, const mbsri_value *a, const mbsri_value *b, mbsri_value *out)
 {
     if (a->kind == MBSRI_STRING) {
         const size_t first = strlen(a->of.string), second = strlen(b->of.string);
@@ -173,7 +173,7 @@ static bool on_texts(mbsri_xacro *x, const char *mark, const mbsri_value *a, con
     const bool first = a->kind == MBSRI_STRING || mbsri_is_sequence(a),
                second = b->kind == MBSRI_STRING || mbsri_is_sequence(b);
     int64_t times;
-    if (strcmp(mark, "+") == 0 && first && a->kind == b->kind) return join(x, a, b, out);
+    if (strcmp(mark, "+") == 0 && first && a->kind == b->kind) return join_texts(x, a, b, out);
     if (strcmp(mark, "*") == 0 && first && mbsri_is_whole(b, &times))
         return repeat(x, a, times, out);
     if (strcmp(mark, "*") == 0 && second && mbsri_is_whole(a, &times))

@@ -14,7 +14,7 @@ typedef struct evaluation {
     struct mbsri_scope *scope;
 } evaluation;
 
-static bool evaluate(evaluation *e, const mbsri_node *node, mbsri_value *out);
+static bool evaluate_node(evaluation *e, const mbsri_node *node, mbsri_value *out);
 
 /* ---- names and members ---- */
 
@@ -30,7 +30,7 @@ static bool find_member(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     const char *name = node->text;
     mbsri_value *of = mbsri_xacro_take(e->x, sizeof *of);
-    if (!of || !evaluate(e, node->a, of)) return false;
+    if (!of || !evaluate_node(e, node->a, of)) return false;
     if (of->kind == MBSRI_NAMESPACE) return find_name(&(evaluation){e->x, of->of.scope}, name, out);
     if (of->kind == MBSRI_MODULE && mbsri_module_find(of->of.module, name, out)) return true;
     if (mbsri_method_find(of, name, out)) return true;
@@ -48,7 +48,7 @@ static bool find_member(evaluation *e, const mbsri_node *node, mbsri_value *out)
 /* ---- parts of strings, lists and dictionaries ---- */
 
 /* The length of what is indexed by places; -1: it is not. */
-static int64_t length_of(mbsri_xacro *x, const mbsri_value *of)
+static int64_t indexed_length(mbsri_xacro *x, const mbsri_value *of)
 {
     if (mbsri_is_sequence(of)) return of->of.list->count;
     if (of->kind != MBSRI_STRING) {
@@ -68,7 +68,7 @@ static bool find_part(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     mbsri_value of, at;
     int64_t place;
-    if (!evaluate(e, node->a, &of) || !evaluate(e, node->b, &at)) return false;
+    if (!evaluate_node(e, node->a, &of) || !evaluate_node(e, node->b, &at)) return false;
     if (of.kind == MBSRI_DICTIONARY) {
         mbsri_value *found;
         if (!mbsri_value_find(e->x, &of, &at, &found)) return false;
@@ -77,7 +77,7 @@ static bool find_part(evaluation *e, const mbsri_node *node, mbsri_value *out)
         *out = *found;
         return true;
     }
-    const int64_t length = length_of(e->x, &of);
+    const int64_t length = indexed_length(e->x, &of);
     if (length < 0) return false;
     if (!mbsri_is_whole(&at, &place))
         return mbsri_xacro_refuse(e->x, "an index is %s", mbsri_kind_name(&at));
@@ -98,7 +98,7 @@ static bool find_end(evaluation *e, const mbsri_node *node, int64_t length, int6
 {
     mbsri_value value;
     if (!node) return true;
-    if (!evaluate(e, node, &value)) return false;
+    if (!evaluate_node(e, node, &value)) return false;
     if (value.kind == MBSRI_NOTHING) return true;
     if (!mbsri_is_whole(&value, end))
         return mbsri_xacro_refuse(e->x, "an index is %s", mbsri_kind_name(&value));
@@ -110,8 +110,8 @@ static bool find_end(evaluation *e, const mbsri_node *node, int64_t length, int6
 static bool slice(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     mbsri_value of;
-    if (!evaluate(e, node->a, &of)) return false;
-    const int64_t length = length_of(e->x, &of);
+    if (!evaluate_node(e, node->a, &of)) return false;
+    const int64_t length = indexed_length(e->x, &of);
     int64_t from = 0, to = length;
     if (length < 0 || !find_end(e, node->b, length, &from) || !find_end(e, node->c, length, &to))
         return false;
@@ -134,7 +134,7 @@ static bool negate(evaluation *e, const mbsri_node *node, mbsri_value *out)
     const mbsri_value zero = mbsri_value_whole(0);
     mbsri_value a;
     double number;
-    if (!evaluate(e, node->a, &a)) return false;
+    if (!evaluate_node(e, node->a, &a)) return false;
     if (strcmp(node->text, "not") == 0) {
         *out = mbsri_value_truth(!mbsri_value_true(&a));
         return true;
@@ -194,13 +194,14 @@ static bool holds(mbsri_xacro *x, const char *mark, const mbsri_value *a, const 
     return true;
 }
 
-static bool compare(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool compare_values(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     mbsri_value a, b;
     bool result = true;
-    if (!evaluate(e, node->a, &a)) return false;
+    if (!evaluate_node(e, node->a, &a)) return false;
     for (const mbsri_item *item = node->first; item && result; item = item->next) {
-        if (!evaluate(e, item->node, &b) || !holds(e->x, item->text, &a, &b, &result)) return false;
+        if (!evaluate_node(e, item->node, &b) || !holds(e->x, item->text, &a, &b, &result))
+            return false;
         a = b;
     }
     *out = mbsri_value_truth(result);
@@ -219,7 +220,7 @@ static bool call(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     mbsri_value function;
     mbsri_list arguments = {.count = 0}, keywords = {.count = 0};
-    if (!evaluate(e, node->a, &function)) return false;
+    if (!evaluate_node(e, node->a, &function)) return false;
     if (function.kind != MBSRI_FUNCTION)
         return mbsri_xacro_refuse(e->x, "%s is called", mbsri_kind_name(&function));
     if (!spend_on(e->x, function.self)) return false;
@@ -228,7 +229,7 @@ static bool call(evaluation *e, const mbsri_node *node, mbsri_value *out)
         mbsri_value argument;
         if (item->text && strcmp(f->name, "dict") != 0)
             return mbsri_xacro_refuse(e->x, "%s() is given '%.40s' by name", f->name, item->text);
-        if (!evaluate(e, item->node, &argument) || !spend_on(e->x, &argument) ||
+        if (!evaluate_node(e, item->node, &argument) || !spend_on(e->x, &argument) ||
             !mbsri_value_add(e->x, &arguments, &argument))
             return false;
         const char **keyword = mbsri_list_add(e->x->s->arena, &keywords, sizeof *keyword);
@@ -247,7 +248,8 @@ static bool gather(evaluation *e, const mbsri_node *node, mbsri_value *out)
         mbsri_value_begin(e->x, node->kind == MBSRI_NODE_LIST ? MBSRI_LIST : MBSRI_TUPLE, out);
     for (const mbsri_item *item = node->first; list && item; item = item->next) {
         mbsri_value value;
-        if (!evaluate(e, item->node, &value) || !mbsri_value_add(e->x, list, &value)) return false;
+        if (!evaluate_node(e, item->node, &value) || !mbsri_value_add(e->x, list, &value))
+            return false;
     }
     return list != NULL;
 }
@@ -264,16 +266,17 @@ static bool evaluate_kind(evaluation *e, const mbsri_node *node, mbsri_value *ou
     case MBSRI_NODE_TUPLE: return gather(e, node, out);
     case MBSRI_NODE_UNARY: return negate(e, node, out);
     case MBSRI_NODE_BINARY:
-        return evaluate(e, node->a, &a) && evaluate(e, node->b, &b) &&
+        return evaluate_node(e, node->a, &a) && evaluate_node(e, node->b, &b) &&
                mbsri_arithmetic(e->x, node->text, &a, &b, out);
     case MBSRI_NODE_AND:
     case MBSRI_NODE_OR:
-        if (!evaluate(e, node->a, out)) return false;
-        return mbsri_value_true(out) != (node->kind == MBSRI_NODE_AND) || evaluate(e, node->b, out);
-    case MBSRI_NODE_COMPARE: return compare(e, node, out);
+        if (!evaluate_node(e, node->a, out)) return false;
+        return mbsri_value_true(out) != (node->kind == MBSRI_NODE_AND) ||
+               evaluate_node(e, node->b, out);
+    case MBSRI_NODE_COMPARE: return compare_values(e, node, out);
     case MBSRI_NODE_CONDITIONAL:
-        return evaluate(e, node->b, &a) &&
-               evaluate(e, mbsri_value_true(&a) ? node->a : node->c, out);
+        return evaluate_node(e, node->b, &a) &&
+               evaluate_node(e, mbsri_value_true(&a) ? node->a : node->c, out);
     case MBSRI_NODE_CALL: return call(e, node, out);
     case MBSRI_NODE_INDEX: return find_part(e, node, out);
     case MBSRI_NODE_SLICE: return slice(e, node, out);
@@ -282,7 +285,7 @@ static bool evaluate_kind(evaluation *e, const mbsri_node *node, mbsri_value *ou
     return false;
 }
 
-static bool evaluate(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool evaluate_node(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     if (!mbsri_xacro_spend(e->x, 16) || !mbsri_xacro_enter(e->x)) return false;
     const bool good = evaluate_kind(e, node, out);
@@ -294,5 +297,5 @@ bool mbsri_xacro_evaluate(mbsri_xacro *x, struct mbsri_scope *scope, const char 
                           mbsri_value *value)
 {
     const mbsri_node *node = mbsri_xacro_parse(x, text);
-    return node && evaluate(&(evaluation){x, scope}, node, value);
+    return node && evaluate_node(&(evaluation){x, scope}, node, value);
 }

@@ -305,7 +305,8 @@ static bool expand_call(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *sco
     return name && call(x, e, name, "macro", scope, to);
 }
 
-static bool refuse(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *scope, mbsri_element *to)
+static bool refuse_element(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *scope,
+                           mbsri_element *to)
 {
     (void)scope, (void)to;
     return mbsri_xacro_refuse(x, "<%.40s> is not read", e->name);
@@ -317,11 +318,11 @@ static bool expand(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *scope, m
         const char *name;
         bool (*expand)(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *scope,
                        mbsri_element *to);
-    } kinds[] = {
-        {"property", expand_property},  {"macro", expand_macro},     {"if", expand_condition},
-        {"unless", expand_condition},   {"include", expand_include}, {"arg", expand_arg},
-        {"insert_block", expand_block}, {"call", expand_call},       {"element", refuse},
-        {"attribute", refuse}};
+    } kinds[] = {{"property", expand_property},  {"macro", expand_macro},
+                 {"if", expand_condition},       {"unless", expand_condition},
+                 {"include", expand_include},    {"arg", expand_arg},
+                 {"insert_block", expand_block}, {"call", expand_call},
+                 {"element", refuse_element},    {"attribute", refuse_element}};
     const size_t skipped = sizeof prefix - 1;
     if (strncmp(e->name, prefix, skipped) != 0) return copy_element(x, e, scope, to) != NULL;
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; ++k) {

@@ -89,7 +89,7 @@ static const loaded *recall(const mbsri_xacro *x, const char *path, bool xml)
     return NULL;
 }
 
-static bool keep(mbsri_xacro *x, const loaded *file)
+static bool keep_file(mbsri_xacro *x, const loaded *file)
 {
     loaded *place = mbsri_list_add(x->s->arena, &x->files, sizeof *place);
     if (place) *place = *file;
@@ -97,7 +97,8 @@ static bool keep(mbsri_xacro *x, const loaded *file)
 }
 
 /* The text of a file; *text stays NULL where it is missing and may be. False: refused. */
-static bool load(mbsri_xacro *x, const char *path, bool optional, const char **text, size_t *size)
+static bool load_text(mbsri_xacro *x, const char *path, bool optional, const char **text,
+                      size_t *size)
 {
     const mbsr_file_opt *opt = x->s->opt;
     *text = NULL;
@@ -118,9 +119,9 @@ bool mbsri_xacro_include(mbsri_xacro *x, const char *path, bool optional,
     size_t size;
     *root = known ? known->root : NULL;
     if (!clean || known) return clean != NULL;
-    if (!load(x, clean, optional, &text, &size) || !text) return optional && !x->s->message[0];
+    if (!load_text(x, clean, optional, &text, &size) || !text) return optional && !x->s->message[0];
     *root = mbsri_xml_read(x->s->arena, text, size, clean, x->s->message);
-    return *root && keep(x, &(loaded){.path = clean, .root = *root});
+    return *root && keep_file(x, &(loaded){.path = clean, .root = *root});
 }
 
 bool mbsri_xacro_load_yaml(mbsri_xacro *x, const char *path, mbsri_value *value)
@@ -130,6 +131,7 @@ bool mbsri_xacro_load_yaml(mbsri_xacro *x, const char *path, mbsri_value *value)
     size_t size;
     if (known) *value = known->value;
     if (!clean || known) return clean != NULL;
-    return load(x, clean, false, &text, &size) && mbsri_yaml_read(x, text, size, clean, value) &&
-           keep(x, &(loaded){.path = clean, .value = *value});
+    return load_text(x, clean, false, &text, &size) &&
+           mbsri_yaml_read(x, text, size, clean, value) &&
+           keep_file(x, &(loaded){.path = clean, .value = *value});
 }

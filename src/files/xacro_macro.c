@@ -91,7 +91,7 @@ bool mbsri_macro_define(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *sco
 
 /* ---- calls ---- */
 
-static const mbsri_macro *find(const mbsri_scope *scope, const char *name)
+static const mbsri_macro *find_macro(const mbsri_scope *scope, const char *name)
 {
     for (; scope; scope = scope->parent) {
         const int k = mbsri_names_find(&scope->macro_names, name);
@@ -102,7 +102,7 @@ static const mbsri_macro *find(const mbsri_scope *scope, const char *name)
 
 const mbsri_macro *mbsri_macro_find(mbsri_xacro *x, const char *name, mbsri_scope **scope)
 {
-    const mbsri_macro *macro = find(*scope, name);
+    const mbsri_macro *macro = find_macro(*scope, name);
     mbsri_scope *at = *scope;
     const char *rest = name;
     for (const char *dot; !macro && (dot = strchr(rest, '.')); rest = dot + 1) {
@@ -111,7 +111,7 @@ const mbsri_macro *mbsri_macro_find(mbsri_xacro *x, const char *name, mbsri_scop
         if (!space || mbsri_scope_find(x, at, space, &value) < 0) return NULL;
         if (!mbsri_scope_has(at, space) || value.kind != MBSRI_NAMESPACE) break;
         at = value.of.scope;
-        macro = strchr(dot + 1, '.') ? NULL : find(at, dot + 1);
+        macro = strchr(dot + 1, '.') ? NULL : find_macro(at, dot + 1);
     }
     if (!macro) mbsri_xacro_refuse(x, "there is no macro '%.60s'", name);
     *scope = at;

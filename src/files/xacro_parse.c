@@ -23,7 +23,7 @@ typedef struct parser {
 
 static const mbsri_node *parse_test(parser *p);
 
-static bool advance(parser *p)
+static bool next_token(parser *p)
 {
     return mbsri_token_next(p->x, &p->rest, &p->token);
 }
@@ -47,12 +47,13 @@ static const char *one_of(const parser *p, const char *const *marks)
 
 static bool expect(parser *p, const char *mark)
 {
-    if (is_mark(p, mark)) return advance(p);
+    if (is_mark(p, mark)) return next_token(p);
     return mbsri_xacro_refuse(p->x, "'%s' is missing in an expression before '%.20s'", mark,
                               p->token.text ? p->token.text : "a value");
 }
 
-static mbsri_node *make(parser *p, mbsri_node_kind kind, const mbsri_node *a, const mbsri_node *b)
+static mbsri_node *make_node(parser *p, mbsri_node_kind kind, const mbsri_node *a,
+                             const mbsri_node *b)
 {
     mbsri_node *node = mbsri_xacro_take(p->x, sizeof *node);
     if (node) *node = (mbsri_node){.kind = kind, .a = a, .b = b};
@@ -98,10 +99,10 @@ bool mbsri_is_name(const char *text)
 static const mbsri_node *parse_items(parser *p, mbsri_node_kind kind, const char *closing,
                                      bool *single)
 {
-    mbsri_node *node = make(p, kind, NULL, NULL);
+    mbsri_node *node = make_node(p, kind, NULL, NULL);
     mbsri_item *last = NULL;
     *single = false;
-    if (!node || !advance(p)) return NULL;
+    if (!node || !next_token(p)) return NULL;
     while (!is_mark(p, closing)) {
         mbsri_item *item = add_item(p, &last, NULL, parse_test(p));
         if (!item) return NULL;
@@ -115,16 +116,16 @@ static const mbsri_node *parse_items(parser *p, mbsri_node_kind kind, const char
         }
         if (!expect(p, ",")) return NULL;
     }
-    return advance(p) ? node : NULL;
+    return next_token(p) ? node : NULL;
 }
 
 /* Strings beside each other are one. */
 static const mbsri_node *parse_value(parser *p)
 {
-    mbsri_node *node = make(p, MBSRI_NODE_CONSTANT, NULL, NULL);
+    mbsri_node *node = make_node(p, MBSRI_NODE_CONSTANT, NULL, NULL);
     if (!node) return NULL;
     node->value = p->token.value;
-    if (!advance(p)) return NULL;
+    if (!next_token(p)) return NULL;
     while (p->token.kind == MBSRI_TOKEN_VALUE && p->token.value.kind == MBSRI_STRING &&
            node->value.kind == MBSRI_STRING) {
         const char *more = p->token.value.of.string;
@@ -134,7 +135,7 @@ static const mbsri_node *parse_value(parser *p)
         memcpy(both, node->value.of.string, length);
         memcpy(both + length, more, strlen(more));
         node->value.of.string = both;
-        if (!advance(p)) return NULL;
+        if (!next_token(p)) return NULL;
     }
     return node;
 }
@@ -147,11 +148,11 @@ static const mbsri_node *parse_name(parser *p)
         mbsri_xacro_refuse(p->x, "'%s' is nothing that expressions have here", text);
         return NULL;
     }
-    mbsri_node *node = make(p, constant ? MBSRI_NODE_CONSTANT : MBSRI_NODE_NAME, NULL, NULL);
+    mbsri_node *node = make_node(p, constant ? MBSRI_NODE_CONSTANT : MBSRI_NODE_NAME, NULL, NULL);
     if (!node) return NULL;
     node->text = text;
     if (constant && *text != 'N') node->value = mbsri_value_truth(*text == 'T');
-    return advance(p) ? node : NULL;
+    return next_token(p) ? node : NULL;
 }
 
 static const mbsri_node *parse_atom(parser *p)
@@ -172,32 +173,32 @@ static const mbsri_node *parse_atom(parser *p)
 
 static const mbsri_node *parse_call(parser *p, const mbsri_node *function)
 {
-    mbsri_node *node = make(p, MBSRI_NODE_CALL, function, NULL);
+    mbsri_node *node = make_node(p, MBSRI_NODE_CALL, function, NULL);
     mbsri_item *last = NULL;
-    if (!node || !advance(p)) return NULL;
+    if (!node || !next_token(p)) return NULL;
     while (!is_mark(p, ")")) {
         const char *keyword = NULL;
         const mbsri_node *value = parse_test(p);
         if (value && value->kind == MBSRI_NODE_NAME && is_mark(p, "=")) {
             keyword = value->text;
-            value = advance(p) ? parse_test(p) : NULL;
+            value = next_token(p) ? parse_test(p) : NULL;
         }
         mbsri_item *item = add_item(p, &last, keyword, value);
         if (!item) return NULL;
         if (!node->first) node->first = item;
         if (!is_mark(p, ")") && !expect(p, ",")) return NULL;
     }
-    return advance(p) ? node : NULL;
+    return next_token(p) ? node : NULL;
 }
 
 static const mbsri_node *parse_index(parser *p, const mbsri_node *of)
 {
-    mbsri_node *node = make(p, MBSRI_NODE_INDEX, of, NULL);
-    if (!node || !advance(p)) return NULL;
+    mbsri_node *node = make_node(p, MBSRI_NODE_INDEX, of, NULL);
+    if (!node || !next_token(p)) return NULL;
     if (!is_mark(p, ":") && !(node->b = parse_test(p))) return NULL;
     if (is_mark(p, ":")) {
         node->kind = MBSRI_NODE_SLICE;
-        if (!advance(p)) return NULL;
+        if (!next_token(p)) return NULL;
         if (!is_mark(p, "]") && !(node->c = parse_test(p))) return NULL;
     }
     return expect(p, "]") ? node : NULL;
@@ -212,14 +213,14 @@ static const mbsri_node *parse_postfix(parser *p)
         } else if (is_mark(p, "[")) {
             node = parse_index(p, node);
         } else if (is_mark(p, ".")) {
-            mbsri_node *of = make(p, MBSRI_NODE_ATTRIBUTE, node, NULL);
-            if (!of || !advance(p)) return NULL;
+            mbsri_node *of = make_node(p, MBSRI_NODE_ATTRIBUTE, node, NULL);
+            if (!of || !next_token(p)) return NULL;
             of->text = p->token.text;
             if (p->token.kind != MBSRI_TOKEN_NAME) {
                 mbsri_xacro_refuse(p->x, "an expression has no name behind '.'");
                 return NULL;
             }
-            node = advance(p) ? of : NULL;
+            node = next_token(p) ? of : NULL;
         } else {
             break;
         }
@@ -236,15 +237,15 @@ static const mbsri_node *parse_sign(parser *p)
     if (!mbsri_xacro_enter(p->x)) return NULL;
     const mbsri_node *node;
     if (sign) {
-        mbsri_node *unary = make(p, MBSRI_NODE_UNARY, NULL, NULL);
-        if (!unary || !advance(p) || !(unary->a = parse_sign(p))) return NULL;
+        mbsri_node *unary = make_node(p, MBSRI_NODE_UNARY, NULL, NULL);
+        if (!unary || !next_token(p) || !(unary->a = parse_sign(p))) return NULL;
         unary->text = sign;
         node = unary;
     } else {
         node = parse_postfix(p);
         if (node && is_mark(p, "**")) {
-            mbsri_node *power = make(p, MBSRI_NODE_BINARY, node, NULL);
-            if (!power || !advance(p) || !(power->b = parse_sign(p))) return NULL;
+            mbsri_node *power = make_node(p, MBSRI_NODE_BINARY, node, NULL);
+            if (!power || !next_token(p) || !(power->b = parse_sign(p))) return NULL;
             power->text = "**";
             node = power;
         }
@@ -259,8 +260,8 @@ static const mbsri_node *parse_row(parser *p, const char *const *marks,
 {
     const mbsri_node *node = operand(p);
     for (const char *mark; node && (mark = one_of(p, marks));) {
-        mbsri_node *both = make(p, MBSRI_NODE_BINARY, node, NULL);
-        if (!both || !advance(p) || !(both->b = operand(p))) return NULL;
+        mbsri_node *both = make_node(p, MBSRI_NODE_BINARY, node, NULL);
+        if (!both || !next_token(p) || !(both->b = operand(p))) return NULL;
         both->text = mark;
         node = both;
     }
@@ -286,14 +287,14 @@ static const char *take_comparison(parser *p)
     const char *mark = one_of(p, marks);
     const bool no = is_word(p, "not"), is = is_word(p, "is"), in = is_word(p, "in");
     if (!mark && !no && !is && !in) return "";
-    if (!advance(p)) return NULL;
+    if (!next_token(p)) return NULL;
     if (mark || in) return mark ? mark : "in";
     if (is && !is_word(p, "not")) return "is";
     if (no && !is_word(p, "in")) {
         mbsri_xacro_refuse(p->x, "an expression has 'not' behind a value");
         return NULL;
     }
-    return advance(p) ? no ? "not in" : "is not" : NULL;
+    return next_token(p) ? no ? "not in" : "is not" : NULL;
 }
 
 static const mbsri_node *parse_compare(parser *p)
@@ -304,7 +305,7 @@ static const mbsri_node *parse_compare(parser *p)
     for (const char *mark; a;) {
         if (!(mark = take_comparison(p))) return NULL;
         if (!*mark) return chain ? chain : a;
-        if (!chain && !(chain = make(p, MBSRI_NODE_COMPARE, a, NULL))) return NULL;
+        if (!chain && !(chain = make_node(p, MBSRI_NODE_COMPARE, a, NULL))) return NULL;
         mbsri_item *item = add_item(p, &last, mark, parse_sum(p));
         if (!item) return NULL;
         if (!chain->first) chain->first = item;
@@ -315,8 +316,9 @@ static const mbsri_node *parse_compare(parser *p)
 static const mbsri_node *parse_not(parser *p)
 {
     if (!is_word(p, "not")) return parse_compare(p);
-    mbsri_node *node = make(p, MBSRI_NODE_UNARY, NULL, NULL);
-    if (!node || !mbsri_xacro_enter(p->x) || !advance(p) || !(node->a = parse_not(p))) return NULL;
+    mbsri_node *node = make_node(p, MBSRI_NODE_UNARY, NULL, NULL);
+    if (!node || !mbsri_xacro_enter(p->x) || !next_token(p) || !(node->a = parse_not(p)))
+        return NULL;
     node->text = "not";
     mbsri_xacro_leave(p->x);
     return node;
@@ -326,8 +328,8 @@ static const mbsri_node *parse_and(parser *p)
 {
     const mbsri_node *node = parse_not(p);
     while (node && is_word(p, "and")) {
-        mbsri_node *both = make(p, MBSRI_NODE_AND, node, NULL);
-        if (!both || !advance(p) || !(both->b = parse_not(p))) return NULL;
+        mbsri_node *both = make_node(p, MBSRI_NODE_AND, node, NULL);
+        if (!both || !next_token(p) || !(both->b = parse_not(p))) return NULL;
         node = both;
     }
     return node;
@@ -337,8 +339,8 @@ static const mbsri_node *parse_or(parser *p)
 {
     const mbsri_node *node = parse_and(p);
     while (node && is_word(p, "or")) {
-        mbsri_node *both = make(p, MBSRI_NODE_OR, node, NULL);
-        if (!both || !advance(p) || !(both->b = parse_and(p))) return NULL;
+        mbsri_node *both = make_node(p, MBSRI_NODE_OR, node, NULL);
+        if (!both || !next_token(p) || !(both->b = parse_and(p))) return NULL;
         node = both;
     }
     return node;
@@ -349,13 +351,13 @@ static const mbsri_node *parse_test(parser *p)
     if (!mbsri_xacro_enter(p->x)) return NULL;
     const mbsri_node *node = parse_or(p);
     if (node && is_word(p, "if")) {
-        mbsri_node *choice = make(p, MBSRI_NODE_CONDITIONAL, node, NULL);
-        if (!choice || !advance(p) || !(choice->b = parse_or(p))) return NULL;
+        mbsri_node *choice = make_node(p, MBSRI_NODE_CONDITIONAL, node, NULL);
+        if (!choice || !next_token(p) || !(choice->b = parse_or(p))) return NULL;
         if (!is_word(p, "else")) {
             mbsri_xacro_refuse(p->x, "an expression has 'if' without 'else'");
             return NULL;
         }
-        if (!advance(p) || !(choice->c = parse_test(p))) return NULL;
+        if (!next_token(p) || !(choice->c = parse_test(p))) return NULL;
         node = choice;
     }
     mbsri_xacro_leave(p->x);
@@ -365,14 +367,14 @@ static const mbsri_node *parse_test(parser *p)
 const mbsri_node *mbsri_xacro_parse(mbsri_xacro *x, const char *text)
 {
     parser p = {.x = x, .rest = text};
-    if (!advance(&p)) return NULL;
+    if (!next_token(&p)) return NULL;
     const mbsri_node *node = parse_test(&p);
     if (node && is_mark(&p, ",")) { /* a tuple without brackets */
-        mbsri_node *tuple = make(&p, MBSRI_NODE_TUPLE, NULL, NULL);
+        mbsri_node *tuple = make_node(&p, MBSRI_NODE_TUPLE, NULL, NULL);
         mbsri_item *last = NULL;
         if (!tuple || !(tuple->first = add_item(&p, &last, NULL, node))) return NULL;
         while (is_mark(&p, ",")) {
-            if (!advance(&p)) return NULL;
+            if (!next_token(&p)) return NULL;
             if (p.token.kind == MBSRI_TOKEN_END) break;
             if (!add_item(&p, &last, NULL, parse_test(&p))) return NULL;
         }

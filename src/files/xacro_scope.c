@@ -69,7 +69,7 @@ bool mbsri_scope_set(mbsri_xacro *x, mbsri_scope *scope, const char *name, const
 }
 
 /* A text that is used becomes a value. */
-static bool settle(mbsri_xacro *x, mbsri_scope *scope, const char *name, int k)
+static bool evaluate_property(mbsri_xacro *x, mbsri_scope *scope, const char *name, int k)
 {
     property *p = (property *)scope->properties.items + k;
     mbsri_value value;
@@ -91,7 +91,7 @@ int mbsri_scope_find(mbsri_xacro *x, mbsri_scope *scope, const char *name, mbsri
     while (scope && !find_here(scope, name)) scope = scope->parent;
     if (!scope) return 0;
     const int k = mbsri_names_find(&scope->names, name);
-    if (!settle(x, scope, name, k)) return -1;
+    if (!evaluate_property(x, scope, name, k)) return -1;
     *value = ((property *)scope->properties.items)[k].value;
     return 1;
 }
@@ -114,7 +114,7 @@ static const char *find_package(mbsri_xacro *x, const char *name)
 }
 
 /* The text of $(inner). */
-static bool substitute(mbsri_xacro *x, const char *inner, mbsri_value *value)
+static bool substitute_one(mbsri_xacro *x, const char *inner, mbsri_value *value)
 {
     static const char space[] = " \t\r\n";
     char word[12] = "";
@@ -168,11 +168,12 @@ static bool evaluate_piece(mbsri_xacro *x, mbsri_scope *scope, const char *s, si
     inner = mbsri_xacro_text(x, scope, inner);
     if (!inner) return false;
     mbsri_xacro_leave(x);
-    return expression ? mbsri_xacro_evaluate(x, scope, inner, value) : substitute(x, inner, value);
+    return expression ? mbsri_xacro_evaluate(x, scope, inner, value)
+                      : substitute_one(x, inner, value);
 }
 
 /* Puts texts one behind the other. */
-static const char *join(mbsri_xacro *x, const mbsri_list *pieces)
+static const char *join_values(mbsri_xacro *x, const mbsri_list *pieces)
 {
     const char *const *piece = pieces->items;
     size_t size = 0;
@@ -202,7 +203,7 @@ bool mbsri_xacro_value(mbsri_xacro *x, mbsri_scope *scope, const char *text, mbs
             mbsri_xacro_spend(x, 32) ? mbsri_list_add(x->s->arena, &pieces, sizeof *piece) : NULL;
         if (!piece || !(*piece = mbsri_value_text(x, value))) return false;
     }
-    *value = mbsri_value_string(join(x, &pieces));
+    *value = mbsri_value_string(join_values(x, &pieces));
     return value->of.string != NULL;
 }
 

@@ -6,11 +6,6 @@
 
 #include <string.h>
 
-static bool is_digit(char c)
-{
-    return c >= '0' && c <= '9';
-}
-
 /* Letters beyond ASCII, too. */
 static bool begins_name(char c)
 {
@@ -42,9 +37,9 @@ static bool read_based(const char *digits, int64_t *whole)
     if (!digits[2]) return false;
     for (const char *s = digits + 2; *s; ++s) {
         const int lower = *s >= 'A' && *s <= 'Z' ? *s - 'A' + 'a' : *s,
-                  digit = is_digit(*s)   ? *s - '0'
-                          : lower >= 'a' ? lower - 'a' + 10
-                                         : 99;
+                  digit = mbsri_is_digit(*s) ? *s - '0'
+                          : lower >= 'a'     ? lower - 'a' + 10
+                                             : 99;
         if (digit >= base || *whole > (INT64_MAX - digit) / base) return false;
         *whole = *whole * base + digit;
     }
@@ -59,7 +54,7 @@ static bool read_number(mbsri_xacro *x, const char **text, mbsri_token *token)
     char digits[120];
     int64_t whole = 0;
     double number = 0.0;
-    while (is_digit(*end) || begins_name(*end) || *end == '.' ||
+    while (mbsri_is_digit(*end) || begins_name(*end) || *end == '.' ||
            ((*end == '+' || *end == '-') && !based && (end[-1] == 'e' || end[-1] == 'E'))) {
         real = real || (!based && (*end == '.' || *end == 'e' || *end == 'E'));
         ++end;
@@ -111,7 +106,7 @@ static bool read_string(mbsri_xacro *x, const char **text, mbsri_token *token)
 static bool read_name(mbsri_xacro *x, const char **text, mbsri_token *token)
 {
     const char *s = *text;
-    while (begins_name(*s) || is_digit(*s)) ++s;
+    while (begins_name(*s) || mbsri_is_digit(*s)) ++s;
     if (*s == '\'' || *s == '"')
         return mbsri_xacro_refuse(x, "strings that begin with %.*s%c are not read",
                                   (int)(s - *text), *text, *s);
@@ -130,7 +125,8 @@ bool mbsri_token_next(mbsri_xacro *x, const char **text, mbsri_token *token)
     *text = s;
     if (!*s) return true;
     if (!mbsri_xacro_spend(x, 16)) return false;
-    if (is_digit(*s) || (*s == '.' && is_digit(s[1]))) return read_number(x, text, token);
+    if (mbsri_is_digit(*s) || (*s == '.' && mbsri_is_digit(s[1])))
+        return read_number(x, text, token);
     if (begins_name(*s)) return read_name(x, text, token);
     if (*s == '\'' || *s == '"') return read_string(x, text, token);
     for (size_t k = 0; k < sizeof marks / sizeof *marks; ++k) {

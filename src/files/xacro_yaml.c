@@ -174,7 +174,7 @@ static bool read_scalar(yaml *y, bool brackets, mbsri_value *value)
 
 /* The place of the value of a key, which is added unless it is there: then the last value counts.
  * NULL: refused. */
-static mbsri_value *place_of(yaml *y, mbsri_value *map, const mbsri_value *key)
+static mbsri_value *value_place(yaml *y, mbsri_value *map, const mbsri_value *key)
 {
     const mbsri_value none = {.kind = MBSRI_NOTHING};
     mbsri_list *list = map->of.list;
@@ -207,7 +207,7 @@ static bool read_entry(yaml *y, mbsri_value *all)
     if (all->kind == MBSRI_LIST)
         return read_flow(y, &item) && mbsri_value_add(y->x, all->of.list, &item);
     if (!read_scalar(y, true, &key) || !expect_colon(y) || !read_flow(y, &item)) return false;
-    mbsri_value *place = place_of(y, all, &key);
+    mbsri_value *place = value_place(y, all, &key);
     if (place) *place = item;
     return place != NULL;
 }
@@ -305,7 +305,7 @@ static bool read_map(yaml *y, int at, mbsri_value *value)
         if (key.kind == MBSRI_STRING && strcmp(key.of.string, "<<") == 0)
             return mbsri_xacro_refuse(y->x, "YAML with '<<' is not read");
         y->s += strspn(y->s, " ") + 1;
-        mbsri_value *place = place_of(y, value, &key);
+        mbsri_value *place = value_place(y, value, &key);
         if (!place || !read_under_key(y, at, &item)) return false;
         *place = item;
         if (!skip(y)) return false;

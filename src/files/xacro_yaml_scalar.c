@@ -1,16 +1,12 @@
 /* Scalars of YAML: see xacro_yaml_scalar.h.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/numbers.h"
 #include "files/xacro_yaml_scalar.h"
 
 #include "files/xacro_evaluate.h"
 
 #include <math.h>
 #include <string.h>
-
-static bool is_digit(char c)
-{
-    return c >= '0' && c <= '9';
-}
 
 const char *mbsri_yaml_unquote(mbsri_xacro *x, const char *from, const char *to)
 {
@@ -54,7 +50,7 @@ static bool is_one_of(const char *text, const char *words)
 /* Where digits with underscores between them end. */
 static const char *skip_digits(const char *s)
 {
-    while (is_digit(*s) || *s == '_') ++s;
+    while (mbsri_is_digit(*s) || *s == '_') ++s;
     return s;
 }
 
@@ -63,13 +59,13 @@ static bool looks_real(const char *s)
 {
     const bool sign = *s == '+' || *s == '-';
     if (sign) ++s;
-    if (!is_digit(*s) && (sign || *s != '.' || !is_digit(s[1]))) return false;
+    if (!mbsri_is_digit(*s) && (sign || *s != '.' || !mbsri_is_digit(s[1]))) return false;
     s = skip_digits(s);
     if (*s != '.') return false;
     s = skip_digits(s + 1);
     if (*s == 'e' || *s == 'E') {
-        if ((s[1] != '+' && s[1] != '-') || !is_digit(s[2])) return false;
-        for (s += 2; is_digit(*s);) ++s;
+        if ((s[1] != '+' && s[1] != '-') || !mbsri_is_digit(s[2])) return false;
+        for (s += 2; mbsri_is_digit(*s);) ++s;
     }
     return *s == '\0';
 }
@@ -79,15 +75,16 @@ static bool looks_odd(const char *s)
 {
     const char *start = s;
     if (*s == '+' || *s == '-') ++s;
-    if (!is_digit(*s)) return false;
+    if (!mbsri_is_digit(*s)) return false;
     const char *end = skip_digits(s);
     if (*s == '0' && (*end == 'x' || *end == 'b') && end == s + 1) return true;
     if (*s == '0' && end > s + 1 && *end == '\0') return true;
-    if (*end == ':' && is_digit(end[1])) {
-        for (++end; is_digit(*end) || *end == ':' || *end == '.' || *end == '_';) ++end;
+    if (*end == ':' && mbsri_is_digit(end[1])) {
+        for (++end; mbsri_is_digit(*end) || *end == ':' || *end == '.' || *end == '_';) ++end;
         return *end == '\0';
     }
-    return s == start && end == s + 4 && *end == '-' && is_digit(end[1]) && strchr(end + 1, '-');
+    return s == start && end == s + 4 && *end == '-' && mbsri_is_digit(end[1]) &&
+           strchr(end + 1, '-');
 }
 
 bool mbsri_yaml_resolve(mbsri_xacro *x, const char *text, mbsri_value *value)
@@ -117,7 +114,7 @@ bool mbsri_yaml_resolve(mbsri_xacro *x, const char *text, mbsri_value *value)
         if (!mbsri_text_real(digits, &real))
             return mbsri_xacro_refuse(x, "'%.40s' is not read as a number", text);
         *value = mbsri_value_real(real);
-    } else if (is_digit(*unsigned_text) && mbsri_text_whole(text, &whole)) {
+    } else if (mbsri_is_digit(*unsigned_text) && mbsri_text_whole(text, &whole)) {
         *value = mbsri_value_whole(whole);
     }
     return true;

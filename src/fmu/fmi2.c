@@ -43,7 +43,8 @@ const char *fmi2GetVersion(void)
     return "2.0";
 }
 
-static void send(mbsri_instance *in, mbsri_result result, const char *category, const char *text)
+static void send_fmi2(mbsri_instance *in, mbsri_result result, const char *category,
+                      const char *text)
 {
     const fmi2CallbackLogger logger = (fmi2CallbackLogger)in->callback;
     logger(in->environment, in->name, (fmi2Status)result, category, "%s", text);
@@ -90,7 +91,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                          .mode = MBSRI_INSTANTIATED};
     (void)visible;
     if (functions && functions->logger) {
-        as.logger = send;
+        as.logger = send_fmi2;
         as.callback = (void (*)(void))functions->logger;
         as.environment = functions->componentEnvironment;
     }

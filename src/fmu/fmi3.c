@@ -23,7 +23,8 @@ typedef struct callbacks {
     fmi3IntermediateUpdateCallback update;
 } callbacks;
 
-static void send(mbsri_instance *in, mbsri_result result, const char *category, const char *text)
+static void send_fmi3(mbsri_instance *in, mbsri_result result, const char *category,
+                      const char *text)
 {
     const fmi3LogMessageCallback log = (fmi3LogMessageCallback)in->callback;
     log(in->environment, (fmi3Status)result, category, text);
@@ -45,7 +46,7 @@ static fmi3Instance instantiate(mbsri_instance as, fmi3String name, fmi3String t
     as.name = (char *)(name ? name : "");
     as.mode = MBSRI_INSTANTIATED;
     if (given.log) {
-        as.logger = send;
+        as.logger = send_fmi3;
         as.callback = (void (*)(void))given.log;
     }
     if (given.update) {

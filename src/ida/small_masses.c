@@ -5,6 +5,7 @@
 #include <mbsrank/ida.h>
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 /* The run, and the caller's progress function. */
@@ -12,11 +13,41 @@ typedef struct follower {
     mbsr_small_masses *small;
     mbsr_ida *ida;
     double *y, *yp, last; /* the last state given, its time */
+    double from;          /* time of the start */
+    double moved;         /* time that steps have come to last by more than next to nothing, */
+    long moved_at;        /* in this step */
     mbsr_ida_progress_fn progress;
     void *user;
     mbsr_kink_fn kink;
     void *kink_user;
 } follower;
+
+/* The joint rate, the largest, that has come to change by itself in next to no time; or none. */
+static int running_away(const follower *f)
+{
+    static const double moment = 1e-6; /* of the run */
+    const mbsr_model *m = mbsr_small_masses_reduced(f->small);
+    const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
+    const double *u = f->y + nq + nu, *udot = f->yp + nq + nu, span = f->last - f->from;
+    int at = 0;
+    for (int k = 1; k < nu; ++k) {
+        if (fabs(u[k]) > fabs(u[at])) at = k;
+    }
+    const bool away = nu > 0 && span > 0.0 && fabs(u[at]) < moment * span * fabs(udot[at]);
+    return away ? at : MBSR_NONE;
+}
+
+/* Whether a rate runs away in a thousand steps that have not come on by a billionth of the run. */
+static bool stands_still(follower *f, const mbsr_ida_progress *now)
+{
+    enum { MANY = 1000 };
+    static const double little = 1e-9;
+    if (now->t - f->moved > little * (now->t - f->from)) {
+        f->moved = now->t;
+        f->moved_at = now->steps;
+    }
+    return now->steps > f->moved_at + MANY && running_away(f) != MBSR_NONE;
+}
 
 /* Steps so short that they do not change t, where the run is about to fail, have nothing to say. */
 static int follow(void *user, const mbsr_ida_progress *now)
@@ -29,6 +60,7 @@ static int follow(void *user, const mbsr_ida_progress *now)
         if (!status) status = mbsr_small_masses_step(f->small, now->t, f->y, f->yp);
         f->last = now->t;
     }
+    if (!status && stands_still(f, now)) status = MBSR_SINGULAR_BLOCK;
     if (!status && f->progress) status = f->progress(f->user, now);
     return status;
 }
@@ -80,25 +112,21 @@ static int body_of(const mbsr_model *m, int k, int *coordinate)
 /* A run that has failed: where the largest rate has come to change by itself in next to no time,
  * the smooth motion ends in a jump, as at a fold of the forces that hold what has no mass; else the
  * failure is the driver's, or the report's. */
-static int explain(const follower *f, double from, int status, mbsr_error *error)
+static int explain(const follower *f, int status, mbsr_error *error)
 {
-    static const double moment = 1e-6; /* of the run */
     const mbsr_model *m = mbsr_small_masses_reduced(f->small);
-    const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
-    const double *u = f->y + nq + nu, *udot = f->yp + nq + nu;
-    int at = 0, coordinate = 0;
-    for (int k = 1; k < nu; ++k) {
-        if (fabs(u[k]) > fabs(u[at])) at = k;
-    }
-    const double span = f->last - from;
-    if (nu > 0 && span > 0.0 && fabs(u[at]) < moment * span * fabs(udot[at])) {
+    const int at = running_away(f);
+    int coordinate = 0;
+    if (at != MBSR_NONE) {
+        const double u = f->y[mbsr_model_nq(m) + mbsr_model_nu(m) + at],
+                     udot = f->yp[mbsr_model_nq(m) + mbsr_model_nu(m) + at];
         const int body = body_of(m, at, &coordinate);
         return mbsri_ida_fail(
             error, MBSR_SINGULAR_BLOCK, body, MBSR_NONE,
             "mbsr_small_masses_run: without the masses u%d of body %d '%.40s' runs away at t = %g "
-            "(%.3g, "
-            "and %.3g 1/s): the smooth motion ends there in a jump; name fewer masses in `part`",
-            coordinate, body, mbsr_body_name(m, body), f->last, u[at], fabs(udot[at] / u[at]));
+            "(%.3g, and %.3g 1/s): the smooth motion ends there in a jump; name fewer masses in "
+            "`part`",
+            coordinate, body, mbsr_body_name(m, body), f->last, u, fabs(udot / u));
     }
     const mbsr_error *own = mbsr_small_masses_error(f->small);
     if (error) *error = own->status == status ? *own : *mbsr_ida_error(f->ida);
@@ -114,9 +142,9 @@ static int run(follower *f, const mbsr_ida_opt *opt, mbsr_data *data, double t_e
     if (status) return status;
     status = mbsr_small_masses_state(f->small, &t, f->y, f->yp);
     if (!status) status = mbsr_ida_start(f->ida, t, f->y, f->yp);
-    f->last = t;
+    f->last = f->from = f->moved = t;
     if (!status) status = follow_to(f, t, t_end);
-    return status ? explain(f, t, status, error) : MBSR_OK;
+    return status ? explain(f, status, error) : MBSR_OK;
 }
 
 int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, double t_end,

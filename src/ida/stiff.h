@@ -34,44 +34,44 @@ typedef enum mbsri_call {
 
 /* The present attempt at a step. */
 typedef struct mbsri_attempt {
-    long steps;          /* of IDA before it */
-    double c;            /* dF/dy + c dF/dy' is its matrix, 1/s */
-    int order;           /* of its error test */
-    bool careful;        /* it is */
-    long iterations;     /* of Newton's method */
-    long failures;       /* of these, without convergence */
-    long stale;          /* those of the plain iteration */
-    bool hides;          /* its last correction left momenta for something stiff */
-    mbsri_call call;     /* where its error test is */
-    bool filters;        /* that is filtered */
-    bool low;            /* its order is not to exceed 2 */
-    double norm;         /* the first of it */
-    mbsri_errors errors; /* in it */
-    double share;        /* of an error that is left by what it moves, see filter.c */
-    bool suspect;        /* it may fail its error test, which the next attempt tells: */
-    double suspect_norm; /* of s->error */
-    long tests_failed;   /* before it */
+    long steps;          /* steps of IDA before it */
+    double c;            /* factor in its matrix dF/dy + c dF/dy', 1/s */
+    int order;           /* order of its error test */
+    bool careful;        /* whether its iteration is careful */
+    long iterations;     /* iterations of Newton's method */
+    long failures;       /* iterations that did not converge */
+    long stale;          /* those of them that the plain iteration ran */
+    bool hides;          /* whether its last correction left momenta for something stiff */
+    mbsri_call call;     /* norm that its error test has reached */
+    bool filters;        /* whether its error test is filtered */
+    bool low;            /* whether its order is not to exceed 2 */
+    double norm;         /* first norm of its error test */
+    mbsri_errors errors; /* norms of its error test, part by part */
+    double share;        /* part of an error that is left by what it moves, see filter.c */
+    bool suspect;        /* whether it may fail its error test, which the next attempt tells */
+    double suspect_norm; /* norm of s->error where it is suspect */
+    long tests_failed;   /* error tests that failed before it */
 } mbsri_attempt;
 
 /* The steps before the present attempt. */
 enum { MBSRI_PAST_STEPS = 5 }; /* the highest order */
 typedef struct mbsri_past {
-    double step[MBSRI_PAST_STEPS];  /* lengths, the last step's first */
-    int known;                      /* as many of them */
-    N_Vector y, rate;               /* where the last step ended */
-    N_Vector attempt, attempt_rate; /* and where the present attempt does */
+    double step[MBSRI_PAST_STEPS];  /* lengths of the last steps, s, the latest first */
+    int known;                      /* number of steps known */
+    N_Vector y, rate;               /* y and y' at the end of the last step */
+    N_Vector attempt, attempt_rate; /* y and y' at the end of the present attempt */
 } mbsri_past;
 
 /* What mbsr_ida_stiffest is told. */
 typedef struct mbsri_blame {
     N_Vector direction; /* what the filter took off last, or the correction at which a careful
                            iteration failed */
-    N_Vector state;     /* where that was */
-    double at;          /* time of it */
-    bool of_iteration;  /* it was an iteration */
-    double slowest;     /* the smallest c of a step that Newton's method solved, 1/s; 0: none yet */
-    double *stiffness;  /* of the force elements, see stiffest.c */
-    int forces;         /* as many */
+    N_Vector state;     /* y where that was */
+    double at;          /* time of that, s */
+    bool of_iteration;  /* whether it was an iteration */
+    double slowest;     /* smallest c of a step that Newton's method solved, 1/s; 0: none yet */
+    double *stiffness;  /* forces: stiffness of each force element, see stiffest.c */
+    int forces;         /* number of force elements */
 } mbsri_blame;
 
 typedef struct mbsri_stiff {
@@ -79,17 +79,18 @@ typedef struct mbsri_stiff {
     SUNNonlinSolSysFn system; /* IDA's residual, linear system and its solution */
     SUNNonlinSolLSetupFn set_up;
     SUNNonlinSolLSolveFn solve;
-    void *memory;             /* IDA's, since the first iteration */
-    mbsri_masked_norm masked; /* the norm of the error test without filter */
-    N_Vector weight;          /* IDA's, of the present step */
-    N_Vector id;              /* IDA's, since the first error test: what counts in it */
-    N_Vector change, filtered, trial, error;
-    int first, last; /* the momenta are entries first .. last - 1 of y */
+    void *memory;             /* memory of IDA, from the first iteration on */
+    mbsri_masked_norm masked; /* norm of the error test without filter */
+    N_Vector weight;          /* IDA's weights of errors in the present step */
+    N_Vector id; /* IDA's mask of what counts in an error test, from the first one on */
+    N_Vector change, filtered, trial, error; /* vectors like y, scratch of the functions below */
+    int first, last;                         /* range of the momenta in y: first .. last - 1 */
 
     mbsri_test test;
-    bool low_order;  /* no order above 2 is allowed, so that a low one says nothing */
-    double stricter; /* careful steps are held to errors by this smaller than the tolerances */
-    void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
+    bool low_order;  /* whether no order above 2 is allowed, so that a low one says nothing */
+    double stricter; /* factor of the norms of errors in careful steps, 1 or more */
+    void (*prepare)(void *user,
+                    bool careful); /* called where steps become careful, or plain; or NULL */
     /* x becomes dF/dy' x; NULL: entries first .. last - 1 of F have a rate each, and x is all of it
      */
     int (*weigh)(void *user, N_Vector x);

@@ -136,15 +136,37 @@ static double join(const mbsr_completion *w, double *const *x)
     return w->elastic ? 0.0 : mbsri_completion_speed(w, u[1]) / size;
 }
 
-/* Takes up u' and loop forces of x; the size of what changes. */
-static double take_up(mbsr_completion *w, const double *x)
+/* Takes up u' and loop forces of x; the sizes of what changes in the one and in the other. */
+static double take_up(mbsr_completion *w, const double *x, double *forces)
 {
     const int nu = w->m->nu;
     double *udot = w->rate + w->rates;
     for (int k = 0; k < nu; ++k) udot[k] -= x[w->rates + k];
     const double change = mbsri_completion_speed(w, udot);
     mbsri_copy((size_t)nu, x + w->rates, udot);
-    return fmax(change / size_of(w, udot), add_forces(w));
+    *forces = add_forces(w);
+    return change / size_of(w, udot);
+}
+
+/* Whether what loop forces have changed by at last, in w->x, is nothing beside what all forces
+ * change by while the motion does: where no forces act, or each element balances itself, there are
+ * no others to tell rounding by. F is that at the state, and is again. */
+static int ask_rounding(mbsr_completion *w, bool *rounding)
+{
+    static const double share = 1e-3, nothing = 1e-10;
+    const mbsr_model *m = w->m;
+    const double time = mbsri_completion_time(w), *udot = w->rate + w->rates;
+    double left = 0.0, most = 0.0;
+    mbsri_closure_transpose(m, w->d, w->x + w->loops, w->q);
+    for (int k = 0; k < m->nu; ++k) left = fmax(left, fabs(w->q[k]) / w->per_span[k]);
+    mbsri_copy((size_t)w->size, w->y, w->ahead);
+    mbsri_copy((size_t)w->size, w->F, w->other);
+    for (int k = 0; k < m->nu; ++k) w->ahead[w->rates + k] += share * time * udot[k];
+    int status = mbsri_completion_residual(w, w->t, w->ahead, w->yp);
+    for (int k = w->rates; k < w->loops; ++k)
+        most = fmax(most, fabs(w->F[k] - w->other[k]) / (share * w->per_span[k - w->rates]));
+    *rounding = !status && left <= nothing * most;
+    return status ? status : here(w);
 }
 
 static int too_fast(mbsr_completion *w)
@@ -157,8 +179,9 @@ static int too_fast(mbsr_completion *w)
 /* u' into w->rate, loop forces into w->yp, by Newton systems at the state. Without loops, and where
  * springs alone hold directions, solutions aim further until x_q and x_p are the rates. Positions
  * that loops hold let x_q be no other: two solutions tell the part that decays as c grows; not the
- * first time, when loop forces may still have a share of c in them, from impulses. */
-static int solve_rates(mbsr_completion *w)
+ * first time, when loop forces may still have a share of c in them, from impulses. *loaded: by how
+ * much of all forces loop forces have changed that the matrices are of. */
+static int solve_rates(mbsr_completion *w, double *loaded)
 {
     enum { MOST = 40 };
     static const double enough = 1e-11, near = 1e-6, decays = 1e-3;
@@ -180,14 +203,21 @@ static int solve_rates(mbsr_completion *w)
         }
         if (status) return status;
         mbsri_copy((size_t)w->size, x[0], first);
-        const double decay = count > 1 ? join(w, x) : 0.0, change = take_up(w, x[0]);
+        double forces;
+        const double decay = count > 1 ? join(w, x) : 0.0, moved = take_up(w, x[0], &forces),
+                     change = fmax(moved, forces);
+        if (step == 0) *loaded = forces;
         mbsri_copy((size_t)w->size, w->rate, before);
         if (w->m->rows > 0) status = here(w);
         known_rates(w, w->rate);
         if (status) return status;
         if (step > 0 && decay > decays) return too_fast(w);
         if (step > 0 && mbsri_completion_converged(change, last, enough, near)) return MBSR_OK;
-        if (step > 3 && change > 0.5 * last) break;
+        if (step > 3 && change > 0.5 * last) {
+            bool rounding = false;
+            if (moved <= near) status = ask_rounding(w, &rounding);
+            return status ? status : rounding ? MBSR_OK : too_fast(w);
+        }
         last = change;
         for (int j = 0; j < count; ++j) {
             const double *solution = j == 0 ? first : x[1];
@@ -257,23 +287,28 @@ int mbsri_completion_forward(mbsr_completion *w)
 }
 
 /* Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
-static int solve_farther(mbsr_completion *w)
+static int solve_farther(mbsr_completion *w, double *loaded)
 {
     static const double farther = 100.0;
     const double c = w->c;
     if (w->m->rows > 0 && w->deficient && !w->elastic) {
         w->c = farther * c;
-        const int status = solve_rates(w);
+        const int status = solve_rates(w, loaded);
         w->c = c;
         if (status <= 0) return status;
     }
-    return solve_rates(w);
+    return solve_rates(w, loaded);
 }
 
 int mbsri_completion_rates(mbsr_completion *w)
 {
+    enum { TURNS = 4 };
+    static const double known = 1e-8; /* of loop forces, whose work changes with the directions */
     int status = mbsri_completion_forward(w);
     if (status != MBSR_UNDETERMINED) return status;
-    status = solve_farther(w);
+    double loaded = INFINITY;
+    status = MBSR_OK;
+    for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
+        status = solve_farther(w, &loaded);
     return !status && w->elastic ? mbsri_completion_bend(w) : status;
 }

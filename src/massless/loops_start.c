@@ -306,7 +306,8 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (!status && m->nu + m->rows > MBSRI_DENSE_MOST)
         status = find_by_fronts(s, y, opt, info, &served);
     if (!status && !served) status = find_by_matrices(s, y, opt, info);
-    if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED) &&
+    if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED ||
+         status == MBSR_LOOP_SINGULAR) &&
         info->null_directions > 0) {
         const int refused = refuse_given(s, y);
         return refused ? refused : status;

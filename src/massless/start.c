@@ -333,8 +333,9 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     if (!status && w->deficient) status = check(s, clear);
     *clear = *clear && regular;
     if (status <= 0) return status;
-    if (!singular) return refuse(s, sought);
+    const bool dependent = first.status == MBSR_LOOP_SINGULAR; /* rows: nothing was sought */
+    if (!singular && !dependent) return refuse(s, sought);
     w->error = first;
-    w->error.status = MBSR_UNDETERMINED;
-    return MBSR_UNDETERMINED;
+    if (!dependent) w->error.status = MBSR_UNDETERMINED;
+    return w->error.status;
 }

@@ -51,7 +51,7 @@ static int read_options(int argc, char **argv, const char *command, linear_optio
 }
 
 /* The joint with rate k: the last that begins at k or before, and its own number of it. */
-static const char *name_of(const program_model *m, int k, int *own)
+static const char *joint_of_rate(const program_model *m, int k, int *own)
 {
     int best = -1, first = -1;
     for (int j = 0; j < m->file->joints; ++j) {
@@ -69,7 +69,7 @@ static const char *name_of(const program_model *m, int k, int *own)
 static void say_rate(const program_model *m, int k)
 {
     int own;
-    const char *name = name_of(m, k, &own);
+    const char *name = joint_of_rate(m, k, &own);
     if (own > 0)
         say(stdout, "%s[%d]", name, own);
     else
@@ -84,7 +84,7 @@ static int places_named(const program_model *m, const char *names, rates *r)
         int found = -1;
         for (int k = 0; k < mbsr_model_nu(m->model) && found < 0; ++k) {
             int own;
-            const char *name = name_of(m, k, &own);
+            const char *name = joint_of_rate(m, k, &own);
             if (own == 0 && strlen(name) == length && strncmp(name, names, length) == 0) found = k;
         }
         if (found < 0) return complain(USAGE, "there is no joint '%.*s'", (int)length, names);
@@ -168,7 +168,7 @@ int run_static(int argc, char **argv)
 
 /* ---- modes ---- */
 
-static int linearise(const linear_options *o, const scene *s, mbsr_linear **linear)
+static int linearise_scene(const linear_options *o, const scene *s, mbsr_linear **linear)
 {
     mbsr_error error;
     rates in = {0}, out = {0};
@@ -292,7 +292,7 @@ int run_modes(int argc, char **argv)
     if (o.inputs || o.outputs)
         return complain(USAGE, "modes: --inputs and --outputs are for linearise");
     code = open_scene(&o, &s);
-    if (!code) code = linearise(&o, &s, &l);
+    if (!code) code = linearise_scene(&o, &s, &l);
     if (!code) code = put_modes(&s, l, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
@@ -332,7 +332,7 @@ int run_linearise(int argc, char **argv)
     int code = read_options(argc, argv, "linearise", &o);
     if (code) return code;
     code = open_scene(&o, &s);
-    if (!code) code = linearise(&o, &s, &l);
+    if (!code) code = linearise_scene(&o, &s, &l);
     if (!code) put_matrices(l, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);

@@ -106,7 +106,7 @@ static char *read_allowed(const program_options *o, const char *path, size_t *si
     return may_read(o, path) ? read_file(path, size) : NULL;
 }
 
-static int load(void *user, const char *path, const char **text, size_t *size)
+static int load_file(void *user, const char *path, const char **text, size_t *size)
 {
     loaded *l = user;
     if (l->count == (int)(sizeof l->text / sizeof *l->text)) return EMFILE;
@@ -142,7 +142,7 @@ static int read_model(const program_options *o, program_model *m)
     opt.packages = o->packages;
     opt.package = o->package;
     opt.xacro = (mbsr_xacro_opt){o->arguments, o->argument, 1}; /* may_read decides */
-    opt.load = load;
+    opt.load = load_file;
     opt.user = &others;
     const int status = mbsr_file_read(m->text, m->size, o->path, &opt, &m->file, &error);
     for (int k = 0; k < others.count; ++k) free(others.text[k]);

@@ -12,11 +12,6 @@
 
 #include <math.h>
 
-static const mbsri_closure *closure_of(const mbsr_newton *w, int k)
-{
-    return (const mbsri_closure *)w->model->closures.data + k;
-}
-
 static int closures_of(const mbsr_newton *w)
 {
     return (int)w->model->closures.count;
@@ -36,7 +31,7 @@ static void list_ends(mbsr_newton *w)
     int used = 0;
     for (int i = 0; i <= w->model->bodies; ++i) v->first_end[i] = -1;
     for (int k = closures_of(w) - 1; k >= 0; --k) {
-        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         for (int l = bodies_of(c) - 1; l >= 0; --l) {
             const int body = c->body[l];
             if (body == 0) continue;
@@ -61,7 +56,7 @@ static void name_all(mbsr_newton *w)
     mbsri_carried *v = &w->carried;
     v->multipliers = m->rows + m->held;
     for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         v->loop[k].across = v->multipliers;
         v->loop[k].most = crossing(c);
         v->multipliers += v->loop[k].most;
@@ -74,7 +69,7 @@ static void list_names(mbsr_newton *w)
     const mbsr_model *m = w->model;
     mbsri_carried *v = &w->carried;
     for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         for (int l = 0; l < c->rows; ++l) v->closure[mbsri_name_lambda(c, l)] = k;
         for (int l = 0; l < c->held; ++l) v->closure[mbsri_name_eta(m, c, l)] = k;
         for (int l = 0; l < v->loop[k].most; ++l) v->closure[v->loop[k].across + l] = k;
@@ -88,7 +83,7 @@ static void list_names(mbsr_newton *w)
 static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
 {
     mbsri_carried *v = &w->carried;
-    const mbsri_closure *c = closure_of(w, k);
+    const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
     const int multipliers = c->rows + c->held, last = v->loop[k].pool;
     while (seen[i] != k + 1) {
         seen[i] = k + 1;
@@ -118,7 +113,7 @@ static void count_carried(mbsr_newton *w, int *seen, int *lambda)
     mbsri_carried *v = &w->carried;
     for (int i = 0; i < v->fronts; ++i) seen[i] = lambda[i] = 0;
     for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         for (int l = 0; l < bodies_of(c); ++l) {
             const int body = c->body[l];
             const bool closed = body == v->pool[v->loop[k].pool].body;
@@ -177,7 +172,7 @@ static void place_front(mbsri_carried *v, int k, size_t *ints)
 static void place_slopes(mbsr_newton *w, size_t *doubles)
 {
     for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         mbsri_loop *loop = w->carried.loop + k;
         const size_t columns = (size_t)c->columns, most = (size_t)loop->most;
         loop->S = take(doubles, columns * columns);
@@ -193,7 +188,7 @@ static void place_slopes(mbsr_newton *w, size_t *doubles)
 static void clear_slopes(mbsr_newton *w)
 {
     for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         const mbsri_loop *loop = w->carried.loop + k;
         const size_t columns = (size_t)c->columns;
         if (!mbsri_closure_is_constant(c)) continue;
@@ -239,7 +234,8 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     size_t used = 0, ends = 0;
     const size_t bodies = (size_t)w->model->bodies + 1, closures = (size_t)closures_of(w),
                  fronts = bodies + closures;
-    for (int k = 0; k < closures_of(w); ++k) ends += (size_t)bodies_of(closure_of(w, k));
+    for (int k = 0; k < closures_of(w); ++k)
+        ends += (size_t)bodies_of(mbsri_closure_at(w->model, (size_t)k));
     v->loop = records(memory, &used, closures, sizeof *v->loop);
     v->end = records(memory, &used, ends, sizeof *v->end);
     v->first_end = records(memory, &used, bodies, sizeof(int));

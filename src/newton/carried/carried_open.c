@@ -7,11 +7,6 @@
 #include "newton/slopes/closure_slopes.h"
 #include "recursion/closures.h"
 
-static const mbsri_closure *closure_of(const mbsr_newton *w, int k)
-{
-    return (const mbsri_closure *)w->model->closures.data + k;
-}
-
 /* ---- names in a pool ---- */
 
 /* Place `at` of the pool, with nothing in it. */
@@ -46,7 +41,7 @@ int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name)
 static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double c)
 {
     mbsri_carried *v = &w->carried;
-    const mbsri_closure *closure = closure_of(w, number);
+    const mbsri_closure *closure = mbsri_closure_at(w->model, (size_t)number);
     mbsri_pool *pool = mbsri_carried_at(w, v->loop[number].pool);
     double *T = v->store + mbsri_pool_T(pool);
     for (int k = 0; k < closure->held; ++k) {
@@ -100,7 +95,7 @@ static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
 {
     mbsri_carried *v = &w->carried;
     mbsri_loop *loop = v->loop + k;
-    const mbsri_closure *c = closure_of(w, k);
+    const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
     mbsri_closure_tangents out = {v->store + loop->S,
                                   v->store + loop->slope,
                                   v->store + loop->left,
@@ -130,7 +125,7 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
     v->first_turned = -1;
     for (int k = 0; k < v->uses; ++k) v->swept[v->used[k]].count = 0;
     for (int k = 0; k < (int)w->model->closures.count; ++k) {
-        mbsri_expect_closure(w->model, closure_of(w, k));
+        mbsri_expect_closure(w->model, mbsri_closure_at(w->model, (size_t)k));
         const int status = open_loop(w, d, k, c);
         if (status) return status;
     }

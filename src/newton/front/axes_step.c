@@ -56,11 +56,6 @@ typedef struct axes_step {
 
 /* ---- which ---- */
 
-static const mbsri_force *force_of(const mbsri_front *f, int element)
-{
-    return (const mbsri_force *)f->model->forces.data + element;
-}
-
 bool mbsri_front_may_step(const mbsri_front *f, int k)
 {
     const mbsri_front_step *s = f->plan.step + k;
@@ -71,7 +66,8 @@ bool mbsri_front_may_step(const mbsri_front *f, int k)
         const int element = f->plan.element[s->first_element + l], *list;
         may = element < (int)f->model->forces.count;
         if (!may) break;
-        const int count = mbsri_linear_bodies(f->linear, force_of(f, element), s->body, &list);
+        const int count = mbsri_linear_bodies(f->linear, mbsri_force_at(f->model, (size_t)element),
+                                              s->body, &list);
         for (int j = 0; j < count; ++j) may = may && (list[j] == 0 || list[j] == s->body);
     }
     return may;
@@ -113,7 +109,7 @@ static void add_matrix(knowns *k, const double *from, int n, int stride, bool jo
 
 static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, knowns *k)
 {
-    const mbsri_force *force = force_of(f, element);
+    const mbsri_force *force = mbsri_force_at(f->model, (size_t)element);
     const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT);
     const int n = f->model->body[i].n, width = ROWS + 2 * n;
     const int *list, count = mbsri_linear_bodies(f->linear, force, i, &list);
@@ -148,7 +144,7 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
         for (int r = 0; r < ROWS * ROWS; ++r) k->F[r] += from[r];
     }
     for (int e = 0; e < f->model->anywhere && !status; ++e) {
-        if (force_of(f, e)->def.table->flags & MBSR_FORCE_EVERY_BODY)
+        if (mbsri_force_at(f->model, (size_t)e)->def.table->flags & MBSR_FORCE_EVERY_BODY)
             status = add_element(f, d, i, e, k);
     }
     for (int l = 0; l < s->step->elements && !status; ++l)

@@ -99,16 +99,6 @@ mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i)
     return k;
 }
 
-static const mbsri_force *force_of(const mbsri_linear *l, size_t k)
-{
-    return (const mbsri_force *)l->model->forces.data + k;
-}
-
-static const mbsri_closure *closure_of(const mbsri_linear *l, size_t k)
-{
-    return (const mbsri_closure *)l->model->closures.data + k;
-}
-
 static bool on_every_body(const mbsri_force *force)
 {
     return (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
@@ -132,7 +122,7 @@ int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, 
 
 void mbsri_linear_calls(const mbsri_linear *l, size_t k, int *first, int *last)
 {
-    const mbsri_force *force = force_of(l, k);
+    const mbsri_force *force = mbsri_force_at(l->model, k);
     *first = on_every_body(force) ? 1 : 0;
     *last = on_every_body(force) ? l->model->bodies : 0;
     if (!by_pairs(force)) return;
@@ -176,13 +166,13 @@ static void shape(const mbsri_linear *l, const mbsri_force *force, int i, int *r
 /* Where the derivatives of a call are kept. */
 static size_t body_place_of(const mbsri_linear *l, size_t k, int i)
 {
-    if (by_pairs(force_of(l, k))) return l->of_pairs + (size_t)i * l->a_pair;
-    return l->element[k] + (on_every_body(force_of(l, k)) ? l->each[i] : 0);
+    if (by_pairs(mbsri_force_at(l->model, k))) return l->of_pairs + (size_t)i * l->a_pair;
+    return l->element[k] + (on_every_body(mbsri_force_at(l->model, k)) ? l->each[i] : 0);
 }
 
 const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns)
 {
-    shape(l, force_of(l, k), i, rows, columns);
+    shape(l, mbsri_force_at(l->model, k), i, rows, columns);
     return l->whole ? l->store + body_place_of(l, k, i) : l->slopes.out.matrix;
 }
 
@@ -214,11 +204,11 @@ static size_t number_all(mbsri_linear *l, size_t *work)
     for (size_t k = 0; k < m->forces.count; ++k) {
         int first, last;
         l->element[k] = used;
-        if (by_pairs(force_of(l, k))) continue;
+        if (by_pairs(mbsri_force_at(l->model, k))) continue;
         mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last && l->whole; ++i) {
             int rows, columns;
-            shape(l, force_of(l, k), i, &rows, &columns);
+            shape(l, mbsri_force_at(l->model, k), i, &rows, &columns);
             used += (size_t)rows * (size_t)columns;
         }
     }
@@ -229,7 +219,7 @@ static size_t number_all(mbsri_linear *l, size_t *work)
     used += (size_t)m->pairs * l->a_pair;
     *work = 0;
     for (size_t k = 0; k < m->closures.count; ++k) {
-        const mbsri_closure *c = closure_of(l, k);
+        const mbsri_closure *c = mbsri_closure_at(l->model, k);
         const size_t most = mbsri_closure_tangents_work(c);
         l->closure[k] = used;
         used += (size_t)c->columns * (size_t)(c->columns + 2 * c->rows);
@@ -450,7 +440,7 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
 
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
 {
-    const mbsri_force *force = force_of(l, k);
+    const mbsri_force *force = mbsri_force_at(l->model, k);
     const int status =
         by_pairs(force) ? mbsri_pair_slopes(l->model, d, force, l->pairs.pair[i].place, &l->slopes)
                         : mbsri_force_slopes(l->model, d, force, i, &l->slopes);
@@ -475,7 +465,7 @@ static int keep_elements(mbsri_linear *l, mbsr_data *d)
 static int keep_closures(mbsri_linear *l, mbsr_data *d)
 {
     for (size_t k = 0; k < l->model->closures.count; ++k) {
-        const mbsri_closure *c = closure_of(l, k);
+        const mbsri_closure *c = mbsri_closure_at(l->model, k);
         const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
         double *to = l->store + l->closure[k];
         mbsri_closure_tangents out = {.S = to, .slope = to + columns * columns};
@@ -493,7 +483,7 @@ static int find_pairs(mbsri_linear *l, mbsr_data *d)
     const mbsr_model *m = l->model;
     l->pairs.count = 0;
     for (size_t k = 0; k < m->forces.count && m->pairs > 0; ++k) {
-        const mbsri_force *force = force_of(l, k);
+        const mbsri_force *force = mbsri_force_at(l->model, k);
         int count;
         if (!by_pairs(force)) continue;
         const int status = mbsri_force_pairs(m, d, force, &count);

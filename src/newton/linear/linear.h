@@ -138,4 +138,15 @@ void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double
 /* y = P^T x and x = (1 - P^T) x. */
 void mbsri_linear_split_transposed(const mbsri_terms *k, int n, int rank, double *x, double *y);
 
+/* Force element k in the order of the sweeps; closure k by id. */
+static inline const mbsri_force *mbsri_force_at(const mbsr_model *m, size_t k)
+{
+    return (const mbsri_force *)m->forces.data + k;
+}
+
+static inline const mbsri_closure *mbsri_closure_at(const mbsr_model *m, size_t k)
+{
+    return (const mbsri_closure *)m->closures.data + k;
+}
+
 #endif

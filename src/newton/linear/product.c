@@ -27,16 +27,6 @@ static double *take(double **memory, size_t *used, size_t count)
     return here;
 }
 
-static const mbsri_force *force_of(const mbsri_linear *w, size_t k)
-{
-    return (const mbsri_force *)w->model->forces.data + k;
-}
-
-static const mbsri_closure *closure_of(const mbsri_linear *w, size_t k)
-{
-    return (const mbsri_closure *)w->model->closures.data + k;
-}
-
 /* The longest that a joint, element or closure reads or gives. */
 static size_t widest(const mbsri_linear *w)
 {
@@ -50,7 +40,7 @@ static size_t widest(const mbsri_linear *w)
     }
     for (size_t k = 0; k < m->forces.count; ++k) {
         int rows, columns;
-        mbsri_slopes_shape(m, force_of(w, k), &rows, &columns);
+        mbsri_slopes_shape(m, mbsri_force_at(w->model, k), &rows, &columns);
         if ((size_t)(rows + columns) > most) most = (size_t)(rows + columns);
     }
     return most;
@@ -84,7 +74,7 @@ static void find_push(const mbsri_linear *w, const double *delta, mbsri_vectors 
     mbsri_zero((size_t)m->nu, v->push);
     mbsri_zero(m->size_v, v->kappa);
     for (size_t l = 0; l < m->closures.count; ++l) {
-        const mbsri_closure *c = closure_of(w, l);
+        const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const double *C =
             mbsri_linear_closure(w, l) + (size_t)c->columns * (size_t)(c->columns + c->rows);
         for (int r = 0; r < c->rows; ++r) {
@@ -147,7 +137,7 @@ static void add_elements(const mbsri_linear *w, const double *delta, mbsri_vecto
 {
     const mbsr_model *m = w->model;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        const mbsri_force *force = force_of(w, k);
+        const mbsri_force *force = mbsri_force_at(w->model, k);
         int first, last;
         mbsri_linear_calls(w, k, &first, &last);
         for (int i = first; i <= last; ++i) {
@@ -229,7 +219,7 @@ static void add_closures(const mbsri_linear *w, const double *delta, mbsri_vecto
 {
     const mbsr_model *m = w->model;
     for (size_t l = 0; l < m->closures.count; ++l) {
-        const mbsri_closure *c = closure_of(w, l);
+        const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const int columns = c->columns, rows = c->rows;
         const double *S = mbsri_linear_closure(w, l),
                      *slope = S + (size_t)columns * (size_t)columns,

@@ -9,16 +9,6 @@
 #include "recursion/closures.h"
 #include "recursion/group.h"
 
-static const mbsri_force *force_of(const mbsri_linear *w, size_t k)
-{
-    return (const mbsri_force *)w->model->forces.data + k;
-}
-
-static const mbsri_closure *closure_of(const mbsri_linear *w, size_t k)
-{
-    return (const mbsri_closure *)w->model->closures.data + k;
-}
-
 static bool leads(const mbsri_linear *w, int i)
 {
     return !w->coupled[i] || w->model->body[i].head == i;
@@ -120,7 +110,7 @@ static void add_elements(const mbsri_linear *w, mbsri_vectors *v, double *delta)
 {
     const mbsr_model *m = w->model;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        const mbsri_force *force = force_of(w, k);
+        const mbsri_force *force = mbsri_force_at(w->model, k);
         int first, last;
         mbsri_linear_calls(w, k, &first, &last);
         for (int i = first; i <= last; ++i) {
@@ -177,7 +167,7 @@ static void add_closures(const mbsri_linear *w, const double *r, mbsri_vectors *
 {
     const mbsr_model *m = w->model;
     for (size_t l = 0; l < m->closures.count; ++l) {
-        const mbsri_closure *c = closure_of(w, l);
+        const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const int columns = c->columns, rows = c->rows;
         const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
         const double *S = mbsri_linear_closure(w, l),
@@ -228,7 +218,7 @@ static void find_push(const mbsri_linear *w, mbsri_vectors *v, double *delta)
         mbsri_ax(b->d, b->d_pred, -1.0, k.H, v->kappa + b->pred_v, v->kappa + b->v);
     }
     for (size_t l = 0; l < m->closures.count; ++l) {
-        const mbsri_closure *c = closure_of(w, l);
+        const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const double *C =
             mbsri_linear_closure(w, l) + (size_t)c->columns * (size_t)(c->columns + c->rows);
         mbsri_zero((size_t)c->rows, v->in);

@@ -168,9 +168,54 @@ static void a_start_at_rest_of_elastic_modes(void **state)
     mbsr_flex_destroy(damped);
 }
 
+/* A point mass slides away from where a rod holds it; the rod ends in its line, `arm` beside, on a
+ * plate without mass that turns in a damper and a spring, theta about the mass. Of the balance
+ *
+ *   d theta' = k (rest - theta) - T arm (1 + arm / rod) theta
+ *
+ * all but the second order, with the tension T = m (g + arm (1 + arm / rod) theta'^2), theta'
+ * follows at theta = 0, and theta'' from its rate. */
+static void a_damper_beside_a_loaded_rod(void **state)
+{
+    (void)state;
+    static const double mass = 2.0, g = 9.81, k = 3.0, damping = 0.7, rest = 0.4, arm = 0.3,
+                        rod = 1.7;
+    const mbsr_planar_frame origin = {0.0, 0.0, 0.0};
+    const double on_plate[3] = {arm, 0.0, 0.0}, on_ground[3] = {arm + rod, 0.0, 0.0},
+                 center[2] = {0.0, 0.0};
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    double y[16] = {0.0}, yp[16];
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    const int body = test_add_body(m, MBSR_GROUND, mbsr_joint_planar_pin_slot(origin, origin),
+                                   mbsr_inertia_planar(mass, center, 0.0));
+    const mbsr_force_def law = mbsr_force_joint_spring(body, 1, k, damping, rest),
+                         weight = mbsr_force_gravity(-g, 0.0, 0.0);
+    const mbsr_closure_def closure =
+        mbsr_closure_distance(body, on_plate, MBSR_GROUND, on_ground, rod);
+    assert_ok(mbsr_model_add_force(m, &law, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_add_force(m, &weight, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_add_closure(m, &closure, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_in_range(mbsr_dae_size(m, MBSR_DAE_MOMENTUM), 1, 16);
+    assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+              mbsr_data_error(d));
+    const double speed = k * rest / damping, lever = arm * (1.0 + arm / rod),
+                 tension = mass * (g + lever * speed * speed);
+    assert_close(y[0], 0.0, 1e-14);
+    assert_close(y[4], 0.0, 1e-12);
+    assert_close(y[5], speed, 1e-10 * speed);
+    assert_close(yp[4], lever * speed * speed, 1e-7);
+    assert_close(yp[5], -(k + tension * lever) * speed / damping, 1e-6);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_start_without_forces),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_damper_beside_a_loaded_rod),
+                                       cmocka_unit_test(a_start_without_forces),
                                        cmocka_unit_test(a_start_whose_rate_is_found),
                                        cmocka_unit_test(a_start_at_rest_of_elastic_modes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
