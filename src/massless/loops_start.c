@@ -56,8 +56,9 @@ static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
 }
 
 /* Forces along directions without mass in a state that is 1e-8 of typical sizes beside y, springs
- * of stiff rows included, to `shaken`; then the residual at y once more. */
-static int shake(const start *s)
+ * of stiff rows included, to `shaken`, *force: the largest that is applied there; then the residual
+ * at y once more. */
+static int shake(const start *s, double *force)
 {
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
@@ -77,6 +78,7 @@ static int shake(const start *s)
     status = s->form->residual(m, d, s->t, s->near, s->yp, s->F);
     if (!status) status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (!status) mbsri_defects(m, d, 0.0, s->shaken);
+    *force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau);
     return status ? status : s->form->residual(m, d, s->t, s->y, s->yp, s->F);
 }
 
@@ -88,17 +90,20 @@ static int check_balance(const start *s)
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
     char label[MBSRI_LABEL];
+    double there;
     int head, status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (status) return status;
     const double force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau),
                  share = mbsri_largest_defect(m, d, true, 1e-8 * force, &head);
     if (share <= 1e-6) return MBSR_OK;
     mbsri_defects(m, d, 1e-6, s->left);
-    status = shake(s);
+    status = shake(s, &there);
     if (status) return status;
+    /* where no more acts than a small displacement makes, rounding of that is all there is */
+    const double least = force <= 1e-6 * there ? 1e-7 * there : 1e-8 * force;
     bool rounding = true;
     for (int i = 1; i <= m->bodies; ++i)
-        rounding = rounding && (s->left[i] <= 1e-8 * force || s->left[i] <= 1e-5 * s->shaken[i]);
+        rounding = rounding && (s->left[i] <= least || s->left[i] <= 1e-5 * s->shaken[i]);
     if (rounding) return MBSR_OK;
     return mbsri_fail(
         &d->error, MBSR_NO_CONVERGENCE, m->body[head].id, MBSR_NONE,
