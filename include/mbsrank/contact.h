@@ -92,6 +92,27 @@ MBSR_API int mbsr_contacts_exclude(mbsr_contacts *contacts, int body_a, int body
 MBSR_API int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
                                 const mbsr_contact_law *law, mbsr_error *error);
 
+typedef struct mbsr_file mbsr_file; /* files.h */
+
+/* What mbsr_contacts_add_file has done. */
+typedef struct mbsr_contacts_of_file {
+    int shapes;       /* that were added */
+    int left_out;     /* meshes, which the component does not read, and planes that move */
+    int unserved;     /* pairs of shapes of kinds that are not served, which never touch */
+    double stiffness; /* N/m of each shape */
+} mbsr_contacts_of_file;
+
+/* The shapes for contact of a file (component files): with its groups, frictions and excluded
+ * bodies. `model` is finished and has the file's bodies. Bodies that a joint connects never touch,
+ * bodies without shapes between them left aside; nor do those that are welded to each other. Laws
+ * are linear: stiffness (0: twice the mass of all bodies, at least 1 kg, over (T z)^2 with the
+ * file's time T and damping z, so that two shapes make half of that), and a damping with which what
+ * weighs that mass comes to rest within about T. *told may be NULL. MBSR_ERR_NULL, MBSR_ERR_VALUE,
+ * MBSR_ERR_UNFINISHED, statuses of mbsr_contacts_add. */
+MBSR_API int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file,
+                                    const mbsr_model *model, double stiffness,
+                                    mbsr_contacts_of_file *told, mbsr_error *error);
+
 /* The element of all shapes, to be added to a model by mbsr_model_add_force; no shape can be added
  * then. max_pairs: shapes that are near each other at a time, at most, for which data set memory
  * aside; 0: 16 for each shape and 64 more. More of them end an evaluation with MBSR_ERR_MEMORY_SIZE

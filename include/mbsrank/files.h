@@ -196,17 +196,24 @@ typedef struct mbsr_file_key {
     const double *q, *u, *control;
 } mbsr_file_key;
 
-/* Something to draw; no part of the model. */
+/* Something to draw or to touch with; no part of the model, but mbsr_contacts_add_file (contact.h)
+ * makes it one. */
 typedef struct mbsr_file_shape {
     const char *name;
     int body; /* id, or MBSR_GROUND */
     mbsr_shape_kind kind;
-    mbsr_frame frame;       /* in the body */
-    double size[3];         /* m */
-    double colour[4];       /* red, green, blue, opacity, 0 .. 1 */
-    int coloured;           /* 0: the file says no colour, and `colour` is a grey */
-    int visual;             /* 0: not for showing, but for contact */
-    int contact;            /* 0: for showing alone */
+    mbsr_frame frame; /* in the body */
+    double size[3];   /* m */
+    double colour[4]; /* red, green, blue, opacity, 0 .. 1 */
+    int coloured;     /* 0: the file says no colour, and `colour` is a grey */
+    int visual;       /* 0: not for showing, but for contact */
+    int contact;      /* 0: for showing alone */
+    /* What it touches, as in contact.h: contype and conaffinity; else 1 and 1. */
+    unsigned groups, mask;
+    /* Coefficients of sliding, of turning about the normal (m), of rolling (m); what the file
+     * leaves out is 1, 0, 0, and what MJCF has counts by condim. */
+    double friction[3];
+    double settle[2];       /* solref: s, and the ratio of damping; else 0.02 and 1 */
     const char *mesh;       /* path, of a mesh; else NULL */
     int triangles;          /* of a mesh that the file gives by numbers: so many, with mesh NULL */
     const double *triangle; /* 9 numbers each: three corners */
@@ -235,6 +242,8 @@ typedef struct mbsr_file {
     const mbsr_file_sensor *sensor;
     int shapes;
     const mbsr_file_shape *shape;
+    int excluded; /* bodies whose shapes never touch, by <exclude> of MJCF: two ids each */
+    const int *exclude;
     int findings;
     const mbsr_finding *finding;
 } mbsr_file;

@@ -8,7 +8,7 @@
 
 static const double NOTHING = 1e-11; /* of a number in scaled rows and columns */
 /* A pivot beside what its row has of unknowns that wait, and of accelerations */
-static const double BESIDE = 1e-4, BESIDE_LOADS = 1e-6;
+static const double BESIDE = 1e-2, BESIDE_LOADS = 1e-6;
 
 /* Scales with which the largest of the sizes of each row is about 1 (Ruiz 2001), whatever the order
  * of the rows; rows of zeros keep 1. */

@@ -317,6 +317,8 @@ static int find_needs(mbsr_model *m, mbsri_force *force)
     force->needs = (mbsr_force_needs){0};
     force->memory = m->size_force_memory;
     if (table->needs) table->needs(&force->def, &force->needs);
+    if (table->flags & MBSR_FORCE_BY_PAIRS && force->needs.pairs == 0)
+        force->needs.pairs = 1; /* it stays an element by pairs where none can act */
     if (force->needs.pairs < 0 || force->needs.pairs > INT_MAX - m->pairs) {
         return mbsri_fail(
             &m->error, MBSR_ERR_VALUE, MBSR_NONE, force->id, "%s (%s): needs.pairs is %d",

@@ -12,7 +12,8 @@ static int closed_dynamics(const mbsr_model *m, mbsr_data *d, double t, const do
                            const double *u, const double *tau, double *udot)
 {
     const int status = mbsri_sweeps_loops_dynamics(m, d, t, q, u, tau, udot);
-    if (status == MBSRI_NOT_SERVED) return mbsri_loops_forward(m, d, t, q, u, tau, udot);
+    if (status == MBSRI_NOT_SERVED)
+        return mbsri_loops_forward(m, d, t, q, u, tau, NULL, udot, "mbsr_forward_dynamics");
     if (!status) mbsri_remember(m, d, MBSRI_PENDING_MOTION, q, u, tau);
     return status;
 }

@@ -329,6 +329,9 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
     }
     for (int k = 0; k < s->shapes.count; ++k)
         shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
+    int *exclude = s->excludes.items;
+    for (int k = 0; k < 2 * s->excludes.count; ++k)
+        exclude[k] = exclude[k] < 0 ? MBSR_GROUND : bodies[exclude[k]].id;
     return mbsri_scene_forces(s, file, root) && mbsri_scene_actuators(s, file) &&
            add_scene_closures(s, file) && mbsri_scene_states(s, file);
 }

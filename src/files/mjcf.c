@@ -145,6 +145,7 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
            each(&m, root, "asset", add_assets) && each(&m, root, "worldbody", mbsri_mjcf_world) &&
            mbsri_mjcf_scale(&m, root) && each(&m, root, "tendon", mbsri_mjcf_tendons) &&
            each(&m, root, "equality", mbsri_mjcf_equalities) &&
+           each(&m, root, "contact", mbsri_mjcf_excludes) &&
            each(&m, root, "actuator", mbsri_mjcf_actuators) &&
            each(&m, root, "sensor", mbsri_mjcf_sensors) && each(&m, root, "keyframe", add_keys);
 }

@@ -184,6 +184,7 @@ void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);
 bool mbsri_mjcf_scale(mbsri_mjcf *m, const mbsri_element *root); /* masses, to their total */
+bool mbsri_mjcf_excludes(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_tendons(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_sensors(mbsri_mjcf *m, const mbsri_element *list);

@@ -182,6 +182,27 @@ bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list)
     return true;
 }
 
+/* ---- bodies that never touch ---- */
+
+bool mbsri_mjcf_excludes(mbsri_mjcf *m, const mbsri_element *list)
+{
+    for (const mbsri_element *e = list->child; e; e = e->next) {
+        bool known = true;
+        int body[2];
+        if (!mbsri_is(e, "exclude")) {
+            mbsri_file_find(m->s, e, "it is left out: shapes touch by their own numbers");
+            continue;
+        }
+        if (!end_of(m, e, "body1", false, body, &known) ||
+            !end_of(m, e, "body2", false, body + 1, &known))
+            return false;
+        int *to = known ? mbsri_list_add(m->s->arena, &m->s->excludes, sizeof body) : NULL;
+        if (known && !to) return false;
+        if (known) memcpy(to, body, sizeof body);
+    }
+    return true;
+}
+
 /* ---- tendons ---- */
 
 /* False in *known: it is left out. */

@@ -122,13 +122,24 @@ static bool weigh_shape(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame 
 /* Groups above 2 are those that MuJoCo does not show at first. */
 static bool find_use(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
 {
-    double group = 0.0, type = 1.0, affinity = 1.0;
+    double group = 0.0, type = 1.0, affinity = 1.0, kinds = 3.0;
+    const double friction[3] = {1.0, 0.005, 0.0001};
+    memcpy(shape->friction, friction, sizeof friction);
+    shape->settle[0] = 0.02, shape->settle[1] = 1.0;
     if (!mbsri_mjcf_number(m, node, "group", &group) ||
         !mbsri_mjcf_number(m, node, "contype", &type) ||
-        !mbsri_mjcf_number(m, node, "conaffinity", &affinity))
+        !mbsri_mjcf_number(m, node, "conaffinity", &affinity) ||
+        !mbsri_mjcf_number(m, node, "condim", &kinds) ||
+        !mbsri_mjcf_numbers(m, node, "friction", 1, 3, shape->friction, NULL) ||
+        !mbsri_mjcf_numbers(m, node, "solref", 1, 2, shape->settle, NULL))
         return false;
+    if (kinds < 3.0) shape->friction[0] = 0.0;
+    if (kinds < 4.0) shape->friction[1] = 0.0;
+    if (kinds < 6.0) shape->friction[2] = 0.0;
     shape->visual = group <= 2.0;
-    shape->contact = type != 0.0 || affinity != 0.0;
+    shape->groups = type > 0.0 && type < 4294967296.0 ? (unsigned)type : 0;
+    shape->mask = affinity > 0.0 && affinity < 4294967296.0 ? (unsigned)affinity : 0;
+    shape->contact = shape->groups != 0 || shape->mask != 0;
     return true;
 }
 

@@ -109,6 +109,8 @@ static void hand_over(const mbsri_scene *s, mbsr_file *file)
     file->sensor = s->sensors.items;
     file->shapes = s->shapes.count;
     file->shape = s->shapes.items;
+    file->excluded = s->excludes.count;
+    file->exclude = s->excludes.items;
     file->findings = s->findings.count;
     file->finding = s->findings.items;
 }
@@ -126,8 +128,9 @@ static bool refuse_findings(mbsri_scene *s)
 /* Lists that stay empty have a place, too. */
 static void open_lists(mbsri_scene *s)
 {
-    mbsri_list *const lists[] = {&s->bodies, &s->joints, &s->tendons, &s->actuators, &s->equalities,
-                                 &s->keys,   &s->sites,  &s->shapes,  &s->findings,  &s->sensors};
+    mbsri_list *const lists[] = {&s->bodies,     &s->joints,  &s->tendons, &s->actuators,
+                                 &s->equalities, &s->keys,    &s->sites,   &s->shapes,
+                                 &s->findings,   &s->sensors, &s->excludes};
     void *nothing = mbsri_arena_take(s->arena, 1);
     for (size_t k = 0; k < sizeof lists / sizeof *lists; ++k) lists[k]->items = nothing;
 }

@@ -99,7 +99,7 @@ typedef struct mbsri_scene {
         with_actuators;              /* as the options, unless the file switches them off */
     bool with_limits, with_friction; /* unless the file switches them off */
     mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, sensors, shapes,
-        findings;
+        excludes, findings;       /* excludes: two ints each */
     char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
 } mbsri_scene;
 

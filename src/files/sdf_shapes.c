@@ -118,7 +118,11 @@ bool mbsri_sdf_shapes(mbsri_sdf *f, int link, const mbsr_frame *world, int body)
                                  .body = body,
                                  .colour = {0.7, 0.7, 0.7, 1.0},
                                  .visual = visual,
-                                 .contact = !visual};
+                                 .contact = !visual,
+                                 .groups = 1,
+                                 .mask = 1,
+                                 .friction = {1.0, 0.0, 0.0},
+                                 .settle = {0.02, 1.0}};
         if (!place_shape(f, link, world, e, &shape.frame) || !read_geometry(s, e, &shape, &known) ||
             !read_colour(s, e, &shape))
             return false;

@@ -131,7 +131,11 @@ static bool read_shapes(mbsri_scene *s, const mbsri_element *e, int body,
                                  .body = body,
                                  .colour = {0.7, 0.7, 0.7, 1.0},
                                  .visual = visual,
-                                 .contact = !visual};
+                                 .contact = !visual,
+                                 .groups = 1,
+                                 .mask = 1,
+                                 .friction = {1.0, 0.0, 0.0},
+                                 .settle = {0.02, 1.0}};
         bool known;
         if (!shape.name) shape.name = "";
         if (!read_origin(s, c, &shape.frame) || !read_geometry(s, c, &shape, &known) ||

@@ -37,6 +37,7 @@ typedef struct search {
 
 static const double ROUNDING = 1e-12; /* of what is added up in a number */
 static const double DEPENDENT = 1e-9; /* of the norm of a vector, less others */
+static const double CLEAR = 1e-3;     /* of a vector's largest number: of a row that may go */
 
 static double share_of(const mbsri_fronts *w, int row)
 {
@@ -302,8 +303,7 @@ typedef struct echelon {
     bool *listed;       /* rows */
 } echelon;
 
-/* The row with the greatest place that the vector has, beside its largest number; -1: it is zero.
- */
+/* The row with the greatest place of those that the vector clearly has; -1: it is zero. */
 static int last_row(const echelon *x)
 {
     double largest = 0.0;
@@ -312,7 +312,7 @@ static int last_row(const echelon *x)
         largest = fmax(largest, fabs(x->value[x->row[k]]) * share_of(x->w, x->row[k]));
     for (int k = 0; k < x->count; ++k) {
         const int row = x->row[k];
-        if (fabs(x->value[row]) * share_of(x->w, row) <= DEPENDENT * largest) continue;
+        if (fabs(x->value[row]) * share_of(x->w, row) <= CLEAR * largest) continue;
         if (last < 0 || x->order[row] > x->order[last]) last = row;
     }
     return last;
@@ -395,11 +395,14 @@ bool mbsri_idle_rows(mbsri_fronts *w, const int *order, bool *dependent, bool *s
         if (!reduce_echelon(&x, z)) return false;
     }
     for (size_t k = 0; k < rows; ++k) dependent[k] = x.owner[k] != NULL;
+    for (const idle *z = w->idle; z; z = z->next) {
+        for (int k = 0; k < z->count; ++k) x.listed[z->row[k]] = true;
+    }
     for (int k = 0; k < w->plan->steps; ++k) { /* rows of zeros depend on nothing else */
         const mbsri_pivots *f = w->pivots[k];
         for (int l = 0; f && l < f->left; ++l) {
             const int row = f->id[f->pivots + l];
-            if (row < w->m->rows && !shared[row]) dependent[row] = shared[row] = true;
+            if (row < w->m->rows && !x.listed[row]) dependent[row] = shared[row] = true;
         }
     }
     return true;

@@ -77,12 +77,11 @@ static void find_size(search *s)
     const mbsri_closer *w = s->w;
     const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     double square = 0.0;
-    mbsri_zero(w->m->size_v, w->d->closure_V);
+    mbsri_row_squares(w->m, w->d, w->closing.give, w->right);
     for (; c < end; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const double gap = w->closing.gap[c->held_row + k];
-            if (mbsri_is_asked(w, c, k))
-                square += mbsri_row_square(w->m, w->d, c, k, w->closing.give) / (gap * gap);
+            if (mbsri_is_asked(w, c, k)) square += w->right[c->row + k] / (gap * gap);
         }
     }
     s->size = sqrt(square);

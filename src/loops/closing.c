@@ -12,6 +12,7 @@
 #include "loops/closing.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "fronts/plan.h"
 #include "recursion/rounding.h"
@@ -171,8 +172,17 @@ double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const dou
 
 /* ---- rows ---- */
 
-double mbsri_row_square(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
-                        const double *give)
+/* P += factor x y^T, column by column. */
+static void add_dyad(int d, double factor, const double *x, const double *y, double *P)
+{
+    for (int j = 0; j < d; ++j) {
+        for (int i = 0; i < d; ++i) P[j * d + i] += factor * x[i] * y[j];
+    }
+}
+
+/* The square of row k by a walk from its ends to the body where these meet. */
+static double walk_row(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
+                       const double *give)
 {
     double *f = d->closure_V, square = 0.0;
     int head[MBSRI_ENDS], heads = 0;
@@ -203,6 +213,85 @@ double mbsri_row_square(const mbsr_model *m, mbsr_data *d, const mbsri_closure *
     }
     mbsri_zero((size_t)m->body[c->meets].d, f + m->body[c->meets].v);
     return square;
+}
+
+/* Marks joints between the ends of closures and where these meet, by numbers that are not zero in
+ * closure_V. */
+static void mark_paths(const mbsr_model *m, double *V)
+{
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    for (; c < end; ++c) {
+        for (int l = 0; l < c->bodies; ++l) {
+            if (c->body[l] > 0) V[m->body[c->body[l]].v] += 1.0;
+            if (c->meets > 0) V[m->body[c->meets].v] -= 1.0;
+        }
+    }
+    for (int i = m->bodies; i > 0; --i) {
+        if (m->body[i].parent > 0) V[m->body[i].pred_v] += V[m->body[i].v];
+    }
+}
+
+/* P = sum over joints on these paths of give^2 a a^T, a: the motion of a body at a unit rate. P of
+ * a body, in Mbar, is zero where no such joint is above it. */
+static void spread_motions(const mbsr_model *m, mbsr_data *d, const double *give)
+{
+    double *V = d->closure_V, moved[MBSR_MAX_D];
+    mbsri_zero(m->size_v, V);
+    mark_paths(m, V);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const double *H = d->H + b->dp, *above = d->Mbar + b->pred_dd;
+        double *P = d->Mbar + b->dd;
+        const bool on_path = V[b->v] != 0.0;
+        mbsri_zero((size_t)(b->d * b->d), P);
+        V[b->v] = 0.0;
+        if (!on_path) continue;
+        for (int k = 0; k < b->d_pred && b->parent > 0; ++k) {
+            mbsri_zero((size_t)b->d, moved);
+            mbsri_ax(b->d, b->d_pred, 1.0, H, above + k * b->d_pred, moved);
+            add_dyad(b->d, 1.0, moved, H + k * b->d, P);
+        }
+        for (int k = 0; k < b->n; ++k) {
+            const double *J = d->J + b->dn + (size_t)(k * b->d), own = give[b->u + k];
+            add_dyad(b->d, own * own, J, J, P);
+        }
+    }
+}
+
+/* Whether squares of rows at both ends add up: they have no joint in common, not in P either. */
+static bool are_apart(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c)
+{
+    const mbsri_body *meets = m->body + c->meets;
+    if (c->bodies > 2 || mbsri_reads_joints(c)) return false;
+    if (c->meets == 0) return true;
+    return mbsri_largest(meets->d * meets->d, d->Mbar + meets->dd) == 0.0;
+}
+
+static double row_by_ends(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k)
+{
+    double square = 0.0;
+    for (int l = 0; l < c->bodies; ++l) {
+        const mbsri_body *b = m->body + c->body[l];
+        if (!mbsri_plan_reads(c, l) || c->body[l] == 0) continue;
+        const double *C = d->closure_C + c->at + (size_t)(c->column[l] * c->rows + k),
+                     *P = d->Mbar + b->dd;
+        for (int i = 0; i < b->d; ++i) {
+            for (int j = 0; j < b->d; ++j)
+                square += C[i * c->rows] * P[i * b->d + j] * C[j * c->rows];
+        }
+    }
+    return fmax(square, 0.0);
+}
+
+void mbsri_row_squares(const mbsr_model *m, mbsr_data *d, const double *give, double *square)
+{
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    spread_motions(m, d, give);
+    for (; c < end; ++c) {
+        const bool apart = are_apart(m, d, c);
+        for (int k = 0; k < c->rows; ++k)
+            square[c->row + k] = apart ? row_by_ends(m, d, c, k) : walk_row(m, d, c, k, give);
+    }
 }
 
 /* ---- what may be asked ---- */

@@ -33,11 +33,11 @@ double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_c
 double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g);
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g);
 
-/* The squared length of row k of the closure over all joint rates, each times what it gives (nu,
- * the caller's order): from the ends to the body where these meet. closure_V of the data is zero
- * before and after. */
-double mbsri_row_square(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int k,
-                        const double *give);
+/* The squared lengths of rows (rows) over all joint rates, each times what it gives (nu, the
+ * caller's order), from the ends to the body where these meet; after the derivatives. In O(bodies +
+ * rows) where ends meet at the ground or at bodies that no loop moves; overwrites Mbar and
+ * closure_V, which is zero afterwards. */
+void mbsri_row_squares(const mbsr_model *m, mbsr_data *d, const double *give, double *square);
 
 /* Refuses weights that are not positive, and quaternions kept in part; either may be NULL. */
 int mbsri_closing_check(const mbsr_model *m, mbsr_data *d, const double *weight, const int *keep,

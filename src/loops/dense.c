@@ -105,9 +105,10 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     return open_arrays(w, m, d, function, true);
 }
 
-int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
+int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, bool rigid,
+                           const char *function)
 {
-    const bool dense = m->nu + m->rows <= MBSRI_DENSE_MOST || mbsri_any_stiff(m);
+    const bool dense = m->nu + m->rows <= MBSRI_DENSE_MOST || (!rigid && mbsri_any_stiff(m));
     const int status = open_arrays(w, m, d, function, dense);
     return status || dense ? status : mbsri_row_fronts_open(m, d, w->span, function, &w->fronts);
 }

@@ -46,8 +46,9 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
 void mbsri_dense_close(mbsri_dense *w);
 
 /* Likewise, without matrices where the model has more than so many joint rates and rows, and no
- * stiff ones (row_fronts.h). */
-int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
+ * stiff ones, or these count as rigid (row_fronts.h). */
+int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, bool rigid,
+                           const char *function);
 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);

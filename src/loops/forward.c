@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   forward     M u' - C^T lambda = -h(q, u, 0),   C u' = -bias
+ *   impulses    M du - C^T Lambda = 0,   C du = -(C u + g_t)
  *   inverse     B tau + C^T lambda = need with least |tau|:  tau = B^T x,
  *       B B^T x + C^T lambda = need,   C x = 0
  *
@@ -28,23 +29,26 @@
 typedef struct forward {
     const mbsr_model *m;
     mbsr_data *d;
+    const char *function; /* for messages */
     mbsri_fronts system;
     double *udot, *right;                   /* nu */
     double *lambda, *springs, *bias, *rate; /* rows */
 } forward;
 
-static const char forward_name[] = "mbsr_forward_dynamics";
-
-static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d)
+/* left_out (rows; NULL: none): rows without a part in the equations, beside springs. */
+static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d, const bool *left_out,
+                        const char *function)
 {
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
-    *w = (forward){.m = m, .d = d};
-    int status = mbsri_fronts_open(&w->system, m, d, true, forward_name);
+    *w = (forward){.m = m, .d = d, .function = function};
+    int status = mbsri_fronts_open(&w->system, m, d, true, function);
     if (status) return status;
+    for (int k = 0; k < m->rows && left_out; ++k)
+        w->system.left_out[k] = w->system.left_out[k] || left_out[k];
     w->udot = mbsri_fronts_allocate(&w->system, (2 * nu + 4 * rows) * sizeof(double));
     if (!w->udot)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d rows of closures", forward_name, m->rows);
+                          "%s: no memory for %d rows of closures", function, m->rows);
     w->right = w->udot + nu;
     w->lambda = w->right + nu;
     w->springs = w->lambda + rows;
@@ -81,7 +85,7 @@ static int settle(forward *w)
     for (int k = 0; k < w->m->rows; ++k) d->loop_lambda[k] = w->lambda[k] + w->springs[k];
     mbsri_closure_load(w->m, d, w->lambda, d->f, d->tau);
     mbsri_inverse(w->m, d, w->udot);
-    return mbsri_check_result(w->m, d, (size_t)w->m->nu, w->udot, forward_name);
+    return mbsri_check_result(w->m, d, (size_t)w->m->nu, w->udot, w->function);
 }
 
 static void clear_springs(const mbsr_model *m, double *row)
@@ -94,14 +98,19 @@ static void clear_springs(const mbsr_model *m, double *row)
     }
 }
 
+/* The equations factored, refused where a motion (of the name `what`) is not determined. */
+static int factor_loops(forward *w, const char *what)
+{
+    const int status = mbsri_fronts_factor(&w->system, NULL, w->function);
+    if (status || w->system.free < 0) return status;
+    return mbsri_refuse_motion(w->m, w->d, mbsri_fronts_free_rate(&w->system), w->function, what);
+}
+
 static int accelerate(forward *w, double t, const double *q, const double *u, const double *tau)
 {
     mbsri_fronts *s = &w->system;
     int status = find_right(w, t, q, u, tau);
-    if (!status) status = mbsri_fronts_factor(s, NULL, forward_name);
-    if (!status && s->free >= 0)
-        status = mbsri_refuse_motion(w->m, w->d, mbsri_fronts_free_rate(s), forward_name,
-                                     ": its acceleration is not determined");
+    if (!status) status = factor_loops(w, ": its acceleration is not determined");
     if (status) return status;
     mbsri_fronts_solve(s, w->right, w->rate, w->udot, w->lambda);
     const double rate = mbsri_rate_of_model(w->m),
@@ -110,19 +119,65 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
     mbsri_closure_apply(w->m, w->d, w->udot, w->rate);
     for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
     clear_springs(w->m, w->rate);
-    status = mbsri_refuse_left(w->m, w->d, w->rate, s->share, size, "acceleration", forward_name);
+    status = mbsri_refuse_left(w->m, w->d, w->rate, s->share, size, "acceleration", w->function);
     return status ? status : settle(w);
 }
 
 int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                        const double *u, const double *tau, double *udot)
+                        const double *u, const double *tau, const bool *left_out, double *udot,
+                        const char *function)
 {
     forward w;
-    int status = mbsri_check_input(d, (size_t)m->nu, u, forward_name, "u");
+    int status = mbsri_check_input(d, (size_t)m->nu, u, function, "u");
     if (status) return status;
-    status = open_forward(&w, m, d);
+    status = open_forward(&w, m, d, left_out, function);
     if (!status) status = accelerate(&w, t, q, u, tau);
     if (!status) mbsri_copy((size_t)m->nu, w.udot, udot);
+    mbsri_fronts_close(&w.system);
+    return status;
+}
+
+/* ---- impulses ---- */
+
+/* C u + g_t of rigid rows, into w->rate. */
+static int find_row_rates(forward *w, const double *u)
+{
+    int status = mbsri_velocities(w->m, w->d, u);
+    if (!status) status = mbsri_closure_rates(w->m, w->d, w->rate);
+    if (!status) clear_springs(w->m, w->rate);
+    return status;
+}
+
+/* Twice, so that what is left is rounding of C u. */
+static int push_to_rows(forward *w, double t, const double *q, double *u)
+{
+    enum { PASSES = 2 };
+    const mbsr_model *m = w->m;
+    int status = mbsri_positions(m, w->d, t, q);
+    if (!status) status = mbsri_velocities(m, w->d, u);
+    if (!status) status = mbsri_closure_jacobians(m, w->d);
+    if (!status) status = factor_loops(w, ": its velocity is not determined");
+    mbsri_zero((size_t)m->nu, w->right);
+    for (int pass = 0; pass < PASSES && !status; ++pass) {
+        status = find_row_rates(w, u);
+        if (status) return status;
+        for (int k = 0; k < m->rows; ++k) w->bias[k] = -w->rate[k];
+        mbsri_fronts_solve(&w->system, w->right, w->bias, w->udot, w->lambda);
+        for (int k = 0; k < m->nu; ++k) u[k] += w->udot[k];
+    }
+    if (!status) status = find_row_rates(w, u);
+    if (status) return status;
+    return mbsri_refuse_left(m, w->d, w->rate, w->system.share,
+                             mbsri_rate_of_model(m) + mbsri_largest_rate(m, u), "velocity row",
+                             w->function);
+}
+
+int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                     const bool *left_out, double *u, const char *function)
+{
+    forward w;
+    int status = open_forward(&w, m, d, left_out, function);
+    if (!status) status = push_to_rows(&w, t, q, u);
     mbsri_fronts_close(&w.system);
     return status;
 }

@@ -5,9 +5,17 @@
 
 #include "recursion/data.h"
 
-/* mbsr_forward_dynamics; the data is left at the forces, with loop forces and accelerations. */
+/* mbsr_forward_dynamics; the data is left at the forces, with loop forces and accelerations.
+ * left_out (rows; NULL: none): rows without a part in the equations, beside springs. */
 int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                        const double *u, const double *tau, double *udot);
+                        const double *u, const double *tau, const bool *left_out, double *udot,
+                        const char *function);
+
+/* Changes u (nu) by impulses of the loops, so that the closures allow it; left_out: likewise.
+ * MBSR_UNDETERMINED where a motion that moves no mass is free, MBSR_LOOP_OPEN where rows, those
+ * left out among them, contradict each other. */
+int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                     const bool *left_out, double *u, const char *function);
 
 /* Torques tau (nu) of those joint rates that `actuated` (nu, in the order of the sweeps) has 1 for,
  * 0 for the others, and loop forces (rows) that together are `need` (nu); after the inverse

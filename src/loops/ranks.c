@@ -245,7 +245,7 @@ void mbsri_rank_scales(const mbsri_dense *w, double *scale)
 
 static int ranks_on_fronts(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 {
-    const int status = mbsri_row_fronts_rank(w->fronts, dropped, found);
+    const int status = mbsri_row_fronts_rank(w->fronts, NULL, dropped, found);
     if (found->independent == 0) found->smallest_kept = 0.0;
     if (found->weakest < 0) found->weakest_pivot = 0.0;
     return status;

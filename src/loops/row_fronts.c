@@ -99,12 +99,13 @@ static void find_scales(mbsri_row_fronts *w)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m), *end = first + w->m->closures.count;
     double largest[KINDS] = {0.0};
-    mbsri_zero(w->m->size_v, w->d->closure_V);
+    double *square = w->lambda;
+    mbsri_row_squares(w->m, w->d, w->span, square);
     for (const mbsri_closure *c = first; c < end; ++c) {
         double own[KINDS] = {0.0};
         for (int k = 0; k < c->rows; ++k) {
             const int kind = (int)mbsri_row_kind(w->m, w->d, c, k);
-            own[kind] = fmax(own[kind], sqrt(mbsri_row_square(w->m, w->d, c, k, w->span)));
+            own[kind] = fmax(own[kind], sqrt(square[c->row + k]));
         }
         for (int k = 0; k < c->rows; ++k)
             w->scale[c->row + k] = own[(int)mbsri_row_kind(w->m, w->d, c, k)];
@@ -165,19 +166,21 @@ static int factor(mbsri_row_fronts *w)
     return mbsri_fronts_factor(&w->system, w->metric, w->function);
 }
 
-int mbsri_row_fronts_rank(mbsri_row_fronts *w, bool *dropped, mbsri_ranks *found)
+int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *dropped,
+                          mbsri_ranks *found)
 {
     const int rows = w->m->rows;
-    for (int k = 0; k < rows; ++k) w->system.left_out[k] = false;
+    for (int k = 0; k < rows; ++k) w->system.left_out[k] = without && without[k];
+    find_scales(w);
     int status = factor(w);
     if (!status && !mbsri_idle_rows(&w->system, w->order, dropped, w->shared))
         status = no_memory(w->m, w->d, w->function);
     if (status) return status;
-    for (int k = 0; k < rows; ++k) w->system.left_out[k] = dropped[k];
+    for (int k = 0; k < rows; ++k)
+        w->system.left_out[k] = dropped[k] = dropped[k] || (without && without[k]);
     status = factor(w);
     if (status) return status;
     *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
-    find_scales(w);
     found->largest_dropped = distance_of_dropped(w, dropped);
     if (!mbsri_fronts_spread(&w->system, w->inverse)) return no_memory(w->m, w->d, w->function);
     measure_rows(w, dropped, found);

@@ -29,8 +29,9 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
 void mbsri_row_fronts_close(mbsri_row_fronts *w);
 
 /* As mbsri_ranks_here, but that distances are those from the span of all others that are kept.
- * After the derivatives. */
-int mbsri_row_fronts_rank(mbsri_row_fronts *w, bool *dropped, mbsri_ranks *found);
+ * After the derivatives. without (rows; NULL: none): rows that are dropped from the beginning. */
+int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *dropped,
+                          mbsri_ranks *found);
 
 /* Rows on which others depend, and these: their forces are not determined one by one. After the
  * ranks. */

@@ -270,6 +270,37 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     return MBSR_OK;
 }
 
+/* Where a model is small, or its springs share what they bear. */
+static int find_by_matrices(start *s, const double *y, const mbsr_consistent_opt *opt,
+                            mbsr_consistent_info *info)
+{
+    bool served = false;
+    int status = mbsri_dense_open(&s->w, s->w.m, s->w.d, "mbsr_dae_consistent");
+    if (!status) status = mbsri_unpack(s->form, s->w.m, s->w.d, s->t, y, s->q, s->u);
+    if (!status) status = rest(s, opt, info, &served);
+    if (status || served) return status;
+    return mbsri_loops_dense_start(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+}
+
+/* Front by front; *served is false for find_by_matrices. */
+static int find_by_fronts(start *s, const double *y, const mbsr_consistent_opt *opt,
+                          mbsr_consistent_info *info, bool *served)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    int status =
+        mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, served);
+    if (status <= 0) return status;
+    const mbsr_error refused = d->error;
+    const int refusal = status;
+    status = mbsri_dense_open_ranks(&s->w, m, d, true, "mbsr_dae_consistent");
+    if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
+    if (!status) status = rest(s, opt, info, served);
+    if (status < 0 || *served) return status;
+    d->error = refused;
+    return refusal;
+}
+
 static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
                 mbsr_consistent_info *info)
 {
@@ -278,14 +309,8 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     bool served = false;
     int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
     if (!status && m->nu + m->rows > MBSRI_DENSE_MOST)
-        status =
-            mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, &served);
-    if (status || served) return status;
-    status = mbsri_dense_open(&s->w, m, d, "mbsr_dae_consistent");
-    if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status) status = rest(s, opt, info, &served);
-    if (status || served) return status;
-    status = mbsri_loops_dense_start(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+        status = find_by_fronts(s, y, opt, info, &served);
+    if (!status && !served) status = find_by_matrices(s, y, opt, info);
     if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED ||
          status == MBSR_LOOP_SINGULAR) &&
         info->null_directions > 0) {
@@ -295,7 +320,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     /* forces that are rounding do not determine directions, though differences of them are not zero
      */
     mbsri_verdict verdict;
-    if (!status && info->null_directions > 0)
+    if (!status && !served && info->null_directions > 0)
         status = mbsri_refuse_open(m, d, s->t, s->q, s->u, s->w.function, &verdict);
     return status;
 }

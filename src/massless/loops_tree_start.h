@@ -1,23 +1,34 @@
-/* A consistent start of a model with closures, on the tree.
+/* A consistent start of a model with closures, front by front.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_LOOPS_TREE_START_H
 #define MBSRI_LOOPS_TREE_START_H
 
-#include "recursion/data.h"
+#include "loops/dense.h"
+#include "massless/closed_start.h"
 
-#include <mbsrank/dae.h>
+/* Starts of a model that differ in their gaps; stiff rows count as rigid ones. */
+typedef struct mbsri_tree_start {
+    const mbsr_model *m;
+    mbsr_data *d;
+    mbsri_dense w;            /* closes loops, finds ranks */
+    mbsri_closed_start start; /* where something moves no mass */
+    bool ranked;              /* the rows that depend on others are known */
+} mbsri_tree_start;
 
-/* As mbsri_loops_dense_start, in O(bodies + local loops), for rigid rows. The gaps become `offset`
- * (held; NULL: zero). *served: false where loops do not close or no state is found; the data's
- * error is as it was then, q and u are not. Takes memory from the model's allocator. */
-int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, const double *offset,
-                           double *q, double *u, double *udot, double *lambda,
-                           const mbsr_consistent_opt *opt, mbsr_consistent_info *info,
-                           bool *served);
+/* Takes memory from the model's allocator; to be closed after a failure too. */
+int mbsri_tree_start_open(mbsri_tree_start *s, const mbsr_model *m, mbsr_data *d);
+void mbsri_tree_start_close(mbsri_tree_start *s);
 
-/* The same with stiff rows, by a copy of the model in which they are rigid (stiff_tree_start.c).
- * Not served where a start takes springs as they are, or springs share a force among rows that
- * depend on each other. */
+/* As mbsri_loops_dense_start, in O(bodies + local loops). The gaps become `offset` (held; NULL:
+ * zero, as at first). *served is false where matrices are needed to tell which rows depend on
+ * others; q is closed then. */
+int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
+                          double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                          mbsr_consistent_info *info, bool *served);
+
+/* The same for any model, stiff rows by a copy of it in which they are rigid (stiff_tree_start.c).
+ * *served is false, too, where a model with stiff rows has no such start, springs are taken as they
+ * are, or share a force among rows that depend on each other; q and u are not as they were then. */
 int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info, bool *served);

@@ -15,8 +15,8 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "loops/clusters.h"
 #include "loops/forward.h"
+#include "loops/ranks.h"
 #include "massless/rigid_twin.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -27,8 +27,9 @@ enum { PASSES = 30 };
 
 typedef struct rigid {
     mbsri_rigid_twin twin;
-    double *q, *u;  /* nq, nu: of the guess */
-    double *offset; /* held */
+    mbsri_tree_start start; /* of the twin */
+    double *u;              /* nu: of the guess */
+    double *offset;         /* held */
 } rigid;
 
 /* Whether some row is stiff, and whether all of these are settled. */
@@ -46,19 +47,22 @@ static bool some_stiff(const mbsr_model *m, bool *settled)
     return some;
 }
 
-static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const double *u, rigid *r)
+static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid *r)
 {
-    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, held = (size_t)m->held;
+    const size_t nu = (size_t)m->nu, held = (size_t)m->held;
     *r = (rigid){.twin = {NULL, NULL}};
-    const int status = mbsri_rigid_twin_open(m, d, NULL, &r->twin);
+    int status = mbsri_rigid_twin_open(m, d, NULL, &r->twin);
     if (status) return status;
-    r->q = mbsri_allocate(&m->allocator, (nq + nu + held + 1) * sizeof(double));
-    if (!r->q)
+    status = mbsri_tree_start_open(&r->start, r->twin.model, r->twin.data);
+    if (status) {
+        d->error = r->twin.data->error;
+        return status;
+    }
+    r->u = mbsri_allocate(&m->allocator, (nu + held + 1) * sizeof(double));
+    if (!r->u)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d position rows", m->held);
-    r->u = r->q + nq;
     r->offset = r->u + nu;
-    mbsri_copy(nq, q, r->q);
     mbsri_copy(nu, u, r->u);
     mbsri_zero(held, r->offset);
     return MBSR_OK;
@@ -66,13 +70,14 @@ static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const 
 
 static void close_rigid(const mbsr_model *m, rigid *r)
 {
-    mbsri_release(&m->allocator, r->q);
+    mbsri_release(&m->allocator, r->u);
+    mbsri_tree_start_close(&r->start);
     mbsri_rigid_twin_close(&r->twin);
 }
 
 /* Gaps at which the springs bear lambda; the largest force by which they did not. Not served where
- * such a row is left out. */
-static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, bool *served)
+ * such a row is left out (*shared). */
+static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, bool *shared)
 {
     const mbsri_closure *c = m->closures.data;
     double largest = 0.0;
@@ -84,7 +89,7 @@ static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, 
                          missing = fabs(force + stiffness * *gap);
             if (missing > 1e-14 * stiffness) largest = fmax(largest, missing);
             *gap = -force / stiffness;
-            if (r->twin.data->dropped[c->row + k]) *served = false;
+            if (r->twin.data->dropped[c->row + k]) *shared = true;
         }
     }
     return largest;
@@ -111,6 +116,19 @@ static int find_defect(const mbsr_model *m, mbsr_data *d, double *work, double *
     return status;
 }
 
+/* Rows, stiff ones as others, that depend on each other at q are marked in the data. */
+static int find_loose_ranks(const mbsr_model *m, mbsr_data *d, double t, const double *q)
+{
+    mbsri_tree_start s;
+    mbsri_ranks found;
+    int status = mbsri_tree_start_open(&s, m, d);
+    if (!status) status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_row_fronts_rank(s.w.fronts, NULL, d->dropped, &found);
+    mbsri_tree_start_close(&s);
+    return status;
+}
+
 /* Springs that are taken as they are, in a state that the rigid rows allow, none of these and of
  * the springs dependent: u' and loop forces are those of forward dynamics. */
 static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -118,10 +136,8 @@ static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double
 {
     const mbsr_error before = d->error;
     double open, speed;
-    mbsri_ranks found;
-    int status = mbsri_positions(m, d, t, q);
-    if (!status)
-        status = mbsri_ranks_by_clusters(m, d, MBSRI_DEPENDENT, d->dropped, &found, served);
+    int status = find_loose_ranks(m, d, t, q);
+    *served = true;
     for (int k = 0; k < m->rows; ++k) *served = *served && !d->dropped[k];
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = find_defect(m, d, lambda, &open, &speed);
@@ -129,37 +145,51 @@ static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double
     const double size = fmax(1.0, mbsri_largest((int)m->size_p, d->p));
     if (open > 1e-12 * size || speed > 1e-13 * (1.0 + mbsri_largest(m->nu, u))) *served = false;
     if (!*served) return MBSR_OK;
-    status = mbsri_loops_forward(m, d, t, q, u, NULL, udot);
+    status = mbsri_loops_forward(m, d, t, q, u, NULL, NULL, udot, "mbsr_dae_consistent");
     mbsri_copy((size_t)m->rows, d->loop_lambda, lambda);
     *served = !status;
     if (status) d->error = before;
     return status == MBSR_ERR_NO_MEMORY ? status : MBSR_OK;
 }
 
+/* One start of a model without stiff rows. */
+static int start_rigid_rows(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
+                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                            mbsr_consistent_info *info, bool *served)
+{
+    mbsri_tree_start s;
+    int status = mbsri_tree_start_open(&s, m, d);
+    if (!status) status = mbsri_tree_start_find(&s, t, NULL, q, u, udot, lambda, opt, info, served);
+    mbsri_tree_start_close(&s);
+    return status;
+}
+
 int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info, bool *served)
 {
+    const mbsr_error before = d->error;
     bool settled;
     rigid r;
     *served = false;
     if (!some_stiff(m, &settled))
-        return mbsri_loops_tree_start(m, d, t, NULL, q, u, udot, lambda, opt, info, served);
+        return start_rigid_rows(m, d, t, q, u, udot, lambda, opt, info, served);
     if (!settled) return start_loose(m, d, t, q, u, udot, lambda, served);
-    int status = open_rigid(m, d, q, u, &r);
-    double missing = INFINITY;
+    int status = open_rigid(m, d, u, &r);
     for (int pass = 0; pass < PASSES && !status; ++pass) {
-        mbsri_copy((size_t)m->nq, r.q, q);
         mbsri_copy((size_t)m->nu, r.u, u);
-        status = mbsri_loops_tree_start(r.twin.model, r.twin.data, t, r.offset, q, u, udot, lambda,
-                                        opt, info, served);
-        if (status) d->error = r.twin.data->error;
+        status =
+            mbsri_tree_start_find(&r.start, t, r.offset, q, u, udot, lambda, opt, info, served);
         if (status || !*served) break;
-        missing = load_springs(m, lambda, &r, served);
-        if (!*served || missing <= 1e-12 * mbsri_largest(m->rows, lambda)) break;
-        *served = false;
+        bool shared = false;
+        const double missing = load_springs(m, lambda, &r, &shared);
+        *served = !shared && missing <= 1e-12 * mbsri_largest(m->rows, lambda);
+        if (shared || *served) break;
     }
+    *served = *served && !status;
+    if (status < 0) d->error = r.twin.data->error;
+    if (status > 0) d->error = before;
     for (int k = 0; k < m->rows && *served; ++k) d->dropped[k] = r.twin.data->dropped[k];
     close_rigid(m, &r);
-    return status;
+    return status > 0 ? MBSR_OK : status;
 }

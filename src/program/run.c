@@ -3,6 +3,7 @@
 #include "program/inputs.h"
 #include "program/output.h"
 #include "program/progress.h"
+#include "program/touching.h"
 
 #include <mbsrank/simulation.h>
 
@@ -197,7 +198,11 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
     if (code) return code;
     inputs_set(in, 0.0, m->file->control);
     tell_beginning(o, m, &opt, to);
-    mbsr_simulation s = mbsr_simulation_of(mbsr_file_take_model(m->file));
+    touching contacts = {NULL, NULL};
+    code = touching_make(m, q, o->common.contacts, o->quiet, &contacts);
+    if (code) return code;
+    mbsr_simulation s =
+        mbsr_simulation_of(contacts.model ? contacts.model : mbsr_file_take_model(m->file));
     mbsr_data_destroy(m->data);
     m->data = NULL;
     signal(SIGINT, interrupt);
@@ -208,6 +213,7 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
     if (interrupted) complain(FAILED, "stopped at t = %g; what was computed is kept", s.t);
     tell_end(o, &s, code, to);
     mbsr_simulation_end(&s);
+    touching_free(&contacts);
     return interrupted ? FAILED : code;
 }
 

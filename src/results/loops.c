@@ -273,7 +273,7 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
     if (status) return status;
     const bool watching = data->watching;
     data->watching = false;
-    status = mbsri_dense_open_ranks(&w, model, data, name);
+    status = mbsri_dense_open_ranks(&w, model, data, false, name);
     if (!status) status = report_on(&w, t, q, report, redundant, unique);
     mbsri_dense_close(&w);
     data->watching = watching;

@@ -4,10 +4,10 @@
 
 /* Every function of the header: those that take numbers refuse wrong ones in test_contact_points.c.
  */
-static const char *const functions[] = {"mbsr_default_shape",    "mbsr_contacts_create",
-                                        "mbsr_contacts_destroy", "mbsr_contacts_add",
-                                        "mbsr_contacts_exclude", "mbsr_contacts_pair",
-                                        "mbsr_contacts_force",   "mbsr_contact_report"};
+static const char *const functions[] = {
+    "mbsr_default_shape",  "mbsr_contacts_create",  "mbsr_contacts_destroy",
+    "mbsr_contacts_add",   "mbsr_contacts_exclude", "mbsr_contacts_pair",
+    "mbsr_contacts_force", "mbsr_contact_report",   "mbsr_contacts_add_file"};
 
 /* States that overflow on the way give a status or finite numbers, and a good one then what it gave
  * before. */

@@ -356,10 +356,40 @@ static void too_many(void **unused)
     mbsr_contacts_destroy(c);
 }
 
+/* Where no two shapes may touch, the element is there and does nothing, in Newton systems too. */
+static void none_may_touch(void **unused)
+{
+    (void)unused;
+    mbsr_shape shapes[3];
+    for (int k = 0; k < 3; ++k) {
+        shapes[k] = sample_shape(MBSR_SHAPE_SPHERE, 0);
+        shapes[k].groups = 1, shapes[k].mask = 2;
+    }
+    scene s = scene_of(3, shapes);
+    const double q[21] = {1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0.1, 0, 0, 1, 0, 0, 0, 0, 0.1, 0};
+    const double u[18] = {0};
+    double y[64], yp[64] = {0}, F[64], delta[64];
+    mbsr_newton *newton;
+    mbsr_error error;
+    assert_true(mbsr_dae_size(s.model, MBSR_DAE_MOMENTUM) <= 64);
+    assert_int_equal(points_at(&s, q, u, 0, NULL), 0);
+    assert_int_equal(mbsr_newton_create(s.model, MBSR_DAE_MOMENTUM, NULL, &newton, &error),
+                     MBSR_OK);
+    assert_int_equal(mbsr_dae_pack(s.model, s.data, MBSR_DAE_MOMENTUM, 0.0, q, u, y), MBSR_OK);
+    assert_int_equal(mbsr_dae_residual(s.model, s.data, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), MBSR_OK);
+    assert_int_equal(mbsr_newton_factor(newton, s.data, 0.0, y, yp, 100.0), MBSR_OK);
+    F[1] = 1.0;
+    assert_int_equal(mbsr_newton_solve(newton, F, delta), MBSR_OK);
+    for (int k = 0; k < mbsr_dae_size(s.model, MBSR_DAE_MOMENTUM); ++k)
+        assert_true(isfinite(delta[k]));
+    mbsr_newton_destroy(newton);
+    end_scene(&s);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(on_plane), cmocka_unit_test(on_boxes),
-                                       cmocka_unit_test(random_pairs), cmocka_unit_test(refusals),
-                                       cmocka_unit_test(too_many)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(on_plane), cmocka_unit_test(on_boxes), cmocka_unit_test(random_pairs),
+        cmocka_unit_test(refusals), cmocka_unit_test(too_many), cmocka_unit_test(none_may_touch)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -337,4 +337,16 @@ if "$program" --help | grep -q '^  fmu'; then
     ends 4 'cannot be written' fmu "$models/arm.urdf" -o "$work/none/arm.fmu"
     [ "$(head -c 2 "$work/arm.fmu")" = PK ] || { echo "an FMU that is no archive"; failed=1; }
 fi
+if [ "$with_run" = 1 ] && "$program" run --help | grep -q -e --contacts; then
+    printf '%s' '<mujoco><worldbody><geom type="plane" size="0 0 1"/><body pos="0 0 .5"><freejoint/>' \
+        '<geom type="sphere" size=".1"/></body></worldbody></mujoco>' >"$work/ball.xml"
+    ends 0 'do not touch without --contacts' run "$work/ball.xml" --t-end 0.5 -o "$work/ball.csv"
+    if "$program" run --contacts "$work/ball.xml" --t-end 2 --output state -o "$work/ball.csv" 2>"$work/err"; then
+        grep -q '2 shapes touch' "$work/err" || { echo 'run --contacts does not say what touches'; failed=1; }
+        tail -n 1 "$work/ball.csv" | awk -F, '{ exit !($8 > 0.09 && $8 < 0.1) }' ||
+            { echo 'a ball does not lie on the floor:'; tail -n 1 "$work/ball.csv"; failed=1; }
+    else
+        grep -q 'without the component contact' "$work/err" || { cat "$work/err"; failed=1; }
+    fi
+fi
 exit $failed

@@ -1,0 +1,168 @@
+/* Shapes of files.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "contact/error.h"
+#include "contact/touch.h"
+
+#include <mbsrank/files.h>
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Of a model: what its bodies hang on. */
+typedef struct tree {
+    int bodies;
+    int *parent; /* by id; MBSR_GROUND */
+    bool *welded, *shaped;
+    double mass;
+} tree;
+
+static int find_tree(const mbsr_model *m, const mbsr_file *file, tree *t)
+{
+    for (int k = 0; k < t->bodies; ++k) {
+        mbsr_body_def def;
+        const int status = mbsr_body_definition(m, k, &def);
+        if (status) return status;
+        const mbsr_inertia_kind kind = def.inertia.kind;
+        t->parent[k] = def.parent;
+        t->welded[k] = def.joint.n == 0;
+        if (kind == MBSR_INERTIA_SPATIAL || kind == MBSR_INERTIA_PARTICLE)
+            t->mass += def.inertia.mass;
+    }
+    for (int k = 0; k < file->shapes; ++k) {
+        const mbsr_file_shape *s = file->shape + k;
+        if (s->contact && s->body >= 0 && s->body < t->bodies) t->shaped[s->body] = true;
+    }
+    return MBSR_OK;
+}
+
+/* The first of the bodies that are welded to each other. */
+static int weld_of(const tree *t, int body)
+{
+    while (body != MBSR_GROUND && t->welded[body]) body = t->parent[body];
+    return body;
+}
+
+/* The one that carries it, bodies without shapes left aside. */
+static int carrier_of(const tree *t, int body)
+{
+    if (body == MBSR_GROUND) return MBSR_NONE;
+    int above = weld_of(t, t->parent[body]);
+    while (above != MBSR_GROUND && !t->shaped[above]) above = weld_of(t, t->parent[above]);
+    return above;
+}
+
+static bool are_joined(const tree *t, int a, int b)
+{
+    const int x = weld_of(t, a), y = weld_of(t, b);
+    if (x == y) return true;
+    return (y != MBSR_GROUND && carrier_of(t, y) == x && x != MBSR_GROUND) ||
+           (x != MBSR_GROUND && carrier_of(t, x) == y && y != MBSR_GROUND);
+}
+
+static int exclude_joined(mbsr_contacts *c, const tree *t, const mbsr_file *file, mbsr_error *error)
+{
+    int status = MBSR_OK;
+    for (int a = MBSR_GROUND; a < t->bodies && !status; ++a) {
+        for (int b = a + 1; b < t->bodies && !status; ++b) {
+            const bool shaped = t->shaped[b] && (a == MBSR_GROUND || t->shaped[a]);
+            if (shaped && are_joined(t, a, b)) status = mbsr_contacts_exclude(c, a, b, error);
+        }
+    }
+    for (int k = 0; k < file->excluded && !status; ++k)
+        status = mbsr_contacts_exclude(c, file->exclude[2 * k], file->exclude[2 * k + 1], error);
+    return status;
+}
+
+static mbsr_contact_law law_of(const mbsr_file_shape *s, double mass, double stiffness)
+{
+    const double gravity = 9.81, T = s->settle[0] > 0.0 ? s->settle[0] : 0.02,
+                 z = s->settle[1] > 0.0 ? s->settle[1] : 1.0;
+    return (mbsr_contact_law){
+        .stiffness = stiffness > 0.0 ? stiffness : 2.0 * mass / (T * z * T * z),
+        .exponent = 1.0,
+        .damping = 2.0 * z / (T * gravity), /* k x damping is 2 m z / T where m rests */
+        .friction = fmax(0.0, s->friction[0]),
+        .slip = 1e-3,
+        .torsional = fmax(0.0, s->friction[1]),
+        .rolling = fmax(0.0, s->friction[2]),
+        .spin = 1e-2};
+}
+
+static int add_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, double stiffness,
+                      mbsr_contacts_of_file *told, mbsr_error *error)
+{
+    const double mass = fmax(1.0, t->mass);
+    int status = MBSR_OK;
+    for (int k = 0; k < file->shapes && !status; ++k) {
+        const mbsr_file_shape *from = file->shape + k;
+        const bool moves = from->kind == MBSR_SHAPE_PLANE && from->body != MBSR_GROUND;
+        if (!from->contact) continue;
+        if (from->kind == MBSR_SHAPE_MESH || moves) {
+            ++told->left_out;
+            continue;
+        }
+        mbsr_shape s = mbsr_default_shape();
+        s.name = from->name;
+        s.body = from->body;
+        s.kind = from->kind;
+        s.frame = from->frame;
+        for (int l = 0; l < 3; ++l) s.size[l] = from->size[l];
+        s.groups = from->groups;
+        s.mask = from->mask;
+        s.law = law_of(from, mass, stiffness);
+        told->stiffness = fmax(told->stiffness, s.law.stiffness);
+        status = mbsr_contacts_add(c, &s, NULL, error);
+        told->shapes += status == MBSR_OK;
+    }
+    return status;
+}
+
+/* Pairs that are not served never touch. */
+static int drop_unserved(mbsr_contacts *c, const tree *t, int first, int *dropped,
+                         mbsr_error *error)
+{
+    int status = MBSR_OK;
+    for (int a = 0; a < c->count && !status; ++a) {
+        for (int b = a < first ? first : a + 1; b < c->count && !status; ++b) {
+            const mbsri_shape *x = c->shape + a, *y = c->shape + b;
+            if (mbsri_kinds_served(x->kind, y->kind) || !mbsri_by_groups(x, y)) continue;
+            status = mbsr_contacts_pair(c, a, b, NULL, error);
+            *dropped += !are_joined(t, x->body, y->body);
+        }
+    }
+    return status;
+}
+
+int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const mbsr_model *model,
+                           double stiffness, mbsr_contacts_of_file *told, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_add_file";
+    mbsr_contacts_of_file done = {0};
+    if (!contacts || !file || !model)
+        return mbsri_contact_fail(error, MBSR_ERR_NULL, "%s: %s is NULL", function,
+                                  !contacts ? "contacts"
+                                  : !file   ? "file"
+                                            : "model");
+    if (!(stiffness >= 0.0) || !isfinite(stiffness))
+        return mbsri_contact_fail(error, MBSR_ERR_VALUE, "%s: stiffness is %g", function,
+                                  stiffness);
+    tree t = {.bodies = mbsr_model_bodies(model)};
+    const size_t count = (size_t)t.bodies + 1;
+    const int first = contacts->count;
+    t.parent = calloc(count, sizeof *t.parent);
+    t.welded = calloc(count, sizeof *t.welded);
+    t.shaped = calloc(count, sizeof *t.shaped);
+    int status = t.parent && t.welded && t.shaped ? MBSR_OK : MBSR_ERR_NO_MEMORY;
+    if (status)
+        (void)mbsri_contact_fail(error, status, "%s: no memory", function);
+    else if ((status = find_tree(model, file, &t)))
+        (void)mbsri_contact_fail(error, status, "%s: the model is not finished", function);
+    if (!status) status = add_shapes(contacts, &t, file, stiffness, &done, error);
+    if (!status) status = exclude_joined(contacts, &t, file, error);
+    if (!status) status = drop_unserved(contacts, &t, first, &done.unserved, error);
+    free(t.parent);
+    free(t.welded);
+    free(t.shaped);
+    if (!status && told) *told = done;
+    return status;
+}

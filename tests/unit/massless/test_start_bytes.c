@@ -1,0 +1,146 @@
+/* What a start and a report with many loops take in memory: so many bytes a body as with a few.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double up = 1.5707963267948966;
+
+typedef struct meter {
+    size_t live, peak;
+} meter;
+
+static void *take(void *user, size_t size)
+{
+    meter *m = user;
+    size_t *memory = malloc(size + 16);
+    if (!memory) return NULL;
+    memory[0] = size;
+    m->live += size;
+    m->peak = m->live > m->peak ? m->live : m->peak;
+    return (char *)memory + 16;
+}
+
+static void give(void *user, void *memory)
+{
+    meter *m = user;
+    if (!memory) return;
+    size_t *begin = (size_t *)(void *)((char *)memory - 16);
+    m->live -= begin[0];
+    free(begin);
+}
+
+typedef struct scene {
+    meter bytes;
+    mbsr_model *m;
+} scene;
+
+/* A rod in the plane on a hinge at (x, y) of the parent, so much turned from its x. */
+static int rod(scene *s, int parent, double x, double y, double turned, double length)
+{
+    const double c[3] = {0.5 * length, 0.0, 0.0};
+    mbsr_body_def def = mbsr_default_body_def();
+    int id;
+    def.parent = parent;
+    def.joint =
+        mbsr_joint_planar_revolute((mbsr_planar_frame){x, y, turned}, (mbsr_planar_frame){0});
+    def.inertia = mbsr_inertia_planar(1.0, c, 0.1);
+    assert_ok(mbsr_model_add_body(s->m, &def, &id), mbsr_model_error(s->m));
+    return id;
+}
+
+static void pin(scene *s, int a, double ax, int b, double bx, double by)
+{
+    const double p[3] = {ax, 0.0, 0.0}, r[3] = {bx, by, 0.0};
+    const mbsr_closure_def def = mbsr_closure_ball(a, p, b, r);
+    assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
+}
+
+/* Links side by side, neighbours of which have a coupler: each on the ground, */
+static void add_row(scene *s, int count)
+{
+    int last = rod(s, MBSR_GROUND, 0.0, 0.0, 0.0, 1.0);
+    for (int k = 1; k <= count; ++k) {
+        const int coupler = rod(s, last, 1.0, 0.0, up, 1.0),
+                  next = rod(s, MBSR_GROUND, 0.0, (double)k, 0.0, 1.0);
+        pin(s, coupler, 1.0, next, 1.0, 0.0);
+        last = next;
+    }
+}
+
+/* on a chain of couplers, cut at the ground, */
+static void add_chain(scene *s, int count)
+{
+    int last = rod(s, MBSR_GROUND, 0.0, 0.0, 0.0, 1.0);
+    for (int k = 1; k <= count; ++k) {
+        const int coupler = rod(s, last, 1.0, 0.0, k > 1 ? 0.0 : up, 1.0),
+                  next = rod(s, coupler, 1.0, 0.0, up, 1.0);
+        pin(s, next, 1.0, MBSR_GROUND, 0.0, (double)k);
+        last = coupler;
+    }
+}
+
+/* or in pairs on one carrier. */
+static void add_carrier(scene *s, int count)
+{
+    const int carrier = rod(s, MBSR_GROUND, 0.0, 0.0, 0.0, 1.0);
+    for (int k = 1; k <= count; ++k) {
+        const int first = rod(s, carrier, 0.0, (double)k, 0.0, 1.0),
+                  coupler = rod(s, first, 1.0, 0.0, up, 0.5),
+                  next = rod(s, carrier, 0.0, k + 0.5, 0.0, 1.0);
+        pin(s, coupler, 0.5, next, 1.0, 0.0);
+    }
+}
+
+/* Bytes a body beside model and data, of a start or of a report. */
+static double measure(void (*add)(scene *, int), int count, bool report)
+{
+    scene s = {.bytes = {0, 0}};
+    mbsr_model_def def = mbsr_default_model_def();
+    mbsr_data *d;
+    mbsr_closure_report found;
+    def.allocator = (mbsr_allocator){take, give, &s.bytes};
+    assert_ok(mbsr_model_create(&def, &s.m, NULL), NULL);
+    add(&s, count);
+    assert_ok(mbsr_model_finish(s.m), mbsr_model_error(s.m));
+    assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+    const size_t size = (size_t)mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM),
+                 nq = (size_t)mbsr_model_nq(s.m);
+    double *y = calloc(2 * size + 2 * nq, sizeof *y), *yp = y + size, *q = yp + size;
+    for (size_t k = 0; k < nq; ++k) q[k] = 0.01 * (double)(k % 7);
+    assert_ok(mbsr_dae_pack(s.m, d, MBSR_DAE_MOMENTUM, 0.0, q, q + nq, y), mbsr_data_error(d));
+    const size_t before = s.bytes.peak = s.bytes.live;
+    if (report)
+        assert_ok(mbsr_closures_report(s.m, d, 0.0, q, &found, NULL, NULL), mbsr_data_error(d));
+    else
+        assert_ok(mbsr_dae_consistent(s.m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(d));
+    const double bytes = (double)(s.bytes.peak - before) / mbsr_model_bodies(s.m);
+    free(y);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(s.m);
+    assert_int_equal(s.bytes.live, 0);
+    return bytes;
+}
+
+static void bytes_of_many_loops(void **state)
+{
+    (void)state;
+    void (*const add[])(scene *, int) = {add_row, add_chain, add_carrier};
+    for (int kind = 0; kind < 3; ++kind) {
+        for (int report = 0; report < 2; ++report) {
+            const double few = measure(add[kind], 100, report),
+                         many = measure(add[kind], 400, report);
+            assert_true(many <= 1.05 * few);
+            assert_true(many < 5000.0);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bytes_of_many_loops)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
