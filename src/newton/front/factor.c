@@ -122,7 +122,6 @@ static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pi
                               .columns = b->columns,
                               .stride = b->all_rows,
                               .watched = b->watched,
-                              .light = b->step->light,
                               .lacks_mass = b->lacks_mass,
                               .M = b->M,
                               .N = b->N,

@@ -222,23 +222,13 @@ static void take_sizes(pivots *p, int rows, int columns)
     }
 }
 
-/* What scales see of an entry: in the border nothing of what has cancelled, as forces of a closure
- * within a body of the border have. */
-static double size_of(const pivots *p, const double *M, const double *N, int i, int j)
-{
-    const bool gone = (i >= p->size) != (j >= p->size) && fabs(M[i]) < noise * N[i];
-    return gone ? 0.0 : N[i];
-}
-
 static bool adjust_rows(pivots *p, int rows, int columns, bool exactly)
 {
     bool even = true;
     for (int i = p->done; i < rows; ++i) p->largest[i] = 0.0;
     for (int j = p->done; j < columns; ++j) {
-        const double *M = entry(p, p->M, 0, j), *N = entry(p, p->N, 0, j),
-                     scale = p->column_scale[j];
-        for (int i = p->done; i < rows; ++i)
-            p->largest[i] = larger(size_of(p, M, N, i, j) * scale, p->largest[i]);
+        const double *N = entry(p, p->N, 0, j), scale = p->column_scale[j];
+        for (int i = p->done; i < rows; ++i) p->largest[i] = larger(N[i] * scale, p->largest[i]);
     }
     for (int i = p->done; i < rows; ++i)
         even = adjust(p->row_scale + i, p->largest[i], exactly) && even;
@@ -249,19 +239,22 @@ static bool adjust_columns(pivots *p, int rows, int columns, bool exactly)
 {
     bool even = true;
     for (int j = p->done; j < columns; ++j) {
-        const double *M = entry(p, p->M, 0, j), *N = entry(p, p->N, 0, j);
+        const double *N = entry(p, p->N, 0, j);
         double largest = 0.0;
-        for (int i = p->done; i < rows; ++i)
-            largest = larger(size_of(p, M, N, i, j) * p->row_scale[i], largest);
+        for (int i = p->done; i < rows; ++i) largest = larger(N[i] * p->row_scale[i], largest);
         even = adjust(p->column_scale + j, largest, exactly) && even;
     }
     return even;
 }
 
-/* Rounds that make the largest entries of these rows and columns about 1. */
-static void even_out(pivots *p, int rows, int columns)
+/* Of a watched front with the border, lest what is nothing beside that looks large. */
+static void equilibrate(pivots *p)
 {
+    const int rows = p->watched ? p->rows : p->size, columns = p->watched ? p->columns : p->size;
+    for (int i = p->done; i < rows; ++i) p->row_scale[i] = 1.0;
+    for (int j = p->done; j < columns; ++j) p->column_scale[j] = 1.0;
     bool last = columns == p->done + 1;
+    take_sizes(p, rows, columns);
     for (int round = 0; round < ROUNDS; ++round) {
         const bool exactly = last || round == ROUNDS - 1;
         const bool even_rows = adjust_rows(p, rows, columns, exactly),
@@ -269,43 +262,6 @@ static void even_out(pivots *p, int rows, int columns)
         if (exactly) return;
         last = even;
     }
-}
-
-/* Scales of the border by what it has in common with the unknowns. */
-static void begin_border(pivots *p)
-{
-    for (int i = p->size; i < p->rows; ++i) p->largest[i] = 0.0;
-    for (int j = p->done; j < p->size; ++j) {
-        const double *M = entry(p, p->M, 0, j), *N = entry(p, p->N, 0, j),
-                     scale = p->column_scale[j];
-        for (int i = p->size; i < p->rows; ++i)
-            p->largest[i] = larger(size_of(p, M, N, i, j) * scale, p->largest[i]);
-    }
-    for (int i = p->size; i < p->rows; ++i)
-        p->row_scale[i] = p->largest[i] > 0.0 ? 1.0 / p->largest[i] : 1.0;
-    for (int j = p->size; j < p->columns; ++j) {
-        const double *M = entry(p, p->M, 0, j), *N = entry(p, p->N, 0, j);
-        double largest = 0.0;
-        for (int i = p->done; i < p->size; ++i)
-            largest = larger(size_of(p, M, N, i, j) * p->row_scale[i], largest);
-        p->column_scale[j] = largest > 0.0 ? 1.0 / largest : 1.0;
-    }
-}
-
-/* Of a watched front with the border, lest what is nothing beside that looks large. The border
- * begins with scales by those of the unknowns where all these have mass: rows and columns that have
- * nothing else, as forces on a body whose inertia is still to come, say nothing of the unknowns. */
-static void equilibrate(pivots *p)
-{
-    const int rows = p->watched ? p->rows : p->size, columns = p->watched ? p->columns : p->size;
-    for (int i = p->done; i < rows; ++i) p->row_scale[i] = 1.0;
-    for (int j = p->done; j < columns; ++j) p->column_scale[j] = 1.0;
-    take_sizes(p, rows, columns);
-    if (p->watched && !p->light) {
-        even_out(p, p->size, p->size);
-        begin_border(p);
-    }
-    even_out(p, rows, columns);
 }
 
 /* ---- the rest ---- */

@@ -13,7 +13,6 @@
 typedef struct mbsri_front_pivots {
     int size, rows, columns, stride, done;
     bool watched;    /* something may be left: what cancels is to be zero */
-    bool light;      /* some joint that has been passed may lack mass */
     bool lacks_mass; /* and in the border: elements alone determine some rates */
     double *M, *N;
     int *row, *column;                           /* numbers, exchanged along */

@@ -318,7 +318,7 @@ static void measure(draft *d, int k)
     if (waiting > s->border_columns) waiting = s->border_columns;
     d->waiting[k] = waiting;
     d->unsettled[k] = groups;
-    d->light[k] = s->light = light;
+    d->light[k] = light;
     s->held = d->crosses || d->m->rows > 0 ? waiting + SPARE + (light ? s->border_columns : 0) : 0;
     s->carried = all < s->held + 2 * groups ? all : s->held + 2 * groups;
     if (s->borders == 0) s->carried = 0;
