@@ -40,8 +40,47 @@ static int work_size(const mbsri_dense *w, int most)
     return svd > gelsy ? svd : gelsy;
 }
 
-static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function,
-                       bool matrices)
+static int no_memory(const mbsri_dense *w)
+{
+    return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "%s: no memory for matrices of %d joint rates and %d rows of closures",
+                      w->function, w->n, w->rows);
+}
+
+/* What so many arrays hold, one after the other, from `next` on; returns what is behind them. */
+static double *place(int count, double **const *array, const size_t *length, double *next)
+{
+    for (int k = 0; k < count; ++k) {
+        *array[k] = next;
+        next += length[k];
+    }
+    return next;
+}
+
+static size_t sum_of(int count, const size_t *length)
+{
+    size_t total = 0;
+    for (int k = 0; k < count; ++k) total += length[k];
+    return total;
+}
+
+/* M has the memory of all of them. */
+static int open_matrices(mbsri_dense *w)
+{
+    const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows;
+    const size_t most = (size_t)w->held + n;
+    const int lwork = work_size(w, (int)(most + rows));
+    double **const array[] = {&w->M, &w->C, &w->K, &w->U, &w->V, &w->A, &w->work};
+    const size_t length[] = {n * n, rows * n, N * N, N * N, N * N, most * n, (size_t)lwork};
+    const int count = (int)(sizeof length / sizeof length[0]);
+    double *memory = mbsri_allocate(&w->m->allocator, sum_of(count, length) * sizeof(double));
+    if (!memory) return no_memory(w);
+    (void)place(count, array, length, memory);
+    w->lwork = lwork;
+    return MBSR_OK;
+}
+
+static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
 {
     *w = (mbsri_dense){.m = m,
                        .d = d,
@@ -51,47 +90,16 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                        .held = m->held,
                        .N = m->nu + m->rows};
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
-    const size_t most = (size_t)w->held + n;
-    const size_t full = matrices ? 1 : 0;
-    if (matrices) w->lwork = work_size(w, (int)(most + rows));
-    double **const array[] = {&w->M,     &w->C,     &w->K,        &w->U,       &w->V,
-                              &w->scale, &w->sigma, &w->right,    &w->g,       &w->x,
-                              &w->y,     &w->q,     &w->q_beside, &w->A,       &w->b,
-                              &w->work,  &w->out,   &w->span,     &w->missing, &w->missed};
-    const size_t length[] = {full * n * n,
-                             full * rows * n,
-                             full * N * N,
-                             full * N * N,
-                             full * N * N,
-                             N,
-                             N,
-                             N,
-                             N,
-                             N,
-                             N,
-                             nq,
-                             nq,
-                             full * most * n,
-                             most + n,
-                             (size_t)w->lwork,
-                             N,
-                             n,
-                             (size_t)w->held,
-                             (size_t)w->held};
-    size_t total = 0;
-    for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
-    w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
-                                                  4 * rows * sizeof(bool));
-    if (!w->memory)
-        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for matrices of %d joint rates and %d rows of closures",
-                          function, w->n, w->rows);
-    double *next = w->memory;
-    for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) {
-        *array[k] = next;
-        next += length[k];
-    }
-    w->pivots = (int *)(void *)next;
+    const size_t held = (size_t)w->held;
+    double **const array[] = {&w->scale, &w->sigma,   &w->right,    &w->g, &w->x,
+                              &w->y,     &w->q,       &w->q_beside, &w->b, &w->out,
+                              &w->span,  &w->missing, &w->missed};
+    const size_t length[] = {N, N, N, N, N, N, nq, nq, held + n + n, N, n, held, held};
+    const int count = (int)(sizeof length / sizeof length[0]);
+    w->memory = mbsri_allocate(&m->allocator, sum_of(count, length) * sizeof(double) +
+                                                  (N + 1) * sizeof(int) + 4 * rows * sizeof(bool));
+    if (!w->memory) return no_memory(w);
+    w->pivots = (int *)(void *)place(count, array, length, w->memory);
     w->other = (bool *)(w->pivots + N + 1);
     w->left_out = w->other + rows;
     w->beside = w->left_out + rows;
@@ -102,24 +110,39 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
 
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
 {
-    return open_arrays(w, m, d, function, true);
+    const int status = open_arrays(w, m, d, function);
+    return status ? status : open_matrices(w);
 }
 
 int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, bool rigid,
                            const char *function)
 {
     const bool dense = m->nu + m->rows <= MBSRI_DENSE_MOST || (!rigid && mbsri_any_stiff(m));
-    const int status = open_arrays(w, m, d, function, dense);
-    return status || dense ? status : mbsri_row_fronts_open(m, d, w->span, function, &w->fronts);
+    if (dense) return mbsri_dense_open(w, m, d, function);
+    const int status = open_arrays(w, m, d, function);
+    return status ? status : mbsri_row_fronts_open(m, d, w->span, function, &w->fronts);
+}
+
+static void close_fronts(mbsri_dense *w)
+{
+    if (w->fronts) mbsri_row_fronts_close(w->fronts);
+    w->fronts = NULL;
+}
+
+int mbsri_dense_leave_fronts(mbsri_dense *w)
+{
+    const int status = open_matrices(w);
+    if (!status) close_fronts(w);
+    return status;
 }
 
 void mbsri_dense_close(mbsri_dense *w)
 {
-    if (w->fronts) mbsri_row_fronts_close(w->fronts);
-    w->fronts = NULL;
+    close_fronts(w);
     mbsri_closer_close(&w->closer);
+    mbsri_release(&w->m->allocator, w->M);
     mbsri_release(&w->m->allocator, w->memory);
-    w->memory = NULL;
+    w->memory = w->M = NULL;
 }
 
 int mbsri_dense_rows(mbsri_dense *w)

@@ -16,7 +16,7 @@ typedef struct mbsri_dense {
     mbsr_data *d;
     const char *function; /* for messages */
     int n, rows, held, N;
-    double *M;                     /* n x n */
+    double *M;                     /* n x n; NULL: there are no matrices */
     double *C;                     /* rows x n */
     double *K, *U, *V;             /* N x N */
     double *scale, *sigma, *right; /* N */
@@ -49,6 +49,9 @@ void mbsri_dense_close(mbsri_dense *w);
  * stiff ones, or these count as rigid (row_fronts.h). */
 int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, bool rigid,
                            const char *function);
+
+/* Takes the matrices, in place of the fronts, where digits got lost on these. */
+int mbsri_dense_leave_fronts(mbsri_dense *w);
 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);

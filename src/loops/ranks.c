@@ -243,23 +243,50 @@ void mbsri_rank_scales(const mbsri_dense *w, double *scale)
     find_scales(&s, scale);
 }
 
-static int ranks_on_fronts(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
+static void ranks_of_matrix(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
 {
-    const int status = mbsri_row_fronts_rank(w->fronts, NULL, dropped, found);
+    const mbsri_row_set s = all_rows(w);
+    for (size_t j = 0; j < (size_t)w->n && without; ++j) {
+        for (size_t k = 0; k < (size_t)w->rows; ++k) {
+            if (without[k]) w->C[j * (size_t)w->rows + k] = 0.0;
+        }
+    }
+    *found = mbsri_no_ranks();
+    mbsri_ranks_of(&s, dropped, found);
+}
+
+/* The ranks on fronts or, without these, by matrices; *found counts for nothing where they are lost
+ * then. */
+static int find_ranks(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
+{
+    int status = MBSR_OK;
+    if (w->fronts)
+        status = mbsri_row_fronts_rank(w->fronts, without, dropped, found);
+    else
+        ranks_of_matrix(w, without, dropped, found);
+    if (status) return status;
     if (found->independent == 0) found->smallest_kept = 0.0;
     if (found->weakest < 0) found->weakest_pivot = 0.0;
-    return status;
+    return MBSR_OK;
+}
+
+static bool is_lost(const mbsri_dense *w)
+{
+    return w->fronts && mbsri_row_fronts_lost(w->fronts);
+}
+
+int mbsri_ranks_without(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
+{
+    int status = find_ranks(w, without, dropped, found);
+    if (status || !is_lost(w)) return status;
+    status = mbsri_dense_leave_fronts(w);
+    if (!status) status = mbsri_dense_rows(w);
+    return status ? status : find_ranks(w, without, dropped, found);
 }
 
 int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 {
-    if (w->fronts) return ranks_on_fronts(w, dropped, found);
-    const mbsri_row_set s = all_rows(w);
-    *found = mbsri_no_ranks();
-    mbsri_ranks_of(&s, dropped, found);
-    if (found->independent == 0) found->smallest_kept = 0.0;
-    if (found->weakest < 0) found->weakest_pivot = 0.0;
-    return MBSR_OK;
+    return mbsri_ranks_without(w, NULL, dropped, found);
 }
 
 enum { DIRECTIONS = 3 };
@@ -294,7 +321,7 @@ static int ranks_at(mbsri_dense *w, double t, const double *q, bool *dropped, mb
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(w);
-    return status ? status : mbsri_ranks_here(w, dropped, found);
+    return status ? status : find_ranks(w, NULL, dropped, found);
 }
 
 static int count_of(const mbsri_ranks *ranks)
@@ -373,13 +400,13 @@ static int closed_beside(mbsri_dense *w, double t, const double *q, const bool *
     return status;
 }
 
-int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
+static int look_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
                        int *nearby)
 {
     mbsri_ranks widest, closed;
     bool found = false;
     int status = ranks_at(w, t, q, dropped, here);
-    if (status) return status;
+    if (status || is_lost(w)) return status;
     *nearby = here->independent;
     widest = *here;
     status = widest_beside(w, t, q, dropped, &widest);
@@ -389,4 +416,13 @@ int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped,
     for (int k = 0; k < w->rows && singular && !status; ++k) dropped[k] = w->beside[k];
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
     return status ? status : mbsri_dense_rows(w);
+}
+
+int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
+                       int *nearby)
+{
+    int status = look_around(w, t, q, dropped, here, nearby);
+    if (status || !is_lost(w)) return status;
+    status = mbsri_dense_leave_fronts(w);
+    return status ? status : look_around(w, t, q, dropped, here, nearby);
 }

@@ -13,9 +13,6 @@ static inline mbsri_ranks mbsri_no_ranks(void)
     return (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
 }
 
-/* Squared distances below this are zero [choice]. */
-#define MBSRI_DEPENDENT 1e-10
-
 /* Rows of some closures over some joint rates, and room for them. */
 typedef struct mbsri_row_set {
     const mbsr_model *m;
@@ -48,8 +45,12 @@ bool mbsri_is_soft_row(mbsri_dense *w, const mbsri_closure *c, int k);
 /* Marks the rows that depend on those before them, position rows of all closures before the others;
  * of stiff rows those whose position row depends on the rigid ones and on stiff ones farther from
  * these. At the C of the workspace; uses its A and right. On fronts distances are those from all
- * others. Nonzero: on fronts alone. */
+ * others; where digits get lost on them the workspace goes on with matrices. Nonzero: of these
+ * alone. */
 int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
+
+/* The same without rows (rows flags; NULL: none) that are dropped from the beginning. */
+int mbsri_ranks_without(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found);
 
 /* The same for the position q (closed) and for positions nearby, into `dropped` what holds where
  * most rows are independent; *nearby: how many. Rows that depend on others at q alone open beside

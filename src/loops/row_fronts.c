@@ -25,6 +25,7 @@ struct mbsri_row_fronts {
     double *zero, *lambda, *inverse, *scale; /* rows */
     int *order;   /* rows: the last of those that depend on each other are left out */
     bool *shared; /* rows */
+    bool lost;    /* digits, in some ranks */
 };
 
 bool mbsri_any_stiff(const mbsr_model *m)
@@ -87,6 +88,11 @@ void mbsri_row_fronts_close(mbsri_row_fronts *w)
     mbsri_release(&w->m->allocator, w);
 }
 
+bool mbsri_row_fronts_lost(const mbsri_row_fronts *w)
+{
+    return w->lost;
+}
+
 const bool *mbsri_row_fronts_shared(const mbsri_row_fronts *w)
 {
     return w->shared;
@@ -128,20 +134,48 @@ static double project(mbsri_row_fronts *w)
     return square;
 }
 
-/* What all rows that are dropped, each of length 1, with signs, have beside the span of the others,
- * squared. */
+/* g = C^T of rows of length 1, with signs: those dropped, or those kept; whether there is one. */
+static bool add_rows(mbsri_row_fronts *w, const bool *dropped, bool those)
+{
+    bool any = false;
+    for (int k = 0; k < w->m->rows; ++k) {
+        const double sign = k % 3 == 1 ? -1.0 : 1.0;
+        const bool taken = dropped[k] == those;
+        any = any || taken;
+        w->inverse[k] = taken && w->scale[k] > 0.0 ? sign / w->scale[k] : 0.0;
+    }
+    if (any) mbsri_closure_transpose(w->m, w->d, w->inverse, w->g);
+    return any;
+}
+
+/* What all rows that are dropped have beside the span of the others, squared: of g + C^T lambda
+ * itself, so that it is no smaller than the true one, whatever lambda. */
 static double distance_of_dropped(mbsri_row_fronts *w, const bool *dropped)
 {
-    const mbsr_model *m = w->m;
-    bool any = false;
-    for (int k = 0; k < m->rows; ++k) {
-        const double sign = k % 3 == 1 ? -1.0 : 1.0;
-        any = any || dropped[k];
-        w->inverse[k] = dropped[k] && w->scale[k] > 0.0 ? sign / w->scale[k] : 0.0;
+    double square = 0.0;
+    if (!add_rows(w, dropped, true)) return 0.0;
+    (void)project(w);
+    for (int k = 0; k < w->m->rows; ++k) w->lambda[k] = dropped[k] ? 0.0 : w->lambda[k];
+    mbsri_closure_transpose(w->m, w->d, w->lambda, w->x);
+    for (int j = 0; j < w->m->nu; ++j) {
+        const double left = (w->g[j] + w->x[j]) * w->span[j];
+        square += left * left;
     }
-    if (!any) return 0.0;
-    mbsri_closure_transpose(m, w->d, w->inverse, w->g);
-    return project(w);
+    return square;
+}
+
+/* Whether forces of the rows kept are found from what they do: not where rows depend on others. */
+static bool are_kept_found(mbsri_row_fronts *w, const bool *dropped)
+{
+    static const double part = 1e-3;
+    bool found = true;
+    if (!add_rows(w, dropped, false)) return true;
+    (void)project(w);
+    for (int k = 0; k < w->m->rows; ++k) {
+        if (!dropped[k] && !(fabs(w->lambda[k] + w->inverse[k]) * w->scale[k] <= part))
+            found = false;
+    }
+    return found;
 }
 
 static void measure_rows(mbsri_row_fronts *w, const bool *dropped, mbsri_ranks *found)
@@ -182,8 +216,11 @@ int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *droppe
     if (status) return status;
     *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
     found->largest_dropped = distance_of_dropped(w, dropped);
+    w->lost =
+        w->lost || !(found->largest_dropped <= MBSRI_DEPENDENT) || !are_kept_found(w, dropped);
     if (!mbsri_fronts_spread(&w->system, w->inverse)) return no_memory(w->m, w->d, w->function);
     measure_rows(w, dropped, found);
+    w->lost = w->lost || (found->independent > 0 && !(found->smallest_kept > MBSRI_DEPENDENT));
     return MBSR_OK;
 }
 

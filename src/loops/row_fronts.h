@@ -10,6 +10,9 @@
 
 #include "fronts/fronts.h"
 
+/* Squared distances below this are zero [choice]. */
+#define MBSRI_DEPENDENT 1e-10
+
 /* What was found of the rows in one position. */
 typedef struct mbsri_ranks {
     int independent; /* rigid rows */
@@ -32,6 +35,10 @@ void mbsri_row_fronts_close(mbsri_row_fronts *w);
  * After the derivatives. without (rows; NULL: none): rows that are dropped from the beginning. */
 int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *dropped,
                           mbsri_ranks *found);
+
+/* Whether digits got lost in ranks since the opening: rows that were dropped are not in the span of
+ * those kept, or these depend on each other. What was found counts for nothing then. */
+bool mbsri_row_fronts_lost(const mbsri_row_fronts *w);
 
 /* Rows on which others depend, and these: their forces are not determined one by one. After the
  * ranks. */

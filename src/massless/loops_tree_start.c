@@ -34,17 +34,14 @@ void mbsri_tree_start_close(mbsri_tree_start *s)
 }
 
 /* The rows that depend on others, in the data, and at a singular position those that do there, in
- * left_out. Rounding may have grown where many loops are open at once: what is dropped is to lie in
- * the span of the others. */
-static int rank_rows(mbsri_tree_start *s, double t, const double *q, bool *served)
+ * left_out. */
+static int rank_rows(mbsri_tree_start *s, double t, const double *q)
 {
     mbsri_ranks here, there;
     int nearby, status = mbsri_ranks_around(&s->w, t, q, s->d->dropped, &here, &nearby);
     for (int k = 0; k < s->m->rows; ++k) s->w.left_out[k] = s->d->dropped[k];
-    there = here;
     if (!status && nearby > here.independent)
-        status = mbsri_row_fronts_rank(s->w.fronts, s->d->dropped, s->w.left_out, &there);
-    *served = there.largest_dropped <= MBSRI_DEPENDENT;
+        status = mbsri_ranks_without(&s->w, s->d->dropped, s->w.left_out, &there);
     s->ranked = !status;
     return status;
 }
@@ -82,9 +79,8 @@ int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, d
     bool massive = false;
     *served = true;
     int status = close_positions(s, t, offset, q, opt, info);
-    if (!status && !s->ranked) status = rank_rows(s, t, q, served);
-    if (status || !*served) return status;
-    status = look_for_masses(s, t, q, &massive);
+    if (!status && !s->ranked) status = rank_rows(s, t, q);
+    if (!status) status = look_for_masses(s, t, q, &massive);
     if (!status && !massive && !s->start.m) status = mbsri_closed_start_open(&s->start, m, d);
     if (status) return status;
     if (!massive)

@@ -116,15 +116,18 @@ static int find_defect(const mbsr_model *m, mbsr_data *d, double *work, double *
     return status;
 }
 
-/* Rows, stiff ones as others, that depend on each other at q are marked in the data. */
-static int find_loose_ranks(const mbsr_model *m, mbsr_data *d, double t, const double *q)
+/* Rows, stiff ones as others, that depend on each other at q are marked in the data; *found is
+ * false where digits got lost. */
+static int find_loose_ranks(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                            bool *found)
 {
     mbsri_tree_start s;
-    mbsri_ranks found;
+    mbsri_ranks ranks;
     int status = mbsri_tree_start_open(&s, m, d);
     if (!status) status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_row_fronts_rank(s.w.fronts, NULL, d->dropped, &found);
+    if (!status) status = mbsri_row_fronts_rank(s.w.fronts, NULL, d->dropped, &ranks);
+    *found = !status && !mbsri_row_fronts_lost(s.w.fronts);
     mbsri_tree_start_close(&s);
     return status;
 }
@@ -136,8 +139,7 @@ static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double
 {
     const mbsr_error before = d->error;
     double open, speed;
-    int status = find_loose_ranks(m, d, t, q);
-    *served = true;
+    int status = find_loose_ranks(m, d, t, q, served);
     for (int k = 0; k < m->rows; ++k) *served = *served && !d->dropped[k];
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = find_defect(m, d, lambda, &open, &speed);
