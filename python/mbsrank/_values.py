@@ -80,14 +80,14 @@ class Table(Owner):
         values = np.ascontiguousarray(value, dtype=F8)
         if values.ndim not in (1, 2) or values.shape[0] != at.size:
             raise ValueError(f"value: expected {at.size} rows as x, got shape {values.shape}")
-        define = lib.mbsr_default_table_def()
+        define = _box("mbsr_table_def", lib.mbsr_default_table_def())
         define.points, define.columns = at.size, 1 if values.ndim == 1 else values.shape[1]
         define.x, define.value = (ffi.from_buffer("double[]", one) for one in (at, values))
         define.kind = _choice("TABLE", kind)
         define.beyond = _choice("TABLE", beyond)
         self.columns, self._shape = define.columns, values.shape[1:]
         error, made = ffi.new("mbsr_error *"), ffi.new("mbsr_table **")
-        status = lib.mbsr_table_create(ffi.addressof(_box("mbsr_table_def", define)), made, error)
+        status = lib.mbsr_table_create(ffi.addressof(define), made, error)
         if status:
             fail(status, error)
         self._handle = Handle(made[0], lib.mbsr_table_destroy)
