@@ -338,17 +338,19 @@ static double pivot_value(const idle *z, int row)
     return z->value[k];
 }
 
-/* The vector less others, until its last row is that of none of these. */
+/* The vector less others, until its last row is that of none of these. Where digits got lost that
+ * need not come to an end: such a vector has no row of its own. */
 static bool reduce_echelon(echelon *x, const idle *z)
 {
-    int last;
+    int last, steps = x->w->m->rows;
     x->count = 0;
     add_vector(x, z, 1.0);
-    while ((last = last_row(x)) >= 0 && x->owner[last]) {
+    while ((last = last_row(x)) >= 0 && x->owner[last] && steps-- > 0) {
         const idle *other = x->owner[last];
         add_vector(x, other, -x->value[last] / pivot_value(other, last));
         x->value[last] = 0.0;
     }
+    if (last >= 0 && x->owner[last]) last = -1;
     const size_t n = (size_t)x->count;
     idle *own = last < 0
                     ? NULL

@@ -70,17 +70,15 @@ static int look_for_masses(mbsri_tree_start *s, double t, const double *q, bool 
     return status;
 }
 
-int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
-                          double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                          mbsr_consistent_info *info, bool *served)
+/* Velocities, u' and lambda at closed positions. */
+static int find_motion(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
+                       double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                       mbsr_consistent_info *info)
 {
     const mbsr_model *m = s->m;
     mbsr_data *d = s->d;
     bool massive = false;
-    *served = true;
-    int status = close_positions(s, t, offset, q, opt, info);
-    if (!status && !s->ranked) status = rank_rows(s, t, q);
-    if (!status) status = look_for_masses(s, t, q, &massive);
+    int status = look_for_masses(s, t, q, &massive);
     if (!status && !massive && !s->start.m) status = mbsri_closed_start_open(&s->start, m, d);
     if (status) return status;
     if (!massive)
@@ -90,4 +88,19 @@ int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, d
     if (!status) status = mbsri_loops_forward(m, d, t, q, u, NULL, s->w.left_out, udot, function);
     mbsri_copy((size_t)m->rows, d->loop_lambda, lambda);
     return status;
+}
+
+int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
+                          double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                          mbsr_consistent_info *info, bool *served)
+{
+    const mbsr_error before = s->d->error;
+    *served = true;
+    int status = close_positions(s, t, offset, q, opt, info);
+    if (!status && !s->ranked) status = rank_rows(s, t, q);
+    if (!status) status = find_motion(s, t, offset, q, u, udot, lambda, opt, info);
+    if (status <= 0 || s->w.fronts) return status;
+    *served = false; /* refused where ranks were lost: nothing to rely on */
+    s->d->error = before;
+    return MBSR_OK;
 }
