@@ -1,13 +1,16 @@
 #!/bin/sh
 # Builds and installs the library, moves the installed tree, and uses it by CMake and by pkg-config.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: run.sh CMAKE SOURCE WORK CC GENERATOR VERSION SHARED(ON|OFF) IDA(ON|OFF) [TREE]
+# Usage: run.sh CMAKE SOURCE WORK CC GENERATOR VERSION SHARED IDA LINEAR(each ON|OFF) [TREE]
 # TREE: has been built; else the library is built, and installed, as part of the consumer.
 set -eu
-cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8 tree=${9:-}
+cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8 linear=$9
+shift 9
+tree=${1:-}
 consumer=$source/tests/package/consumer
 prefix=$work/moved
-programs="use_core use_fe use_linear"
+programs="use_core use_fe"
+[ "$linear" = OFF ] || programs="$programs use_linear"
 [ "$ida" = OFF ] || programs="$programs use_ida"
 
 step() { printf '== %s\n' "$*"; }
@@ -30,13 +33,14 @@ build_and_run() {
     for program in $programs; do "$work/$1/$program" || fail "$1: $program"; done
 }
 
-components="core;fe;linear"
+components="core;fe"
+[ "$linear" = OFF ] || components="$components;linear"
 [ "$ida" = OFF ] || components="$components;ida"
 if [ -z "$tree" ]; then
     step "as part of another project"
     tree=$work/subproject
     configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" \
-        -DMBSR_INSTALL=ON -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_FMU=OFF -DMBSR_VIEWER=OFF ||
+        -DMBSR_INSTALL=ON -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_LINEAR="$linear" -DMBSR_FMU=OFF -DMBSR_VIEWER=OFF ||
         { cat "$work/subproject.log"; fail "add_subdirectory"; }
     build_and_run subproject
 fi
@@ -82,6 +86,8 @@ build_and_run cmake
 step "requests that must be refused"
 refused version "version" -DWANT_VERSION=99.0
 refused component "mbsrank" "-DWANT_COMPONENTS=core;nonsense"
+[ "$linear" = ON ] ||
+    refused no_linear "without the component linear" "-DWANT_COMPONENTS=core;linear"
 if [ "$ida" = OFF ]; then
     refused no_ida "without the component ida" "-DWANT_COMPONENTS=core;ida"
     configure optional -DWANT_OPTIONAL=ida || { cat "$work/optional.log"; fail "optional ida"; }
