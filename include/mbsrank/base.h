@@ -9,7 +9,9 @@
 #define MBSR_VERSION_MINOR 1
 #define MBSR_VERSION_PATCH 0
 
-#if defined(_WIN32)
+#if defined(MBSR_API)
+/* chosen by the build */
+#elif defined(_WIN32)
 #if defined(MBSR_STATIC)
 #define MBSR_API
 #elif defined(MBSR_BUILDING)

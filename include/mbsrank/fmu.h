@@ -54,6 +54,7 @@ typedef struct mbsr_fmu_opt {
     const mbsr_file_site *site; /* these */
     const double *q0, *u0;      /* start, nq and nu numbers; NULL (default): zero, quaternions 1 */
     double rtol, atol;          /* of co-simulation, as in mbsr_ida_opt; default 1e-6 */
+    int sources;       /* 1: C11 sources too, for systems without a shared object here; default 0 */
     double fixed_step; /* s; > 0: steps of mbsr_stepper, at most this long; 0 (default): by the
                           error */
     int order;         /* of these, 1 or 2 (default) */

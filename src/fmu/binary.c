@@ -1,25 +1,29 @@
-/* The shared object that goes into every FMU: its bytes stand in the library, put there by the
- * assembler.
+/* What goes into every FMU, the shared object and the set of sources: their bytes stand in the
+ * library, put there by the assembler.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/binary.h"
 
 #include <stdint.h>
 
-#if defined(MBSR_FMU_BINARY) && defined(__GNUC__) && defined(__ELF__)
-__asm__(".section .rodata.mbsri_fmu,\"a\"\n"
-        ".balign 16\n"
-        ".globl mbsri_fmu_begin\n"
-        ".hidden mbsri_fmu_begin\n"
-        ".type mbsri_fmu_begin, %object\n"
-        "mbsri_fmu_begin:\n"
-        ".incbin \"" MBSR_FMU_BINARY "\"\n"
-        ".globl mbsri_fmu_end\n"
-        ".hidden mbsri_fmu_end\n"
-        ".type mbsri_fmu_end, %object\n"
-        "mbsri_fmu_end:\n"
-        ".byte 0\n"
-        ".previous\n");
-extern const unsigned char mbsri_fmu_begin[], mbsri_fmu_end[];
+#if defined(__GNUC__) && defined(__ELF__)
+/* The bytes of a file between two symbols. */
+#define EMBED(begin, end, path)                                                                    \
+    __asm__(".section .rodata.mbsri_fmu,\"a\"\n"                                                   \
+            ".balign 16\n"                                                                         \
+            ".globl " #begin "\n"                                                                  \
+            ".hidden " #begin "\n"                                                                 \
+            ".type " #begin ", %object\n" #begin ":\n"                                             \
+            ".incbin \"" path "\"\n"                                                               \
+            ".globl " #end "\n"                                                                    \
+            ".hidden " #end "\n"                                                                   \
+            ".type " #end ", %object\n" #end ":\n"                                                 \
+            ".byte 0\n"                                                                            \
+            ".previous\n");                                                                        \
+    extern const unsigned char begin[], end[]
+#endif
+
+#if defined(EMBED) && defined(MBSR_FMU_BINARY)
+EMBED(mbsri_fmu_begin, mbsri_fmu_end, MBSR_FMU_BINARY);
 
 const unsigned char *mbsri_fmu_binary(size_t *size)
 {
@@ -28,6 +32,22 @@ const unsigned char *mbsri_fmu_binary(size_t *size)
 }
 #else
 const unsigned char *mbsri_fmu_binary(size_t *size)
+{
+    *size = 0;
+    return NULL;
+}
+#endif
+
+#if defined(EMBED) && defined(MBSR_FMU_SOURCE_SET)
+EMBED(mbsri_fmu_set_begin, mbsri_fmu_set_end, MBSR_FMU_SOURCE_SET);
+
+const char *mbsri_fmu_source_set(size_t *size)
+{
+    *size = (size_t)((uintptr_t)mbsri_fmu_set_end - (uintptr_t)mbsri_fmu_set_begin);
+    return (const char *)mbsri_fmu_set_begin;
+}
+#else
+const char *mbsri_fmu_source_set(size_t *size)
 {
     *size = 0;
     return NULL;

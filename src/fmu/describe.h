@@ -4,6 +4,7 @@
 #define MBSRI_FMU_DESCRIBE_H
 
 #include "files/write_text.h"
+#include "fmu/sources.h"
 #include "fmu/variables.h"
 
 /* What is described. */
@@ -14,6 +15,7 @@ typedef struct mbsri_described {
     const char *identifier, *token;
     int kinds;
     double stop_time, step_size;
+    const mbsri_sources *sources; /* count 0: none */
 } mbsri_described;
 
 /* By FMI 2.0 and 3.0. */

@@ -5,9 +5,24 @@
 
 #include <math.h>
 
+static void put_sources(mbsri_text *t, const mbsri_sources *sources)
+{
+    mbsri_begin(t, "SourceFiles");
+    mbsri_into(t);
+    for (int k = 0; k < sources->count; ++k) {
+        const char *name = mbsri_source_name(sources->file + k);
+        if (!name) continue;
+        mbsri_begin(t, "File");
+        mbsri_set_text(t, "name", name);
+        mbsri_end(t);
+    }
+    mbsri_out(t, "SourceFiles");
+}
+
 static void put_interface(mbsri_text *t, const mbsri_described *d, bool exchange)
 {
-    mbsri_begin(t, exchange ? "ModelExchange" : "CoSimulation");
+    const char *element = exchange ? "ModelExchange" : "CoSimulation";
+    mbsri_begin(t, element);
     mbsri_set_text(t, "modelIdentifier", d->identifier);
     if (exchange)
         mbsri_set_text(t, "completedIntegratorStepNotNeeded", "true");
@@ -17,7 +32,13 @@ static void put_interface(mbsri_text *t, const mbsri_described *d, bool exchange
     mbsri_set_text(t, "canGetAndSetFMUstate", "true");
     mbsri_set_text(t, "canSerializeFMUstate", "true");
     mbsri_set_text(t, "providesDirectionalDerivative", "true");
-    mbsri_end(t);
+    if (d->sources->count == 0) {
+        mbsri_end(t);
+        return;
+    }
+    mbsri_into(t);
+    put_sources(t, d->sources);
+    mbsri_out(t, element);
 }
 
 static const char *initial_of(const mbsri_variable *v)

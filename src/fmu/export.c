@@ -6,6 +6,7 @@
 #include "fmu/describe.h"
 #include "fmu/error.h"
 #include "fmu/names.h"
+#include "fmu/sources.h"
 #include "fmu/take.h"
 #include "fmu/zip.h"
 
@@ -35,6 +36,16 @@ static int wrong_field(mbsr_error *error, const char *field, double value, const
 {
     return mbsri_fmu_fail(error, MBSR_ERR_VALUE, "mbsr_fmu_export: opt.%s is %g, must be %s", field,
                           value, rule);
+}
+
+/* Co-simulation of sources has fixed steps. */
+static int check_steps(const mbsr_fmu_opt *opt, mbsr_error *error)
+{
+    if (!opt->sources || opt->fixed_step > 0.0 || opt->kinds == MBSR_FMU_MODEL_EXCHANGE)
+        return MBSR_OK;
+    return wrong_field(error, "fixed_step", opt->fixed_step,
+                       "positive where sources are asked for, which have no variable steps, or "
+                       "kinds MBSR_FMU_MODEL_EXCHANGE");
 }
 
 static int check_experiment(const mbsr_fmu_opt *opt, mbsr_error *error)
@@ -72,7 +83,8 @@ static int check_options(const mbsr_fmu_opt *opt, mbsr_error *error)
     if (opt->sites < -1) return wrong_field(error, "sites", opt->sites, "-1 or more");
     if (opt->sites > 0 && !opt->site)
         return mbsri_fmu_fail(error, MBSR_ERR_NULL, "mbsr_fmu_export: opt.site is NULL");
-    return check_experiment(opt, error);
+    const int status = check_experiment(opt, error);
+    return status ? status : check_steps(opt, error);
 }
 
 static int check_model(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_error *error)
@@ -163,11 +175,15 @@ static int zip_parts(made_fmu *made, const mbsri_described *d, const mbsr_fmu_op
                      const unsigned char *model, size_t size, mbsr_error *error)
 {
     mbsri_text text = {.arena = &made->arena};
-    mbsri_zip_file file[3] = {{"modelDescription.xml", NULL, 0},
-                              {"resources/model.mbsrank", model, size},
-                              {NULL, NULL, 0}};
+    const int first = 3;
+    const size_t count = (size_t)(first + d->sources->count);
+    mbsri_zip_file *file = mbsri_arena_take(&made->arena, count * sizeof *file);
     const char *platform = mbsri_fmu_platform(opt->version);
+    if (!file) return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+    file[0] = (mbsri_zip_file){"modelDescription.xml", NULL, 0};
+    file[1] = (mbsri_zip_file){"resources/model.mbsrank", model, size};
     file[2].data = mbsri_fmu_binary(&file[2].size);
+    for (int k = 0; k < d->sources->count; ++k) file[first + k] = d->sources->file[k];
     if (!platform || !file[2].data)
         return mbsri_fmu_fail(error, MBSR_ERR_UNAVAILABLE,
                               "mbsr_fmu_export: the library was built without the shared object "
@@ -176,7 +192,8 @@ static int zip_parts(made_fmu *made, const mbsri_described *d, const mbsr_fmu_op
     file[0].data = (const unsigned char *)text.data;
     file[0].size = text.size;
     file[2].name = print_path(&made->arena, platform, d->identifier);
-    if (!made->arena.failed) made->fmu.data = mbsri_zip(&made->arena, 3, file, &made->fmu.size);
+    if (!made->arena.failed)
+        made->fmu.data = mbsri_zip(&made->arena, (int)count, file, &made->fmu.size);
     if (made->arena.failed || !made->fmu.data)
         return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     return MBSR_OK;
@@ -205,15 +222,25 @@ static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_
     if (own.text[0] && error) *error = own;
     if (!status) {
         mbsri_plan_token(bytes, size, token);
+        mbsri_sources sources = {0, NULL};
+        const char *identifier = mbsri_identifier(&made->arena, plan->name);
+        const bool there =
+            !opt->sources || !identifier ||
+            mbsri_list_sources(&sources, &made->arena, opt->version, identifier, bytes, size);
         const mbsri_described d = {.plan = back,
                                    .model = built.model,
                                    .variables = &variables,
-                                   .identifier = mbsri_identifier(&made->arena, plan->name),
+                                   .identifier = identifier,
                                    .token = token,
                                    .kinds = made->fmu.kinds,
                                    .stop_time = opt->stop_time,
-                                   .step_size = opt->step_size};
-        if (mbsri_list_variables(back, built.model, &variables) && d.identifier)
+                                   .step_size = opt->step_size,
+                                   .sources = &sources};
+        if (!there)
+            status = mbsri_fmu_fail(error, MBSR_ERR_UNAVAILABLE,
+                                    "mbsr_fmu_export: the library was built without the sources "
+                                    "of FMUs");
+        else if (mbsri_list_variables(back, built.model, &variables) && d.identifier)
             status = zip_parts(made, &d, opt, bytes, size, error);
         else
             status = mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");

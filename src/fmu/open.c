@@ -2,54 +2,11 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/open.h"
 
-#include "fmu/error.h"
+#include "fmu/resource.h"
 #include "fmu/solve.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- resources ---- */
-
-/* No model is larger. */
-enum { MOST_BYTES = 1 << 30 };
-
-static unsigned char *read_all(FILE *from, size_t *size)
-{
-    size_t room = 1 << 16;
-    unsigned char *data = malloc(room);
-    *size = 0;
-    while (data) {
-        *size += fread(data + *size, 1, room - *size, from);
-        if (*size < room) break;
-        unsigned char *larger = room < MOST_BYTES ? realloc(data, 2 * room) : NULL;
-        if (!larger) free(data);
-        data = larger;
-        room *= 2;
-    }
-    return data;
-}
-
-static bool read_resource(mbsri_instance *in, const char *folder)
-{
-    static const char name[] = "model.mbsrank";
-    const size_t length = strlen(folder);
-    const bool ends = length > 0 && (folder[length - 1] == '/' || folder[length - 1] == '\\');
-    char *path = malloc(length + sizeof name + 1);
-    if (!path) {
-        mbsri_say(in, MBSRI_ERROR, "no memory for the path of the model");
-        return false;
-    }
-    mbsri_fmu_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
-    FILE *from = fopen(path, "rb");
-    if (from) {
-        in->resource = read_all(from, &in->resource_size);
-        fclose(from);
-    }
-    if (!in->resource) mbsri_say(in, MBSRI_ERROR, "%s: the model cannot be read", path);
-    free(path);
-    return in->resource != NULL;
-}
 
 /* ---- the plan ---- */
 
@@ -118,8 +75,11 @@ mbsri_instance *mbsri_instance_create(const mbsri_instance *as, const char *fold
         return NULL;
     }
     memcpy(in->name, as->name, strlen(as->name) + 1);
-    bool good = read_resource(in, folder);
-    if (good) {
+    in->resource = mbsri_read_resource(folder, &in->resource_size);
+    bool good = in->resource != NULL;
+    if (!good) {
+        mbsri_say(in, MBSRI_ERROR, "%s: the model cannot be read", folder);
+    } else {
         mbsri_plan_token(in->resource, in->resource_size, own);
         good = strcmp(own, token) == 0;
         if (!good)

@@ -4,6 +4,7 @@
  * A state is one array of numbers, in the order of `pass`; its size follows from the FMU. */
 #include "fmu/saved.h"
 
+#include "fmu/driver.h"
 #include "fmu/solve.h"
 
 #include <mbsrank/closure.h>
@@ -72,10 +73,7 @@ static mbsri_result take_state(mbsri_instance *in)
 {
     int status = MBSR_OK;
     const mbsr_error *error = NULL;
-    if (in->ida && !in->fresh) {
-        status = mbsr_ida_state(in->ida, NULL, in->y, in->yp);
-        error = mbsr_ida_error(in->ida);
-    }
+    if (in->ida && !in->fresh) status = mbsri_driver_state(in, &error);
     if (in->stepper && !in->fresh) {
         status = mbsr_stepper_state(in->stepper, NULL, in->y, in->yp);
         error = mbsr_stepper_error(in->stepper);

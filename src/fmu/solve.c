@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/solve.h"
 
+#include "fmu/driver.h"
+
 #include <mbsrank/closure.h>
 #include <mbsrank/driver.h>
 
@@ -76,10 +78,9 @@ mbsri_result mbsri_make_model(mbsri_instance *in)
 
 static void drop_solver(mbsri_instance *in)
 {
-    mbsr_ida_destroy(in->ida);
+    mbsri_drop_driver(in);
     mbsr_stepper_destroy(in->stepper);
     mbsr_ode_destroy(in->ode);
-    in->ida = NULL;
     in->stepper = NULL;
     in->ode = NULL;
 }
@@ -124,44 +125,6 @@ mbsri_result mbsri_find_start(mbsri_instance *in)
 
 /* ---- solvers ---- */
 
-static int events_of_driver(void *user, double t, const double *y, const double *yp, double *value)
-{
-    mbsri_instance *in = user;
-    const mbsr_model *m = in->built.model;
-    double *u = in->work + in->plan.nq; /* together fewer than y */
-    (void)yp;
-    const int status = mbsr_dae_unpack(m, in->event_data, MBSR_DAE_MOMENTUM, t, y, in->work, u);
-    return status ? status : mbsri_indicate(in, in->event_data, t, in->work, u, value);
-}
-
-/* With intermediate updates the driver pauses after each of its steps. */
-static int pause_driver(void *user, const mbsr_ida_progress *now)
-{
-    (void)user;
-    (void)now;
-    return MBSRI_PAUSE;
-}
-
-static mbsri_result make_driver(mbsri_instance *in)
-{
-    mbsr_error error = {.text = ""};
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
-    opt.rtol = in->tolerance > 0.0 ? in->tolerance : in->plan.rtol;
-    opt.atol = in->plan.atol;
-    if (in->event_mode && in->early_return && in->variables.indicators > 0) {
-        opt.events = in->variables.indicators;
-        opt.event = events_of_driver;
-        opt.event_user = in;
-    }
-    if (in->intermediate) opt.progress = pause_driver;
-    int status = mbsr_ida_create(in->built.model, in->data, &opt, &in->ida, &error);
-    if (!status) {
-        status = mbsr_ida_start(in->ida, in->t, in->y, in->yp);
-        error = *mbsr_ida_error(in->ida);
-    }
-    return status ? mbsri_failed(in, "the driver does not start", status, &error) : MBSRI_OK;
-}
-
 static mbsri_result make_stepper(mbsri_instance *in)
 {
     mbsr_error error = {.text = ""};
@@ -180,7 +143,7 @@ mbsri_result mbsri_make_solver(mbsri_instance *in)
 {
     drop_solver(in);
     in->inputs_changed = in->fresh = false;
-    if (!in->exchange) return in->plan.fixed_step > 0.0 ? make_stepper(in) : make_driver(in);
+    if (!in->exchange) return in->plan.fixed_step > 0.0 ? make_stepper(in) : mbsri_make_driver(in);
     int status = mbsr_ode_create(in->built.model, in->data, in->t, in->q, in->u, &in->ode);
     if (!status) status = mbsr_ode_pack(in->ode, in->t, in->q, in->u, in->x);
     return status ? mbsri_failed(in, "no derivatives", status, mbsr_data_error(in->data))
@@ -227,8 +190,7 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
     }
     int status;
     if (in->ida && !in->fresh) {
-        error = mbsr_ida_error(in->ida);
-        status = mbsr_ida_motion(in->ida, in->q, in->u, in->udot, in->lambda);
+        status = mbsri_driver_motion(in, &error);
         if (status || !in->inputs_changed) {
             in->evaluated = !status;
             return status ? mbsri_failed(in, "no state", status, error) : MBSRI_OK;

@@ -10,6 +10,7 @@
 typedef struct fmu_options {
     program_options common;
     const char *to, *kind, *name;
+    bool sources;
     double version, order, fixed_step, rtol, atol, t_end, step; /* 0: default */
 } fmu_options;
 
@@ -23,7 +24,8 @@ static int read_fmu_options(int argc, char **argv, fmu_options *o)
     const char **const text[] = {&o->to, &o->kind, &o->name};
     int code = DONE;
     for (int at = 0; at < argc && !code; ++at) {
-        bool taken = false;
+        bool taken = strcmp(argv[at], "--sources") == 0;
+        o->sources = o->sources || taken;
         for (int k = 0; k < 7 && !taken && at >= 0; ++k) {
             const char *value = option_value(argc, argv, &at, names[k]);
             if (value && !option_number(names[k], value, number[k])) return USAGE;
@@ -91,6 +93,7 @@ static int make_fmu(const fmu_options *o, const program_model *m)
     if (o->t_end > 0.0) opt.stop_time = o->t_end;
     if (o->step > 0.0) opt.step_size = o->step;
     opt.fixed_step = o->fixed_step;
+    opt.sources = o->sources;
     if (mbsr_fmu_export(m->model, &opt, &fmu, &error)) {
         free(stem);
         return complain(FAILED, "%s", error.text);

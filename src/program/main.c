@@ -60,6 +60,7 @@ static const command commands[] = {
      "  --kind K       cs (co-simulation), me (model exchange) or both; default: cs, and me where\n"
      "                 the model allows it\n"
      "  --fixed-step H   co-simulation by steps of bounded cost, at most H s long\n"
+     "  --sources      C11 sources too; with --fixed-step or --kind me\n"
      "  --order N      of these, 1 or 2 (default)\n"
      "  --rtol R, --atol A   tolerances of co-simulation, default 1e-6\n"
      "  --t-end T, --step H   default experiment, s; default 1 and 1e-3\n"

@@ -15,7 +15,7 @@ _mbsrank() {
     -*)
         case ${COMP_WORDS[1]} in
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
-        fmu) common="$common -o --fmi --kind --fixed-step --order --rtol --atol --t-end --step --name" ;;
+        fmu) common="$common -o --fmi --kind --fixed-step --sources --order --rtol --atol --t-end --step --name" ;;
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --arg --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;

@@ -10,13 +10,13 @@
 #include <math.h>
 
 /* Of a group: equations X v = b of the motions, what was added up in X, and what rows are. */
-typedef struct system {
+typedef struct determining {
     int motions, rows;
     double *X, *sizes; /* motions x rows, an equation behind the other */
     double *b;         /* motions */
     double *scale;    /* rows: largest number of the column, then its inverse; 0: nobody feels it */
     int *row, *pivot; /* rows: names; motions: the column eliminated */
-} system;
+} determining;
 
 static bool is_row(const mbsri_loop_run *w, int id)
 {
@@ -26,9 +26,9 @@ static bool is_row(const mbsri_loop_run *w, int id)
 /* Places for the unknowns of a group, rows and motions each from 0 on, and memory behind what
  * waits; false: some are not complete at body i. */
 static bool begin_group(const mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
-                        system *e)
+                        determining *e)
 {
-    *e = (system){.row = w->set};
+    *e = (determining){.row = w->set};
     for (int p = head; p >= 0; p = w->mate[p]) {
         const mbsri_open open = mbsri_open_at(part + p);
         for (int k = 0; k < open.count; ++k) {
@@ -63,7 +63,7 @@ static void clear_slots(const mbsri_loop_run *w, const mbsri_open_part *part, in
 
 /* The equations of the motions; false: a row that none of them feels is not idle. */
 static bool fill_equations(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
-                           system *e)
+                           determining *e)
 {
     int felt = 0;
     for (int p = head; p >= 0; p = w->mate[p]) {
@@ -92,7 +92,7 @@ static bool fill_equations(const mbsri_loop_run *w, const mbsri_open_part *part,
 /* What a group leaves to the joints before it; false: a row that no motion feels is felt by others.
  */
 static bool add_determined_force(mbsri_loop_run *w, const mbsri_open_part *part, int head,
-                                 const system *e, bool root)
+                                 const determining *e, bool root)
 {
     double force[6] = {0.0};
     for (int k = 0; k < e->rows; ++k) {
@@ -122,7 +122,7 @@ static bool add_determined_force(mbsri_loop_run *w, const mbsri_open_part *part,
 }
 
 /* The column of equation j with the largest number beside those of its column. */
-static int find_equation_pivot(const system *e, int j)
+static int find_equation_pivot(const determining *e, int j)
 {
     int best = 0;
     double largest = -1.0;
@@ -138,7 +138,7 @@ static int find_equation_pivot(const system *e, int j)
 }
 
 /* False: not plainly regular. */
-static bool eliminate_system(const system *e)
+static bool eliminate_system(const determining *e)
 {
     static const double plainly = 1e-3; /* beside what was added up */
     const int n = e->rows;
@@ -161,7 +161,7 @@ static bool eliminate_system(const system *e)
 }
 
 /* v of the rows. */
-static void substitute_rows(const mbsri_loop_run *w, const system *e)
+static void substitute_rows(const mbsri_loop_run *w, const determining *e)
 {
     for (int k = 0; k < e->rows; ++k) w->v[e->row[k]] = 0.0;
     for (int j = e->motions - 1; j >= 0; --j) {
@@ -174,7 +174,7 @@ static void substitute_rows(const mbsri_loop_run *w, const system *e)
 
 bool mbsri_open_loops_determine(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i)
 {
-    system e;
+    determining e;
     bool served = begin_group(w, part, head, i, &e);
     served = served && fill_equations(w, part, head, &e) && eliminate_system(&e);
     if (served) substitute_rows(w, &e);

@@ -10,6 +10,24 @@ static const struct {
 } units[] = {{"arm", make_arm},         {"linkage", make_linkage}, {"beam", make_beam},
              {"vehicle", make_vehicle}, {"body", make_body},       {"wheel", make_wheel}};
 
+/* With sources, stepped by fixed steps. */
+static int write_sources(const char *name, void (*make)(unit_model *m), int version,
+                         const char *folder)
+{
+    unit_model m;
+    char path[4096];
+    mbsr_fmu_opt opt = mbsr_default_fmu_opt();
+    opt.version = version;
+    opt.name = name;
+    opt.fixed_step = 1e-3;
+    opt.sources = 1;
+    make(&m);
+    snprintf(path, sizeof path, "%s/%s_sources%d.fmu", folder, name, version);
+    const int status = write_unit(&m, &opt, path);
+    free_model(&m);
+    return status != 0;
+}
+
 int main(int argc, char **argv)
 {
     int failures = argc != 2;
@@ -26,6 +44,10 @@ int main(int argc, char **argv)
             failures += write_unit(&m, &opt, path) != 0;
             free_model(&m);
         }
+    }
+    for (int version = 2; version <= 3 && argc == 2; ++version) {
+        failures += write_sources("arm", make_arm, version, argv[1]);
+        failures += write_sources("beam", make_beam, version, argv[1]);
     }
     return failures ? 1 : 0;
 }

@@ -1,0 +1,124 @@
+"""Source FMUs, compiled as an importer would and held against the shared object that comes with them: sources.py FOLDER COMPILER.
+Nothing but the sources that the description names, a C11 compiler and the mathematical library is used.
+SPDX-License-Identifier: BSD-3-Clause"""
+import concurrent.futures
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as xml
+import zipfile
+
+from importer import Instance, Unit
+
+folder, compiler = sys.argv[1:3]
+objects = {}  # by a source's name and text: what FMUs have in common is compiled once
+
+
+def sources_of(archive):
+    """The names that the description lists: FMI 3.0 beside the sources, FMI 2.0 in each kind."""
+    if "sources/buildDescription.xml" in archive.namelist():
+        root = xml.fromstring(archive.read("sources/buildDescription.xml"))
+        assert root.get("fmiVersion") == "3.0"
+        sets = root.findall("BuildConfiguration/SourceFileSet")
+        assert len(sets) == 1 and sets[0].get("language") == "C11"
+        return [file.get("name") for file in sets[0].findall("SourceFile")]
+    root = xml.fromstring(archive.read("modelDescription.xml"))
+    lists = [[file.get("name") for file in kind.findall("SourceFiles/File")]
+             for kind in root if kind.tag in ("ModelExchange", "CoSimulation")]
+    assert lists and all(names == lists[0] for names in lists)
+    return lists[0]
+
+
+def compile_source(source, to, *options):
+    subprocess.run([compiler, "-std=c11", "-O0", "-Wall", "-Wextra", "-Wno-psabi", "-Werror", "-fPIC", *options,
+                    "-c", source.name, "-o", to], cwd=source.parent, check=True)
+
+
+def compile_unit(path, work):
+    """The shared object of the sources, in the place of the one that the archive has."""
+    with zipfile.ZipFile(path) as archive:
+        names, base = sources_of(archive), work / path.stem
+        archive.extractall(base)
+        listed = {"sources/" + name for name in names}
+        there = {n for n in archive.namelist() if n.startswith("sources/") and n.endswith(".c")}
+        assert listed == there and len(listed) == len(names), "what is listed is not what is there"
+
+        def compile_one(name):
+            key = name, archive.read("sources/" + name)
+            if key not in objects:
+                objects[key] = str(work / f"{len(objects)}_{name}.o")
+                compile_source(base / "sources" / name, objects[key], "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
+                               "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+            return objects[key]
+
+        with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+            made = list(pool.map(compile_one, names))
+        shared = work / (path.stem + ".so")
+        subprocess.run([compiler, "-shared", "-Wl,-z,defs", "-o", shared, *made, "-lm"], check=True)
+        to = work / path.name
+        with zipfile.ZipFile(to, "w") as copy:
+            for entry in archive.namelist():
+                data = shared.read_bytes() if entry.startswith("binaries/") else archive.read(entry)
+                copy.writestr(entry, data)
+    return to, shared
+
+
+def prefixed(base, work):
+    """Functions of the standard begin with the identifier where nothing else is said."""
+    to = work / "prefixed.o"
+    compile_source(base / "sources" / "fmu_fmi3.c", to)
+    names = [name for name in exported(to) if "fmi3" in name]
+    assert names and all(name.startswith("arm_fmi3") for name in names), "without the prefix"
+
+
+def co_simulate(path):
+    unit = Unit(path)
+    one = Instance(unit, False)
+    assert one.handle, one.log
+    one.initialize()
+    for k in range(50):
+        one.step(k * 0.01, 0.01)
+    outputs = [v for v in unit.description.variables if v.causality == "output"]
+    values = one.get(outputs)
+    one.free()
+    unit.close()
+    return values
+
+
+def exchange(path):
+    """x' at the start and beside it."""
+    unit = Unit(path)
+    one = Instance(unit, True)
+    assert one.handle, one.log
+    one.initialize()
+    one.update_states()
+    one.call("EnterContinuousTimeMode")
+    x = one.numbers("GetContinuousStates", len(unit.description.states))
+    values = one.derivatives(0.0, x) + one.derivatives(0.1, [v + 0.01 for v in x])
+    one.free()
+    unit.close()
+    return values
+
+
+def exported(shared):
+    listed = subprocess.run(["nm", "-g", "--defined-only", *(["-D"] if shared.suffix == ".so" else []), shared], check=True, capture_output=True, text=True).stdout
+    return [line.split()[-1] for line in listed.splitlines()]
+
+
+with tempfile.TemporaryDirectory() as name:
+    work, runs = pathlib.Path(name), 0
+    for path in sorted(pathlib.Path(folder).glob("*_sources[23].fmu")):
+        version = path.stem[-1]
+        made, shared = compile_unit(path, work)
+        assert len(exported(shared)) == (44 if version == "2" else 75)
+        for run in (co_simulate, exchange):
+            own, theirs = run(made), run(path)
+            assert own and len(own) == len(theirs)
+            worst = max(abs(a - b) / (1.0 + abs(b)) for a, b in zip(own, theirs))
+            assert worst < 1e-9, f"{path.stem}, {run.__name__}: differs by {worst}"
+            runs += 1
+    prefixed(work / "arm_sources3", work)
+    assert runs == 8
+print(f"{runs} runs, {len(objects)} sources compiled")
