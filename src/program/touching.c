@@ -4,10 +4,12 @@
 
 #include <mbsrank/contact.h>
 
+#include <math.h>
 #include <stdlib.h>
 
-/* What overlaps as the run begins: pairs of bodies, neither of them the ground, and pairs of shapes
- * of the ground and of what a joint holds to it. */
+/* What is drawn into each other as the run begins, so that points press with more than the weight
+ * of all bodies: pairs of bodies, neither of them the ground, and pairs of shapes of the ground and
+ * of what a joint holds to it. */
 typedef struct overlaps {
     int bodies, (*body)[2], shapes, (*shape)[2];
 } overlaps;
@@ -50,6 +52,19 @@ static bool is_held_by_ground(const program_model *m, int body)
     }
 }
 
+static double weigh_all(const program_model *m)
+{
+    double all = 0.0;
+    for (int k = 0; k < mbsr_model_bodies(m->model); ++k) {
+        mbsr_body_def def;
+        double mass;
+        if (mbsr_body_definition(m->model, k, &def)) continue;
+        (void)weigh_body(&def.inertia, &mass);
+        if (isfinite(mass)) all += mass;
+    }
+    return 9.81 * fmax(1.0, all);
+}
+
 static void add_pair(int a, int b, int *count, int (*pair)[2])
 {
     for (int k = 0; k < *count; ++k) {
@@ -65,9 +80,11 @@ static int list_overlaps(const program_model *m, const mbsr_contact_point *point
     found->body = malloc(((size_t)count + 1) * sizeof *found->body);
     found->shape = malloc(((size_t)count + 1) * sizeof *found->shape);
     if (!found->body || !found->shape) return complain(FAILED, "no memory");
+    const double weight = weigh_all(m);
     for (int k = 0; k < count; ++k) {
         const mbsr_contact_point *p = points + k;
         const int on_ground = p->body_a == MBSR_GROUND ? p->body_b : p->body_a;
+        if (p->normal_force <= weight) continue;
         if (p->body_a != MBSR_GROUND && p->body_b != MBSR_GROUND)
             add_pair(p->body_a, p->body_b, &found->bodies, found->body);
         else if (is_held_by_ground(m, on_ground))
@@ -113,12 +130,12 @@ static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
         say(stderr, "%d pairs of shapes never touch: two of these kinds are not served\n",
             told->unserved);
     if (found->bodies > 0)
-        say(stderr, "shapes of %d pairs of bodies overlap at the start and never touch\n",
+        say(stderr, "shapes of %d pairs of bodies are drawn into each other and never touch\n",
             found->bodies);
     if (found->shapes > 0)
         say(stderr,
-            "%d pairs of shapes of the ground and of what it holds by a joint overlap at the start "
-            "and never touch\n",
+            "%d pairs of shapes of the ground and of what a joint holds to it are drawn into each "
+            "other and never touch\n",
             found->shapes);
 }
 

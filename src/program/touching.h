@@ -21,7 +21,8 @@ static inline int touching_make(const program_model *m, const double *q, bool on
 {
     (void)m, (void)q;
     *t = (touching){NULL, NULL};
-    if (on && !quiet) say(stderr, "nothing touches: this program is without the component contact\n");
+    if (on && !quiet)
+        say(stderr, "nothing touches: this program is without the component contact\n");
     return DONE;
 }
 
