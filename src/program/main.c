@@ -91,8 +91,7 @@ static const command commands[] = {
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
      "  -o PICTURE       ending in .png or .svg\n"
-     "  --columns NAMES  between commas; a colon begins another panel; hand.pos is all "
-     "hand.pos.*;\n"
+     "  --columns NAMES  between commas, panels between colons; hand.pos: all hand.pos.*;\n"
      "                   default all\n"
      "  --title TEXT     above\n",
      run_plot},
