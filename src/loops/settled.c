@@ -172,6 +172,20 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
     return MBSR_OK;
 }
 
+double mbsri_springs_left(const mbsri_dense *w)
+{
+    const mbsri_closure *first = mbsri_all_closures(w->m);
+    double left = 0.0, size = 0.0;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const double is = w->missing[c->held_row + k], gap = w->closer.offset[c->held_row + k];
+            left += c->def.stiffness[k] * is * is;
+            size += c->def.stiffness[k] * gap * gap;
+        }
+    }
+    return left > 0.0 ? sqrt(left / size) : 0.0;
+}
+
 /* Forces depend on the gaps, so that gaps found for one another converge slowly, or not at all,
  * where springs are soft beside these forces: a share of what is missing is taken that would have
  * left nothing of it so far (Aitken). */

@@ -261,8 +261,9 @@ static int balance(mbsr_completion *w, bool twice, double *x, double *change)
 
 int mbsri_completion_drift(mbsr_completion *w, double *change)
 {
-    mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
+    double *udot = w->rate + w->rates;
     const int status = balance(w, false, w->y + w->rates, change);
+    for (int k = 0; k < w->m->nu && !status; ++k) udot[k] -= w->x[w->rates + k];
     for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
     return status;
 }
