@@ -177,8 +177,9 @@ double mbsri_springs_left(const mbsri_dense *w)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     double left = 0.0, size = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const double is = w->missing[c->held_row + k], gap = w->closer.offset[c->held_row + k];
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double is = w->missing[c->position_row + k],
+                         gap = w->closer.offset[c->position_row + k];
             left += c->def.stiffness[k] * is * is;
             size += c->def.stiffness[k] * gap * gap;
         }
