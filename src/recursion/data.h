@@ -58,7 +58,7 @@
     FULL(q_base, m->nq)       /* nq         the caller's q while displaced            rates */     \
     FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
     FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
-    EVERY(moved, m->most.displaced) /* q, q', pose of the predecessor and its rate        rates */     \
+    EVERY(moved, m->most.displaced) /* q, q', pose of the predecessor and its rate        rates */ \
     LEAN(imp, v)              /* d          joint impulse m                        momentum */     \
     LEAN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
     LEAN(impbar, v)           /* d          (17b) for momenta                      momentum */     \
@@ -77,11 +77,11 @@
     EVERY(load_last, m->nu)   /* nu         tau, or for inverse dynamics u'          sweeps */     \
     EVERY(sincos, sincos_size(m)) /* 2 a coordinate                                  sweeps */     \
     FULL(closure_C, m->size_c) /* rows x columns  of each closure                  closures */     \
-    FULL(closure_q, m->most.columns) /* coordinates displaced                       closures */     \
-    FULL(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->most.columns) /* C there closures */     \
+    FULL(closure_q, m->most.columns) /* coordinates displaced                       closures */    \
+    FULL(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->most.columns) /* C there closures */    \
     FULL(closure_w, m->nu)    /* n          a vector over the joints              closures */     \
     FULL(closure_V, m->size.v) /* d         and over the bodies                   closures */     \
-    FULL(closure_x, 2 * (size_t)m->most.columns + 4 * (size_t)m->rows) /* scratch   closures */     \
+    FULL(closure_x, 2 * (size_t)m->most.columns + 4 * (size_t)m->rows) /* scratch   closures */    \
     FULL(loop_lambda, m->rows) /* m          loop forces                           closures */     \
     FULL(loop_eta, m->rows)   /* m          Eta' of position rows                  closures */     \
     FULL(udot_last, m->nu)    /* nu         u' that was found                       sweeps */     \
@@ -106,7 +106,7 @@ typedef enum mbsri_pending {
     MBSRI_PENDING_MOTION /* accelerations known: forces, and what belongs to udot_last */
 } mbsri_pending;
 
-/* State and scratch of the sweeps in vector code (sweeps/state.h). */
+/* State and scratch of the sweeps in vector code (sweeps/tree.h). */
 typedef struct mbsri_sweep_memory {
     struct mbsri_sweep_state *state; /* N + 1 */
     struct mbsri_sweep_multi *multi; /* of each joint of other than one axis */
