@@ -1,12 +1,11 @@
-/* Co-simulation with steps by the error, which IDA takes. A set of sources (source_set.h) has these
- * functions from no_driver.c, without IDA.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Co-simulation with steps by the error, which IDA takes. A set of sources (cmake/SourceSet.cmake)
+ * has these functions from no_driver.c, without IDA. SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FMU_DRIVER_H
 #define MBSRI_FMU_DRIVER_H
 
 #include "fmu/instance.h"
 
-/* in->ida, from the state in y and yp at t; and away with it, where there is one. */
+/* in->solver.ida, from the state in y and yp at t; and away with it, where there is one. */
 mbsri_result mbsri_make_driver(mbsri_instance *in);
 void mbsri_drop_driver(mbsri_instance *in);
 

@@ -13,15 +13,15 @@ bool mbsri_update(mbsri_instance *in, double t, double *t_end)
     double wanted = t;
     in->t = t;
     in->evaluated = false;
-    in->intermediate(in, t, &early, &wanted);
+    in->importer.intermediate(in, t, &early, &wanted);
     if (early && wanted > t) *t_end = fmin(wanted, *t_end);
     return in->mode != MBSRI_TERMINATED && !(early && wanted <= t);
 }
 
 static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 {
-    const mbsr_error error = *mbsr_stepper_error(in->stepper);
-    if (mbsr_stepper_resume(in->stepper, t, in->y, in->yp) || status < 0)
+    const mbsr_error error = *mbsr_stepper_error(in->solver.stepper);
+    if (mbsr_stepper_resume(in->solver.stepper, t, in->y, in->yp) || status < 0)
         return mbsri_failed(in, "the step", status, &error);
     in->t = t;
     return mbsri_say(in, MBSRI_DISCARD, "the step from t = %.9g is refused: %s", t, error.text);
@@ -30,16 +30,16 @@ static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 static mbsri_result march(mbsri_instance *in, double t_end)
 {
     const double t = in->t, h = t_end - t, count = fmax(1.0, ceil(h / in->plan.fixed_step - 1e-9));
-    int status = in->fresh ? mbsr_stepper_resume(in->stepper, t, in->y, in->yp)
-                           : mbsr_stepper_state(in->stepper, NULL, in->y, in->yp);
+    int status = in->fresh ? mbsr_stepper_resume(in->solver.stepper, t, in->y, in->yp)
+                           : mbsr_stepper_state(in->solver.stepper, NULL, in->y, in->yp);
     in->fresh = false;
-    if (status) return mbsri_failed(in, "the step", status, mbsr_stepper_error(in->stepper));
+    if (status) return mbsri_failed(in, "the step", status, mbsr_stepper_error(in->solver.stepper));
     for (double k = 1.0; k <= count && in->t < t_end; k += 1.0) {
         const double to = k < count ? t + h * (k / count) : t_end;
-        status = mbsr_stepper_to(in->stepper, fmin(to, t_end));
+        status = mbsr_stepper_to(in->solver.stepper, fmin(to, t_end));
         if (status) return refuse_step(in, t, status);
         in->t = fmin(to, t_end);
-        if (in->intermediate && in->t < t_end && !mbsri_update(in, in->t, &t_end)) break;
+        if (in->importer.intermediate && in->t < t_end && !mbsri_update(in, in->t, &t_end)) break;
     }
     return MBSRI_OK;
 }
@@ -47,7 +47,8 @@ static mbsri_result march(mbsri_instance *in, double t_end)
 mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event)
 {
     *event = false;
-    const mbsri_result result = in->stepper ? march(in, t_end) : mbsri_drive(in, t_end, event);
+    const mbsri_result result =
+        in->solver.stepper ? march(in, t_end) : mbsri_drive(in, t_end, event);
     in->evaluated = false;
     in->inputs_changed = false;
     return in->mode == MBSRI_TERMINATED ? MBSRI_ERROR : result; /* by a call within the step */

@@ -462,6 +462,9 @@ static void options_are_checked(void **state)
     opt.rtol = NAN;
     refuse(&m, &opt, MBSR_ERR_VALUE, "rtol");
     opt = mbsr_default_fmu_opt();
+    opt.sources = 1;
+    refuse(&m, &opt, MBSR_ERR_VALUE, "fixed_step");
+    opt = mbsr_default_fmu_opt();
     opt.q0 = (double[]){INFINITY};
     refuse(&m, &opt, MBSR_NOT_FINITE, "q0");
     opt.cookie = 0;
