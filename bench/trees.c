@@ -348,7 +348,8 @@ void bench_make_crowd(bench_model *tree, bench_crowd kind, int count)
 {
     begin_plane(tree);
     mbsr_model *model = tree->model;
-    int last = kind == BENCH_LEGS ? MBSR_GROUND : add_rod(model, MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+    const double size = kind == BENCH_CARRIER ? 11.0 : 1.0; /* the carrier's, m and kg */
+    int last = kind == BENCH_LEGS ? MBSR_GROUND : add_rod(model, MBSR_GROUND, 0.0, 0.0, size, size);
     for (int k = 0; k < count; ++k) {
         const double x = cos(2.4 * k), z = sin(2.4 * k);
         if (kind == BENCH_LEGS) {
@@ -356,26 +357,29 @@ void bench_make_crowd(bench_model *tree, bench_crowd kind, int count)
             const mbsr_frame foot = mbsr_frame_at(0.4, 0.0, 0.0), at = mbsr_frame_at(x, 0.0, z);
             const mbsr_closure_def weld = mbsr_closure_weld(leg, &foot, last, &at);
             if (k == 0)
-                last = add_spatial(model, leg, mbsr_joint_revolute(&foot, NULL, (double[3]){0, 0, 1}),
-                                   20.0, 2.0);
+                last = add_spatial(
+                    model, leg, mbsr_joint_revolute(&foot, NULL, (double[3]){0, 0, 1}), 20.0, 2.0);
             else if (mbsr_model_add_closure(model, &weld, NULL) != MBSR_OK)
                 fail(mbsr_model_error(model)->text, "weld");
             continue;
         }
         const int base = kind == BENCH_BARS ? MBSR_GROUND : last;
-        const double angle = 0.3 + 0.1 * z;
-        const int crank =
-            kind == BENCH_BARS ? last : add_rod(model, base, 1.0 * k, 0.0, 1.0, 1.0);
+        const double at = kind == BENCH_BARS ? k : 10.0 * k / count;
+        const int crank = kind == BENCH_BARS ? last : add_rod(model, base, at, 0.0, 1.0, 1.0);
         const int coupler = add_rod(model, crank, 1.0, 0.0, 0.7, 1.0),
-                  rocker = add_rod(model, base, 1.0 * (k + 1), 0.0, 1.0 + angle, 1.0);
+                  rocker = add_rod(model, base, at + 1.0, 0.0, 1.3 + 0.1 * z, 1.0);
         add_pin(model, coupler, 1.0, rocker, 1.0, 0.0);
         if (kind == BENCH_BARS) last = rocker;
     }
     finish_plane(tree);
+    const int pieces = kind == BENCH_BARS ? 2 : 3; /* bodies of a parallelogram */
     for (int k = 0; k < tree->nq; ++k) {
-        tree->q[k] = 0.3 * sin(2.0 * k);
-        tree->u[k] = 0.1 * cos(k);
+        const int piece = kind == BENCH_BARS ? 0 : (k - 1) / pieces, at = (k - 1) % pieces;
+        const double angle = 1.0 + 0.3 * sin(piece), side = at == pieces - 2 ? -1.0 : 1.0;
+        tree->q[k] = kind == BENCH_LEGS ? 0.3 * sin(2.0 * k) : k > 0 ? side * angle : angle;
+        tree->u[k] = kind == BENCH_LEGS ? 0.1 * cos(k) : k > 0 ? 0.5 * side : 0.5;
     }
+    if (kind == BENCH_CARRIER) tree->q[0] = 0.2, tree->u[0] = 0.1;
 }
 
 /* sum of a_k q of these bodies is zero; loop: as that of a pin. */
