@@ -11,7 +11,7 @@
 
 bool mbsri_rigid_serves(const mbsr_model *m)
 {
-    const mbsri_sweeps *tree = m->evaluated;
+    const mbsri_sweeps *tree = m->tree.evaluated;
     const mbsri_force *force = m->forces.data;
     if (!tree || m->rows > 0 || tree->blocks > 0 || tree->users > 0) return false;
     for (size_t k = 0; k < mbsri_other_forces(m); ++k) {
@@ -40,12 +40,12 @@ static void *take(unsigned char *base, size_t *used, size_t size)
 /* Places the arrays in `base`, or with base == NULL only returns the size. */
 static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
 {
-    const size_t bodies = (size_t)m->evaluated->bodies + 1, nu = (size_t)m->nu;
+    const size_t bodies = (size_t)m->tree.evaluated->bodies + 1, nu = (size_t)m->nu;
     size_t used = 0;
     r->body = take(base, &used, bodies * sizeof *r->body);
     r->column = take(base, &used, nu * sizeof *r->column);
     r->work = take(base, &used, bodies * sizeof *r->work);
-    r->Dinv = take(base, &used, (size_t)m->evaluated->multi * sizeof *r->Dinv);
+    r->Dinv = take(base, &used, (size_t)m->tree.evaluated->multi * sizeof *r->Dinv);
     r->y = take(base, &used, nu * sizeof *r->y);
     r->q = take(base, &used, (size_t)m->nq * sizeof *r->q);
     r->u = take(base, &used, nu * sizeof *r->u);
@@ -58,7 +58,7 @@ mbsri_rigid *mbsri_rigid_create(const mbsr_model *m)
 {
     mbsri_rigid *r = mbsri_allocate(&m->allocator, sizeof *r);
     if (!r) return NULL;
-    *r = (mbsri_rigid){.model = m, .kernels = kernels_of(m->evaluated)};
+    *r = (mbsri_rigid){.model = m, .kernels = kernels_of(m->tree.evaluated)};
     const size_t size = layout(m, NULL, r);
     r->memory = mbsri_allocate(&m->allocator, size + MBSR_DATA_ALIGNMENT);
     if (!r->memory) {
@@ -86,18 +86,18 @@ int mbsri_rigid_linearise(mbsri_rigid *r, mbsr_data *d, const double *q, const d
     const mbsr_model *m = r->model;
     const size_t nu = (size_t)m->nu;
     mbsri_gather(m, u, r->u);
-    for (int k = 0; k < m->nq; ++k) r->q[k] = q[m->q_of[k]];
+    for (int k = 0; k < m->nq; ++k) r->q[k] = q[m->order.q_of[k]];
     mbsri_zero(nu, r->tau_q);
     mbsri_zero(nu, r->tau_u);
-    mbsri_coordinate_slopes(&m->along, d->off + mbsri_other_forces(m), r->q, r->u, r->tau_q,
-                            r->tau_u);
-    r->tree = m->evaluated;
+    mbsri_coordinate_slopes(&m->elements.along, d->element.off + mbsri_other_forces(m), r->q, r->u,
+                            r->tau_q, r->tau_u);
+    r->tree = m->tree.evaluated;
     const mbsri_sweep_run run = {.model = m,
                                  .data = d,
                                  .tree = r->tree,
-                                 .state = d->sweep_state,
-                                 .multi = d->sweep_multi,
-                                 .load = r->tree->body_forces ? d->sweep_load : NULL,
+                                 .state = d->sweep.state,
+                                 .multi = d->sweep.multi,
+                                 .load = r->tree->body_forces ? d->sweep.load : NULL,
                                  .q = r->q,
                                  .u = r->u};
     return r->kernels->prepare(r, &run, udot, forward);

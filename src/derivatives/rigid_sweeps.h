@@ -72,7 +72,7 @@ MBSRI_OUTLINE int look_at_chain(const mbsri_sweep_run *run, int i, const double 
         a->place[k] = place;
         a->link[k] = axis[k].ball ? 3 : 1;
         a->u[k] = place < 0 ? axis[k].rate : run->u[u];
-        a->udot[k] = place < 0 ? axis[k].acceleration : udot[run->model->u_of[u]];
+        a->udot[k] = place < 0 ? axis[k].acceleration : udot[run->model->order.u_of[u]];
     }
     return status;
 }
@@ -86,7 +86,7 @@ MBSRI_INLINE void look_at_axis(const mbsri_sweep_run *run, int i, const double *
     if (b->flags & MBSRI_TURNS) a->S[0].w = Z;
     if (b->flags & MBSRI_SLIDES) a->S[0].v = Z * splat(b->pitch);
     a->u[0] = run->u[b->u];
-    a->udot[0] = udot[run->model->u_of[b->u]];
+    a->udot[0] = udot[run->model->order.u_of[b->u]];
     a->place[0] = 0;
     a->link[0] = 1;
 }
@@ -161,7 +161,7 @@ MBSRI_INLINE void take_joint(const mbsri_sweep_run *run, int i, const axes *a, m
             keep_column(a->S[j], link > 1 ? V_after : V, V, link > 1 ? A_after : A, V_end, column);
             column->link = link;
             column->place = b->u + a->place[j];
-            column->u = run->model->u_of[column->place];
+            column->u = run->model->order.u_of[column->place];
             ++column;
         }
         V = V_after;
