@@ -20,7 +20,7 @@ typedef struct command {
     "  --slip V       dry friction of joints, smooth below this rate, m/s or rad/s\n"              \
     "  --no-limits, --no-friction   run, view: none of them unless these ask for them; else\n"     \
     "                 stops and friction are by the masses and ranges of the joints\n"             \
-    "  --contacts     run: shapes for contact of the file touch\n"                                 \
+    "  --no-contacts  run: shapes for contact of the file do not touch\n"                          \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {
