@@ -445,7 +445,7 @@ static void expect_masses(const mbsri_front_build *b)
                   x = mbsri_linear_motions(f->linear, i), y = mbsri_linear_actions(f->linear, i),
                   e = f->linear->e[i], row = f->row_at[f->names[i].y + d],
                   column = f->column_at[f->names[i].x];
-        const bool held = f->model->held > 0 && !b->plain && e == d;
+        const bool held = f->model->position_rows > 0 && !b->plain && e == d;
         const double *P = mbsri_linear_terms(f->linear, i).P;
         for (int l = 0; l < x; ++l, P += y) {
             double *N = N_at(b, row, column + l);
