@@ -485,5 +485,5 @@ void mbsri_front_pass(mbsri_front_build *b)
                        .above = f->linear->deep[b->b->parent],
                        .plain = b->plain});
     if (b->closes) take_range(b);
-    if (b->watched && f->linear->whole && !b->lacks_mass) expect_masses(b);
+    if (b->watched && f->linear->whole && !f->served && !b->lacks_mass) expect_masses(b);
 }
