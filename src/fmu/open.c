@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/open.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/solve.h"
 
 #include <stdio.h>
@@ -40,7 +40,7 @@ static bool read_resource(mbsri_instance *in, const char *folder)
         mbsri_say(in, MBSRI_ERROR, "no memory for the path of the model");
         return false;
     }
-    mbsri_fmu_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
+    mbsri_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
     FILE *from = fopen(path, "rb");
     if (from) {
         in->resources.bytes = read_all(from, &in->resources.size);

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/plan.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/stock.h"
 
 #include <mbsrank/closure.h>
@@ -308,19 +308,19 @@ int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mb
     int crc = 0;
     mbsri_pass_text(&s, &name);
     if (s.failed || strcmp(name, magic) != 0)
-        return mbsri_fmu_fail(error, MBSR_ERR_FILE, "it is no model of an FMU of mbsrank");
+        return mbsri_fail_plain(error, MBSR_ERR_FILE, "it is no model of an FMU of mbsrank");
     mbsri_pass_text(&s, &version);
     if (strcmp(version, mbsr_version()) != 0)
-        return mbsri_fmu_fail(error, MBSR_ERR_FILE,
-                              "it is of version '%.40s' of mbsrank, not of %s", version,
-                              mbsr_version());
+        return mbsri_fail_plain(error, MBSR_ERR_FILE,
+                                "it is of version '%.40s' of mbsrank, not of %s", version,
+                                mbsr_version());
     pass_plan(&s, plan);
     const size_t end = s.at;
     mbsri_pass_int(&s, &crc);
-    if (plan->arena.failed) return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "no memory for it");
+    if (plan->arena.failed) return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for it");
     if (s.failed || s.at != size || crc != (int)(mbsri_crc32(data, end) >> 1) || !is_whole(plan))
-        return mbsri_fmu_fail(error, MBSR_ERR_FILE, "it is damaged, near byte %zu of %zu", s.at,
-                              size);
+        return mbsri_fail_plain(error, MBSR_ERR_FILE, "it is damaged, near byte %zu of %zu", s.at,
+                                size);
     return MBSR_OK;
 }
 
