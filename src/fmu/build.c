@@ -52,8 +52,9 @@ static int amend(const mbsri_built *b, const mbsri_plan_body *body, int id)
 {
     int status = MBSR_OK;
     if (body->added) status = mbsr_model_regularise(b->model, id, body->def.joint.d, body->added);
-    for (int k = 0; body->held && k < body->joint_n && !status; ++k)
-        if (!isnan(body->held[k])) status = mbsr_model_lock(b->model, id, k, body->held[k]);
+    for (int k = 0; body->locked_at && k < body->joint_n && !status; ++k)
+        if (!isnan(body->locked_at[k]))
+            status = mbsr_model_lock(b->model, id, k, body->locked_at[k]);
     if (body->drops && !status) status = mbsr_model_drop_locked(b->model, id);
     if (body->armature && !status)
         status = mbsr_model_armature(b->model, id, body->armatures, body->armature);

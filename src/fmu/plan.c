@@ -98,7 +98,7 @@ static void pass_body(mbsri_stream *s, mbsri_plan_body *b)
         s->failed = true;
     if (s->failed) return;
     const double *armature = b->armature;
-    mbsri_pass_array(s, (size_t)b->joint_n, &b->held);
+    mbsri_pass_array(s, (size_t)b->joint_n, &b->locked_at);
     mbsri_pass_array(s, (size_t)d * (size_t)d, &b->added);
     mbsri_pass_array(s, (size_t)b->armatures, &armature);
     b->armature = (double *)armature;
@@ -326,7 +326,7 @@ int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mb
 
 static bool is_held(const mbsri_plan_body *b, int k)
 {
-    return b->held && !isnan(b->held[k]);
+    return b->locked_at && !isnan(b->locked_at[k]);
 }
 
 int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate)

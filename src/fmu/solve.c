@@ -259,7 +259,7 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
 /* Where the coordinate of a stop stands in q; -1: it is locked. */
 static int index_of_stop(const mbsri_instance *in, const mbsr_force_def *stop)
 {
-    const double *held = in->plan.body[stop->body[0]].held;
+    const double *held = in->plan.body[stop->body[0]].locked_at;
     int at, left = 0;
     mbsr_body_coordinates(in->built.model, stop->body[0], &at, NULL, NULL, NULL);
     if (held && !isnan(held[stop->option[0]])) return -1;

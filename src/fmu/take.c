@@ -126,7 +126,7 @@ static void take_armature(const mbsr_model *m, int id, mbsri_plan_body *b)
     bool any = false;
     b->armatures = b->joint_n;
     for (int k = 0, l = 0; k < b->joint_n; ++k) {
-        b->armature[k] = b->held && !isnan(b->held[k]) ? 0.0 : left[l++];
+        b->armature[k] = b->locked_at && !isnan(b->locked_at[k]) ? 0.0 : left[l++];
         any = any || b->armature[k] > 0.0;
     }
     if (!any) b->armature = NULL, b->armatures = 0;
@@ -159,7 +159,7 @@ static int take_body(taker *t, int id, mbsri_plan_body *b)
         status = link_flex(t, j->user, &b->link.index);
     }
     b->joint_n = j->n;
-    b->held = mbsr_body_locked(m, id);
+    b->locked_at = mbsr_body_locked(m, id);
     b->drops = mbsr_body_drops(m, id);
     b->added = mbsr_body_regularisation(m, id);
     b->armature = mbsri_arena_take(&t->plan->arena, ((size_t)j->n + 1) * sizeof *b->armature);
