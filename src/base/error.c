@@ -2,15 +2,30 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/error.h"
 
-int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+static void write_error(mbsr_error *error, int status, int body, int force, const char *format,
+                        va_list arguments)
 {
-    if (!error) return status;
+    if (!error) return;
     error->status = status;
     error->body = body;
     error->force = force;
+    mbsri_vprint(error->text, sizeof error->text, format, arguments);
+}
+
+int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+{
     va_list arguments;
     va_start(arguments, format);
-    mbsri_vprint(error->text, sizeof error->text, format, arguments);
+    write_error(error, status, body, force, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+int mbsri_fail_plain(mbsr_error *error, int status, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write_error(error, status, MBSR_NONE, MBSR_NONE, format, arguments);
     va_end(arguments);
     return status;
 }

@@ -11,6 +11,9 @@
 int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
     MBSRI_FORMAT(5, 6);
 
+/* The same, of no body and no force element. */
+int mbsri_fail_plain(mbsr_error *error, int status, const char *format, ...) MBSRI_FORMAT(3, 4);
+
 /* snprintf whose numbers have a point in every locale. */
 int mbsri_print(char *text, size_t size, const char *format, ...) MBSRI_FORMAT(3, 4);
 

@@ -8,7 +8,7 @@
 #include "fe/basis.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 
 #include <math.h>
@@ -29,8 +29,8 @@ typedef struct stage {
 
 static int no_memory_for_modes(const mbsri_fe_body *body)
 {
-    return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
-                         "mbsr_fe_reduce: no memory for the modes of %d dofs", body->n);
+    return mbsri_fail_plain(body->error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_fe_reduce: no memory for the modes of %d dofs", body->n);
 }
 
 static bool is_loaded(const mbsri_fe_body *body, int marker)
@@ -140,8 +140,8 @@ static int orthonormalise(stage *t, int *c, double *W)
         mbsri_sparse_multiply(&t->body->K, m, W, t->KW);
         mbsri_fe_atb((int)t->n, m, m, W, t->KW, t->G);
         if (mbsri_fe_eigen(m, t->G, t->w, t->work) != 0)
-            return mbsri_fe_fail(t->body->error, MBSR_ERR_NUMERICS,
-                                 "mbsr_fe_reduce: eigenvalues of the modes did not converge");
+            return mbsri_fail_plain(t->body->error, MBSR_ERR_NUMERICS,
+                                    "mbsr_fe_reduce: eigenvalues of the modes did not converge");
         *c = 0;
         for (int k = 0; k < m; ++k) {
             if (!(t->w[k] > dependent * t->w[m - 1])) continue;
@@ -184,8 +184,8 @@ static int diagonalise_modes(stage *t, int m, mbsri_fe_basis *b)
     mbsri_sparse_multiply(&t->body->M, m, t->W, t->KW);
     mbsri_fe_atb((int)t->n, m, m, t->W, t->KW, t->G);
     if (mbsri_fe_eigen(m, t->G, t->w, t->work) != 0)
-        return mbsri_fe_fail(t->body->error, MBSR_ERR_NUMERICS,
-                             "mbsr_fe_reduce: eigenvalues of the modes did not converge");
+        return mbsri_fail_plain(t->body->error, MBSR_ERR_NUMERICS,
+                                "mbsr_fe_reduce: eigenvalues of the modes did not converge");
     b->count = m;
     for (int a = 0; a < m; ++a) {
         const double mu = t->w[m - 1 - a];

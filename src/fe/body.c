@@ -3,7 +3,7 @@
 #include "fe/body.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -23,9 +23,9 @@ const char *mbsri_fe_label(const mbsri_fe_body *body, int dof, char *buffer)
 
 static int no_memory_for_body(const mbsri_fe_body *body)
 {
-    return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
-                         "mbsr_fe_reduce: no memory for %d nodes and %d dofs", body->nodes,
-                         body->n);
+    return mbsri_fail_plain(body->error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_fe_reduce: no memory for %d nodes and %d dofs", body->nodes,
+                            body->n);
 }
 
 /* ---- nodes ---- */

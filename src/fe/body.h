@@ -29,7 +29,7 @@ typedef struct mbsri_fe_body {
 } mbsri_fe_body;
 
 #define MBSRI_FE_REFUSE(...)                                                                       \
-    mbsri_fe_fail(body->error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
+    mbsri_fail_plain(body->error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
 
 /* Everything but the options of def, checked. */
 int mbsri_fe_body_make(mbsri_fe_body *body);

@@ -3,7 +3,7 @@
 #include "fe/data.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 
 #include <math.h>
@@ -17,8 +17,8 @@ typedef struct massive {
 
 static int no_memory_for_data(const mbsri_fe_body *body)
 {
-    return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
-                         "mbsr_fe_reduce: no memory for the modal data of %d dofs", body->n);
+    return mbsri_fail_plain(body->error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_fe_reduce: no memory for the modal data of %d dofs", body->n);
 }
 
 /* B = [T Z]^T M [T Z]; Z of modes without mass as if they had it. */

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fe/lines.h"
 
-#include "fe/error.h"
+#include "base/error.h"
 #include "files/numbers.h"
 
 #include <limits.h>
@@ -15,7 +15,7 @@ int mbsri_refuse_line(const mbsri_lines *l, const char *format, ...)
     va_start(arguments, format);
     mbsri_vprint(reason, sizeof reason, format, arguments);
     va_end(arguments);
-    return mbsri_fe_fail(l->error, MBSR_ERR_FILE, "%.60s:%d: %s", l->file, l->line, reason);
+    return mbsri_fail_plain(l->error, MBSR_ERR_FILE, "%.60s:%d: %s", l->file, l->line, reason);
 }
 
 static bool separates(char c)

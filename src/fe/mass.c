@@ -9,7 +9,7 @@
 #include "fe/mass.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/factor.h"
 #include "fe/lapack.h"
 
@@ -20,8 +20,8 @@ static const double indefinite = 1e-9; /* of M scaled to unit diagonal */
 
 static int no_memory_for_mass(const mbsri_fe_body *body)
 {
-    return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
-                         "mbsr_fe_reduce: no memory for the mass of %d nodes", body->nodes);
+    return mbsri_fail_plain(body->error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_fe_reduce: no memory for the mass of %d nodes", body->nodes);
 }
 
 static double at_diagonal(const mbsri_sparse *A, int k)
@@ -146,8 +146,8 @@ static int lump_tensor(const mbsri_fe_body *body, const double Theta[9], double 
     const double half = 0.5 * (Theta[0] + Theta[4] + Theta[8]);
     for (int k = 0; k < 9; ++k) N[k] = (k % 4 == 0 ? half : 0.0) - Theta[k];
     if (mbsri_fe_eigen(3, N, w, work) != 0)
-        return mbsri_fe_fail(body->error, MBSR_ERR_NUMERICS,
-                             "mbsr_fe_reduce: eigenvalues of a tensor did not converge");
+        return mbsri_fail_plain(body->error, MBSR_ERR_NUMERICS,
+                                "mbsr_fe_reduce: eigenvalues of a tensor did not converge");
     for (int k = 0; k < 9; ++k) roots[k] = sqrt(fmax(w[k / 3], 0.0)) * N[k];
     return MBSR_OK;
 }

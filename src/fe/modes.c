@@ -14,7 +14,7 @@
 #include "fe/modes.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 
 #include <math.h>
@@ -243,13 +243,14 @@ int mbsri_fe_find_modes(mbsri_fe_statics *s, const double *L, mbsri_fe_modes *mo
     const int basis = l.columns;
     mbsri_arena_close(&l.memory);
     if (l.too_slow)
-        return mbsri_fe_fail(body->error, status,
-                             "mbsr_fe_reduce: %d of %d normal modes have converged to %g with %d "
-                             "vectors; ask for fewer or for less",
-                             l.converged, l.wanted, def->tolerance, basis);
+        return mbsri_fail_plain(
+            body->error, status,
+            "mbsr_fe_reduce: %d of %d normal modes have converged to %g with %d "
+            "vectors; ask for fewer or for less",
+            l.converged, l.wanted, def->tolerance, basis);
     if (status == MBSR_ERR_NO_MEMORY || status == MBSR_ERR_NUMERICS)
-        return mbsri_fe_fail(body->error, status, "mbsr_fe_reduce: %s in finding normal modes",
-                             status == MBSR_ERR_NO_MEMORY ? "no memory"
-                                                          : "eigenvalues did not converge");
+        return mbsri_fail_plain(body->error, status, "mbsr_fe_reduce: %s in finding normal modes",
+                                status == MBSR_ERR_NO_MEMORY ? "no memory"
+                                                             : "eigenvalues did not converge");
     return status;
 }

@@ -1,6 +1,6 @@
 /* Models from Matrix Market files and lists of nodes, dofs and markers: mbsr_fe_read.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lines.h"
 #include "files/arena.h"
 
@@ -262,11 +262,12 @@ static int read_files(mbsri_arena *arena, const mbsr_fe_files *files, mbsr_fe_in
         const int status = read_matrix(arena, text[k], name[k], A[k], error);
         if (status) return status;
         if (A[k]->rows != def->K.rows || (k == 0 && (size_t)A[k]->rows > A[k]->entries))
-            return mbsri_fe_fail(error, MBSR_ERR_FILE,
-                                 "%.60s: %s has %d rows and %zu entries, K %d rows; every row of K "
-                                 "has entries",
-                                 text[k]->name ? text[k]->name : name[k], name[k], A[k]->rows,
-                                 A[k]->entries, def->K.rows);
+            return mbsri_fail_plain(
+                error, MBSR_ERR_FILE,
+                "%.60s: %s has %d rows and %zu entries, K %d rows; every row of K "
+                "has entries",
+                text[k]->name ? text[k]->name : name[k], name[k], A[k]->rows, A[k]->entries,
+                def->K.rows);
     }
     int status = read_nodes(arena, &files->nodes, def, error);
     if (!status && files->dofs.text) status = read_dofs(arena, &files->dofs, def, error);
@@ -280,9 +281,9 @@ static int check_files(const mbsr_fe_files *files, mbsr_error *error)
                           : !files->nodes.text   ? "nodes"
                           : !files->markers.text ? "markers"
                                                  : NULL;
-    return missing
-               ? mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_read: files.%s.text is NULL", missing)
-               : MBSR_OK;
+    return missing ? mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fe_read: files.%s.text is NULL",
+                                      missing)
+                   : MBSR_OK;
 }
 
 int mbsr_fe_read(const mbsr_fe_files *files, const mbsr_allocator *allocator, mbsr_fe_input **input,
@@ -291,12 +292,12 @@ int mbsr_fe_read(const mbsr_fe_files *files, const mbsr_allocator *allocator, mb
     const mbsr_allocator standard = {.allocate = NULL};
     if (input) *input = NULL;
     if (!files || !input)
-        return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_read: %s is NULL",
-                             !files ? "files" : "input");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fe_read: %s is NULL",
+                                !files ? "files" : "input");
     if (!allocator) allocator = &standard;
     if (!allocator->allocate != !allocator->release)
-        return mbsri_fe_fail(error, MBSR_ERR_VALUE,
-                             "mbsr_fe_read: allocator has one of its two functions only");
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE,
+                                "mbsr_fe_read: allocator has one of its two functions only");
     int status = check_files(files, error);
     if (status) return status;
     mbsri_arena arena;
@@ -313,7 +314,7 @@ int mbsr_fe_read(const mbsr_fe_files *files, const mbsr_allocator *allocator, mb
             mbsr_fe_input_destroy(&full->input);
     }
     if (!full || status == MBSR_ERR_NO_MEMORY)
-        return mbsri_fe_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fe_read: no memory");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fe_read: no memory");
     return status;
 }
 

@@ -1,7 +1,7 @@
 /* Reduction of a model: mbsr_fe_reduce.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fe/data.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/report.h"
 
 #include <math.h>
@@ -14,8 +14,8 @@ mbsr_fe_def mbsr_default_fe_def(void)
         .cookie = COOKIE, .modes = 10, .frequency = INFINITY, .rigid = 1e-8, .tolerance = 1e-10};
 }
 
-#define REFUSE(...) mbsri_fe_fail(error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
-#define REFUSE_NULL(...) mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_reduce: " __VA_ARGS__)
+#define REFUSE(...) mbsri_fail_plain(error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
+#define REFUSE_NULL(...) mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fe_reduce: " __VA_ARGS__)
 
 static int check_limits(const mbsr_fe_def *def, mbsr_error *error)
 {
@@ -38,8 +38,8 @@ static int check_limits(const mbsr_fe_def *def, mbsr_error *error)
 static int check_reduction(const mbsr_fe_def *def, mbsr_error *error)
 {
     if (def->cookie != COOKIE)
-        return mbsri_fe_fail(error, MBSR_ERR_NO_DEFAULT,
-                             "mbsr_fe_reduce: def was not made by mbsr_default_fe_def");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_DEFAULT,
+                                "mbsr_fe_reduce: def was not made by mbsr_default_fe_def");
     if (def->nodes < 1 || def->markers < 1)
         return REFUSE("nodes is %d, markers %d; there must be one of each", def->nodes,
                       def->markers);
@@ -88,10 +88,10 @@ static int reduce_body(mbsri_fe_body *body, mbsri_fe_statics *s, mbsr_flex **fle
     const size_t size = 6 + (size_t)basis.count;
     double *B = mbsri_arena_take(body->arena, size * size * sizeof *B);
     if (!B)
-        return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
-                             "mbsr_fe_reduce: no memory for %d "
-                             "modes",
-                             basis.count);
+        return mbsri_fail_plain(body->error, MBSR_ERR_NO_MEMORY,
+                                "mbsr_fe_reduce: no memory for %d "
+                                "modes",
+                                basis.count);
     status = mbsri_fe_make_data(body, &mass, &basis, flex, B);
     if (!status && report) status = mbsri_fe_make_report(s, &modes, &basis, *flex, B, report);
     return status;
@@ -103,8 +103,8 @@ int mbsr_fe_reduce(const mbsr_fe_def *def, mbsr_flex **flex, mbsr_fe_report **re
     if (flex) *flex = NULL;
     if (report) *report = NULL;
     if (!def || !flex)
-        return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_reduce: %s is NULL",
-                             !def ? "def" : "flex");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fe_reduce: %s is NULL",
+                                !def ? "def" : "flex");
     int status = check_reduction(def, error);
     if (status) return status;
     mbsri_arena arena;
@@ -119,6 +119,6 @@ int mbsr_fe_reduce(const mbsr_fe_def *def, mbsr_flex **flex, mbsr_fe_report **re
         *flex = NULL;
     }
     if (status && error && error->status != status)
-        (void)mbsri_fe_fail(error, status, "mbsr_fe_reduce: stopped by def.progress");
+        (void)mbsri_fail_plain(error, status, "mbsr_fe_reduce: stopped by def.progress");
     return status;
 }

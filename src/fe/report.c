@@ -3,7 +3,7 @@
 #include "fe/report.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 
 #include <math.h>
@@ -193,10 +193,10 @@ int mbsri_fe_make_report(const mbsri_fe_statics *s, const mbsri_fe_modes *modes,
         else
             mbsr_fe_report_destroy(&full->report);
     }
-    return status
-               ? mbsri_fe_fail(s->body->error, status, "mbsr_fe_reduce: no report can be made: %s",
-                               mbsr_status_text(status))
-               : MBSR_OK;
+    return status ? mbsri_fail_plain(s->body->error, status,
+                                     "mbsr_fe_reduce: no report can be made: %s",
+                                     mbsr_status_text(status))
+                  : MBSR_OK;
 }
 
 void mbsr_fe_report_destroy(mbsr_fe_report *report)

@@ -15,7 +15,7 @@
 #include "fe/sid.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 
 #include <math.h>
@@ -37,12 +37,12 @@ typedef struct fit {
     double *work;          /* workspace of eigenproblems */
 } fit;
 
-#define REFUSE(...) mbsri_fe_fail(f->error, MBSR_ERR_VALUE, "mbsr_sid_read: " __VA_ARGS__)
+#define REFUSE(...) mbsri_fail_plain(f->error, MBSR_ERR_VALUE, "mbsr_sid_read: " __VA_ARGS__)
 
 static int not_converged(const fit *f)
 {
-    return mbsri_fe_fail(f->error, MBSR_ERR_NUMERICS,
-                         "mbsr_sid_read: eigenvalues did not converge");
+    return mbsri_fail_plain(f->error, MBSR_ERR_NUMERICS,
+                            "mbsr_sid_read: eigenvalues did not converge");
 }
 
 /* G^-1/2 on what G has. */

@@ -9,7 +9,7 @@
  *
  * Gr and Ge follow from these and are not looked at. */
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 #include "fe/sid.h"
 
@@ -191,12 +191,12 @@ static int see_definiteness(reader *r)
     for (int k = 0; k < size * size; ++k) M[k] *= w[size + k / size] * w[size + k % size];
     for (int k = 0; k < size * size; ++k) {
         if (!isfinite(M[k]))
-            return mbsri_fe_fail(r->error, MBSR_ERR_VALUE,
-                                 "mbsr_sid_read: numbers of M(0) overflow when scaled");
+            return mbsri_fail_plain(r->error, MBSR_ERR_VALUE,
+                                    "mbsr_sid_read: numbers of M(0) overflow when scaled");
     }
     if (mbsri_fe_eigen(size, M, w, work) != 0)
-        return mbsri_fe_fail(r->error, MBSR_ERR_NUMERICS,
-                             "mbsr_sid_read: the eigenvalues of M(0) did not converge");
+        return mbsri_fail_plain(r->error, MBSR_ERR_NUMERICS,
+                                "mbsr_sid_read: the eigenvalues of M(0) did not converge");
     r->report.definite = w[0];
     return MBSR_OK;
 }
@@ -233,13 +233,14 @@ static int check_masses(const reader *r)
     const int n = r->s.n;
     double *Mf = r->s.Mf;
     if (!(r->s.mass > 0.0))
-        return mbsri_fe_fail(r->error, MBSR_ERR_VALUE, "mbsr_sid_read: the mass is %g", r->s.mass);
+        return mbsri_fail_plain(r->error, MBSR_ERR_VALUE, "mbsr_sid_read: the mass is %g",
+                                r->s.mass);
     for (int a = 0; a < n; ++a) {
         for (int b = 0; b < a; ++b) {
             const double one = Mf[n * b + a], two = Mf[n * a + b],
                          size = sqrt(fabs(Mf[a * (n + 1)])) * sqrt(fabs(Mf[b * (n + 1)]));
             if (fabs(one - two) > 1e-9 * (fabs(one) + fabs(two) + size))
-                return mbsri_fe_fail(
+                return mbsri_fail_plain(
                     r->error, MBSR_ERR_VALUE,
                     "mbsr_sid_read: Me is not symmetric: (%d,%d) is %.10g, (%d,%d) is "
                     "%.10g",
@@ -247,9 +248,9 @@ static int check_masses(const reader *r)
             Mf[n * b + a] = Mf[n * a + b] = 0.5 * (one + two);
         }
         if (Mf[a * (n + 1)] < 0.0)
-            return mbsri_fe_fail(r->error, MBSR_ERR_VALUE,
-                                 "mbsr_sid_read: the modal mass Me(%d,%d) is %g", a + 1, a + 1,
-                                 Mf[a * (n + 1)]);
+            return mbsri_fail_plain(r->error, MBSR_ERR_VALUE,
+                                    "mbsr_sid_read: the modal mass Me(%d,%d) is %g", a + 1, a + 1,
+                                    Mf[a * (n + 1)]);
     }
     return MBSR_OK;
 }
@@ -286,7 +287,7 @@ enum { SENTENCES = 1024 };
 
 static void write_text(const mbsr_sid_report *r, char *text)
 {
-    mbsri_fe_print(
+    mbsri_print(
         text, SENTENCES,
         "%d modes, %d nodes. M(0), scaled to unit diagonal, has the lowest eigenvalue %.3g%s. "
         "tr P / Me is %.3g to %.3g; Oe.m1 is symmetric to %.2g, mdCM.m1 is Ct to %.2g.%s%s\n",
@@ -296,7 +297,7 @@ static void write_text(const mbsr_sid_report *r, char *text)
         r->stiffening ? " Terms of geometric stiffening were left out." : "");
     const size_t used = strlen(text);
     if (fmin(fmin(r->keep_coupling, r->keep_strain), r->keep_rest) < 1.0 || r->changed_P > 1e-9)
-        mbsri_fe_print(
+        mbsri_print(
             text + used, SENTENCES - used,
             "CHANGED: modes keep at least %.3g of Ct and Cr, %.3g of what else J.m1 says, %.3g "
             "of what else Oe.m1 and Cr.m1 say; P changed by up to %.3g of modal masses.\n",
@@ -348,18 +349,18 @@ static int check_sid_arguments(const char *text, const mbsr_sid_opt *opt, mbsr_f
                                mbsr_error *error)
 {
     if (!text || !flex)
-        return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_sid_read: %s is NULL",
-                             !text ? "text" : "flex");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_sid_read: %s is NULL",
+                                !text ? "text" : "flex");
     if (opt->cookie != COOKIE)
-        return mbsri_fe_fail(error, MBSR_ERR_NO_DEFAULT,
-                             "mbsr_sid_read: the options were not made by mbsr_default_sid_opt");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_DEFAULT,
+                                "mbsr_sid_read: the options were not made by mbsr_default_sid_opt");
     if (opt->change < MBSR_SID_NOTHING || opt->change > MBSR_SID_COUPLING)
-        return mbsri_fe_fail(error, MBSR_ERR_VALUE,
-                             "mbsr_sid_read: opt.change is %d, none of mbsr_sid_change",
-                             (int)opt->change);
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE,
+                                "mbsr_sid_read: opt.change is %d, none of mbsr_sid_change",
+                                (int)opt->change);
     if (!opt->allocator.allocate != !opt->allocator.release)
-        return mbsri_fe_fail(error, MBSR_ERR_VALUE,
-                             "mbsr_sid_read: opt.allocator has one of its two functions only");
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE,
+                                "mbsr_sid_read: opt.allocator has one of its two functions only");
     return MBSR_OK;
 }
 
@@ -389,7 +390,7 @@ int mbsr_sid_read(const char *text, size_t size, const char *name, const mbsr_si
     mbsr_flex_destroy(*flex);
     *flex = NULL;
     return status == MBSR_ERR_NO_MEMORY
-               ? mbsri_fe_fail(error, status, "mbsr_sid_read: no memory for the file")
+               ? mbsri_fail_plain(error, status, "mbsr_sid_read: no memory for the file")
                : status;
 }
 

@@ -1,6 +1,6 @@
 /* Modal data as SID files: mbsr_sid_write; src/fe/sid_read.c has the relations.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "fe/error.h"
+#include "base/error.h"
 #include "files/arena.h"
 
 #include <mbsrank/sid.h>
@@ -39,7 +39,7 @@ static void put_key(writer *w, const char *key, int value)
 static void put_value(writer *w, const char *entry, double value)
 {
     char number[40];
-    mbsri_fe_print(number, sizeof number, "%.16E", value);
+    mbsri_print(number, sizeof number, "%.16E", value);
     char *exponent = strchr(number, 'E');
     if (exponent) *exponent = 'D';
     put_text(w, "%s     %-22s=%s%s\n", w->indent, entry, value < 0.0 ? "" : " ", number);
@@ -49,7 +49,7 @@ static void put0(writer *w, int i, int j, double value)
 {
     char entry[40];
     if (value == 0.0) return;
-    mbsri_fe_print(entry, sizeof entry, "m0(%4d,%4d)", i + 1, j + 1);
+    mbsri_print(entry, sizeof entry, "m0(%4d,%4d)", i + 1, j + 1);
     put_value(w, entry, value);
 }
 
@@ -57,7 +57,7 @@ static void put1(writer *w, int i, int k, int j, double value)
 {
     char entry[40];
     if (value == 0.0) return;
-    mbsri_fe_print(entry, sizeof entry, "m1(%4d,%4d,%4d)", i + 1, k + 1, j + 1);
+    mbsri_print(entry, sizeof entry, "m1(%4d,%4d,%4d)", i + 1, k + 1, j + 1);
     put_value(w, entry, value);
 }
 
@@ -251,15 +251,15 @@ int mbsr_sid_write(const mbsr_flex *flex, const char *name, const mbsr_allocator
     mbsr_flex_def d;
     if (text) *text = NULL;
     if (!flex || !text)
-        return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_sid_write: %s is NULL",
-                             !flex ? "flex" : "text");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_sid_write: %s is NULL",
+                                !flex ? "flex" : "text");
     if (!allocator) allocator = &standard;
     if (!allocator->allocate != !allocator->release)
-        return mbsri_fe_fail(error, MBSR_ERR_VALUE,
-                             "mbsr_sid_write: allocator has one of its two functions only");
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE,
+                                "mbsr_sid_write: allocator has one of its two functions only");
     (void)mbsr_flex_definition(flex, &d);
     if (d.dependent > 0)
-        return mbsri_fe_fail(
+        return mbsri_fail_plain(
             error, MBSR_ERR_VALUE,
             "mbsr_sid_write: the data have %d dependent shapes; geometric stiffening is "
             "not written",
@@ -273,8 +273,8 @@ int mbsr_sid_write(const mbsr_flex *flex, const char *name, const mbsr_allocator
     char *memory = mbsri_arena_take(&arena, size + 1);
     if (!memory) {
         mbsri_arena_close(&arena);
-        return mbsri_fe_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_sid_write: no memory for %zu bytes",
-                             size);
+        return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY,
+                                "mbsr_sid_write: no memory for %zu bytes", size);
     }
     w = (writer){.text = {.text = memory, .size = size + 1}, .d = &d};
     put_file(&w, name ? name : "body");

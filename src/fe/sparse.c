@@ -6,7 +6,7 @@
 #include "fe/sparse.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 
 #include <limits.h>
 #include <math.h>
@@ -94,7 +94,7 @@ static bool assemble(mbsri_arena *arena, int n, triplets *t, mbsri_sparse *A)
 
 /* ---- what the caller gave ---- */
 
-#define REFUSE(...) mbsri_fe_fail(error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
+#define REFUSE(...) mbsri_fail_plain(error, MBSR_ERR_VALUE, "mbsr_fe_reduce: " __VA_ARGS__)
 
 static int check_shape(const char *name, const mbsr_fe_matrix *A, mbsr_error *error)
 {
@@ -103,10 +103,10 @@ static int check_shape(const char *name, const mbsr_fe_matrix *A, mbsr_error *er
             "%s.rows is %d, %s.entries %zu; they must be 1 or more, and at most %d in all", name,
             A->rows, name, A->entries, INT_MAX);
     if (!A->row || !A->value || (!A->start && !A->column))
-        return mbsri_fe_fail(error, MBSR_ERR_NULL, "mbsr_fe_reduce: %s.%s is NULL", name,
-                             !A->row     ? "row"
-                             : !A->value ? "value"
-                                         : "start and column");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fe_reduce: %s.%s is NULL", name,
+                                !A->row     ? "row"
+                                : !A->value ? "value"
+                                            : "start and column");
     if (!A->start) return MBSR_OK;
     if (A->start[0] != 0 || (size_t)A->start[A->rows] != A->entries)
         return REFUSE("%s.start goes from %d to %d, must go from 0 to %s.entries, %zu", name,
@@ -226,8 +226,8 @@ int mbsri_sparse_build(mbsri_arena *arena, const char *name, const mbsr_fe_matri
     status = build_columns(arena, &scratch, name, given, A, error);
     mbsri_arena_close(&scratch);
     if (status == MBSR_ERR_NO_MEMORY)
-        return mbsri_fe_fail(error, status, "mbsr_fe_reduce: no memory for %s of %zu entries", name,
-                             given->entries);
+        return mbsri_fail_plain(error, status, "mbsr_fe_reduce: no memory for %s of %zu entries",
+                                name, given->entries);
     return status;
 }
 

@@ -8,7 +8,7 @@
 #include "fe/statics.h"
 
 #include "algebra/dense.h"
-#include "fe/error.h"
+#include "base/error.h"
 #include "fe/lapack.h"
 
 #include <math.h>
@@ -50,8 +50,8 @@ static int support(const mbsri_fe_body *body, double *row, double *shift)
 
 static int no_memory_for_factor(const mbsri_fe_body *body)
 {
-    return mbsri_fe_fail(body->error, MBSR_ERR_NO_MEMORY,
-                         "mbsr_fe_reduce: no memory for the factor of K, %d dofs", body->n);
+    return mbsri_fail_plain(body->error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_fe_reduce: no memory for the factor of K, %d dofs", body->n);
 }
 
 static int factor_stiffness(mbsri_fe_statics *s)
@@ -108,7 +108,7 @@ int mbsri_fe_statics_make(const mbsri_fe_body *body, int columns, mbsri_fe_stati
     *s = (mbsri_fe_statics){.body = body, .most = columns};
     s->solver = mbsri_factor_choose(body->def->solver, body->n);
     if (s->solver == MBSR_FE_AUTO)
-        return mbsri_fe_fail(
+        return mbsri_fail_plain(
             body->error, MBSR_ERR_UNAVAILABLE,
             "mbsr_fe_reduce: %d dofs are to be solved by CHOLMOD, as more than 5000 "
             "always are, and this library was built without (SuiteSparse)",

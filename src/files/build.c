@@ -14,7 +14,7 @@
 
 #include "files/build_parts.h"
 #include "files/states.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -122,7 +122,7 @@ static bool grow(chain *c, const mbsri_scene_joint *j)
                                 : hinge ? MBSR_AXIS_ROTATION
                                         : MBSR_AXIS_TRANSLATION,
                         .pitch = j->pitch};
-    mbsri_vectors_rotate(c->K.R, j->axis, axis->direction);
+    mbsri_rotate3(c->K.R, j->axis, axis->direction);
     c->armature[c->count++] = j->armature;
     if (j->joint.ref != 0.0) {
         const double back[3] = {-j->joint.ref * j->axis[0], -j->joint.ref * j->axis[1],

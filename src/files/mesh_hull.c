@@ -6,7 +6,7 @@
  * triangles that it sees: with the edges where these end it spans new ones. Points within 1e-10 of
  * the size above a plane count as on it. */
 #include "files/mesh_hull.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <math.h>
 #include <string.h>
@@ -82,7 +82,7 @@ static bool add_facet(hull *h, int a, int b, int c)
         side[0][k] = h->x[3 * b + k] - h->x[3 * a + k];
         side[1][k] = h->x[3 * c + k] - h->x[3 * a + k];
     }
-    mbsri_vectors_cross(side[0], side[1], f->normal);
+    mbsri_cross3(side[0], side[1], f->normal);
     const double size = sqrt(dot(f->normal, f->normal));
     for (int k = 0; k < 3; ++k) f->normal[k] = size > 0.0 ? f->normal[k] / size : 0.0;
     f->offset = dot(f->normal, h->x + 3 * a);
@@ -117,7 +117,7 @@ static double from_line(const hull *h, const int *given, int point)
         a[k] = h->x[3 * given[1] + k] - h->x[3 * given[0] + k];
         b[k] = h->x[3 * point + k] - h->x[3 * given[0] + k];
     }
-    mbsri_vectors_cross(a, b, n);
+    mbsri_cross3(a, b, n);
     return sqrt(dot(n, n) / dot(a, a));
 }
 
@@ -129,7 +129,7 @@ static double from_plane(const hull *h, const int *given, int point)
         b[k] = h->x[3 * given[2] + k] - h->x[3 * given[0] + k];
         c[k] = h->x[3 * point + k] - h->x[3 * given[0] + k];
     }
-    mbsri_vectors_cross(a, b, n);
+    mbsri_cross3(a, b, n);
     return fabs(dot(n, c)) / sqrt(dot(n, n));
 }
 
@@ -154,7 +154,7 @@ static const char *find_tetrahedron(hull *h)
         b[k] = h->x[3 * corner[2] + k] - h->x[3 * corner[0] + k];
         c[k] = h->x[3 * corner[3] + k] - h->x[3 * corner[0] + k];
     }
-    mbsri_vectors_cross(a, b, n);
+    mbsri_cross3(a, b, n);
     const bool turned = dot(n, c) > 0.0; /* the first face looks at the fourth corner */
     for (int k = 0; k < 4; ++k) {
         const int *f = faces[k];

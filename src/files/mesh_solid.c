@@ -11,7 +11,7 @@
  * with P at the centroid of the surface, which gives the centre, then with P at that centre, which
  * gives volume and tensor. Of a shell V is the area, and the divisors are 3 and 12. */
 #include "files/mesh.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <math.h>
 #include <string.h>
@@ -28,7 +28,7 @@ static void normal_of(const mbsri_triangle *t, double n[3])
     double side[2][3];
     for (int k = 0; k < 6; ++k)
         side[k / 3][k % 3] = t->corner[1 + k / 3][k % 3] - t->corner[0][k % 3];
-    mbsri_vectors_cross(side[0], side[1], n);
+    mbsri_cross3(side[0], side[1], n);
 }
 
 static double weight_of(mbsri_mesh_inertia kind, const mbsri_triangle *t, double x[3][3])

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <math.h>
 #include <string.h>
@@ -155,7 +155,7 @@ static bool by_axes(mbsr_frame *frame, const double axes[6])
     for (int k = 0; k < 3; ++k) Y[k] = axes[3 + k] - along * X[k];
     const double rest = length_of(3, Y);
     for (int k = 0; k < 3; ++k) Y[k] /= rest;
-    mbsri_vectors_cross(X, Y, Z);
+    mbsri_cross3(X, Y, Z);
     return size > 0.0 && rest > 1e-12 * length_of(3, axes + 3);
 }
 

@@ -12,7 +12,7 @@
  * of the file do not hold for what a composite makes. */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 #include "files/xml_make.h"
 
 #include <math.h>
@@ -147,13 +147,13 @@ static double turn_edge(cable *c, int i, double q[4])
     if (i == 0) {
         memset(other, 0, sizeof other);
         if (c->points > 2) (void)edge_of(c, 1, other);
-        mbsri_vectors_cross(axis[0], other, across);
+        mbsri_cross3(axis[0], other, across);
         (void)normalise(across);
-        mbsri_vectors_cross(across, axis[0], c->normal);
+        mbsri_cross3(across, axis[0], c->normal);
         memcpy(axis[2], across, sizeof axis[2]);
     } else {
         (void)edge_of(c, i - 1, other);
-        mbsri_vectors_cross(other, axis[0], across);
+        mbsri_cross3(other, axis[0], across);
         const double sine = normalise(across),
                      cosine = other[0] * axis[0][0] + other[1] * axis[0][1] + other[2] * axis[0][2];
         if (sine > 0.0) {
@@ -166,7 +166,7 @@ static double turn_edge(cable *c, int i, double q[4])
     }
     (void)normalise(c->normal);
     if (i > 0) {
-        mbsri_vectors_cross(axis[0], c->normal, axis[2]);
+        mbsri_cross3(axis[0], c->normal, axis[2]);
         (void)normalise(axis[2]);
     }
     memcpy(axis[1], c->normal, sizeof axis[1]);

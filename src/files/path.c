@@ -4,7 +4,7 @@
  * e_k is the unit vector from point k to the next one, L the sum of their distances. With the force
  * f = -k x - d L' on L, x what L is beyond the lengths of rest, point k feels f (e_{k-1} - e_k). */
 #include "files/path.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <math.h>
 #include <string.h>
@@ -29,7 +29,7 @@ static void see_point(const mbsr_force_args *args, int k, line *w)
         w->arm[k][l] = R ? R[l] * s[0] + R[3 + l] * s[1] + R[6 + l] * s[2] : s[l];
         w->x[k][l] = w->arm[k][l] + (moves ? b->p[MBSR_POSE_X + l] : 0.0);
     }
-    if (moves && b->V) mbsri_vectors_cross(b->V, w->arm[k], turning);
+    if (moves && b->V) mbsri_cross3(b->V, w->arm[k], turning);
     for (int l = 0; l < 3; ++l) w->v[k][l] = moves && b->V ? b->V[3 + l] + turning[l] : 0.0;
 }
 
@@ -68,7 +68,7 @@ static int evaluate(const mbsr_force_args *args)
         double F[3], moment[3], *to = args->body[k].f;
         if (args->body[k].space != MBSR_SPACE_SPATIAL || !to) continue;
         for (int l = 0; l < 3; ++l) F[l] = f * ((k > 0 ? w.along[k - 1][l] : 0.0) - w.along[k][l]);
-        mbsri_vectors_cross(w.arm[k], F, moment);
+        mbsri_cross3(w.arm[k], F, moment);
         for (int l = 0; l < 3; ++l) to[l] += moment[l], to[3 + l] += F[l];
     }
     return 0;

@@ -10,7 +10,7 @@
  * sum m c / sum m = C, its velocity V likewise, momentum about C: sum (I omega + m (c - C) x (v -
  * V)). */
 #include "files/solids.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <mbsrank/dynamics.h>
 #include <mbsrank/files.h>
@@ -46,7 +46,7 @@ static int find_frame(const state *s, int body, const mbsr_frame *on, moving *m)
     memcpy(own.R, pose + MBSR_POSE_R, sizeof own.R);
     m->frame = mbsr_frame_product(&own, on);
     for (int k = 0; k < 3; ++k) arm[k] = m->frame.x[k] - own.x[k];
-    mbsri_vectors_cross(twist, arm, turned);
+    mbsri_cross3(twist, arm, turned);
     for (int k = 0; k < 3; ++k) {
         m->spin[k] = twist[k];
         m->velocity[k] = twist[3 + k] + turned[k];
@@ -60,13 +60,13 @@ static void see_from(const moving *from, moving *m)
     double arm[3], carried[3];
     const mbsr_frame back = mbsr_frame_inverse(&from->frame);
     for (int k = 0; k < 3; ++k) arm[k] = m->frame.x[k] - from->frame.x[k];
-    mbsri_vectors_cross(from->spin, arm, carried);
+    mbsri_cross3(from->spin, arm, carried);
     for (int k = 0; k < 3; ++k) {
         m->velocity[k] -= from->velocity[k] + carried[k];
         m->spin[k] -= from->spin[k];
     }
-    mbsri_vectors_rotate_back(from->frame.R, m->velocity, m->velocity);
-    mbsri_vectors_rotate_back(from->frame.R, m->spin, m->spin);
+    mbsri_unrotate3(from->frame.R, m->velocity, m->velocity);
+    mbsri_unrotate3(from->frame.R, m->spin, m->spin);
     m->frame = mbsr_frame_product(&back, &m->frame);
 }
 
@@ -88,7 +88,7 @@ static int sense_frame(const state *s, const mbsr_file_sensor *of, double *value
     default: break;
     }
     memcpy(value, found, 3 * sizeof *value);
-    if (of->own_axes) mbsri_vectors_rotate_back(axes, value, value);
+    if (of->own_axes) mbsri_unrotate3(axes, value, value);
     return MBSR_OK;
 }
 
@@ -105,7 +105,7 @@ static int sense_acceleration(const state *s, const mbsr_file_sensor *of, double
     if (status) return status;
     const bool linear = of->kind == MBSR_SENSOR_ACCELERATION;
     for (int k = 0; k < 3; ++k) value[k] = linear ? A[3 + k] - of->gravity[k] : A[k];
-    if (of->own_axes) mbsri_vectors_rotate_back(m.frame.R, value, value);
+    if (of->own_axes) mbsri_unrotate3(m.frame.R, value, value);
     return MBSR_OK;
 }
 
@@ -119,10 +119,10 @@ static int sense_reaction(const state *s, const mbsr_file_sensor *of, double *va
     if (!status) status = mbsr_joint_reaction(s->model, s->data, of->body, W);
     if (status) return status;
     for (int k = 0; k < 3; ++k) arm[k] = pose[MBSR_POSE_X + k] - m.frame.x[k];
-    mbsri_vectors_cross(arm, W + 3, moment);
+    mbsri_cross3(arm, W + 3, moment);
     for (int k = 0; k < 3; ++k)
         value[k] = of->kind == MBSR_SENSOR_FORCE ? W[3 + k] : W[k] + moment[k];
-    mbsri_vectors_rotate_back(m.frame.R, value, value);
+    mbsri_unrotate3(m.frame.R, value, value);
     return MBSR_OK;
 }
 
@@ -216,7 +216,7 @@ static void sense_ball(const state *s, const mbsr_file_sensor *of, double *value
         return;
     }
     mbsr_quaternion_rotation(s->q + q, R);
-    mbsri_vectors_rotate_back(R, s->u + u, value);
+    mbsri_unrotate3(R, s->u + u, value);
 }
 
 /* ---- subtrees ---- */
@@ -234,13 +234,13 @@ static int add_body(const state *s, int body, const mbsr_body_def *def, sums *su
     const mbsr_frame on = mbsr_frame_at(centre[0], centre[1], centre[2]);
     const int status = find_frame(s, body, &on, &m);
     if (status) return status;
-    mbsri_vectors_rotate_back(m.frame.R, m.spin, spin);
+    mbsri_unrotate3(m.frame.R, m.spin, spin);
     L[0] = I[0] * spin[0] + I[3] * spin[1] + I[4] * spin[2];
     L[1] = I[3] * spin[0] + I[1] * spin[1] + I[5] * spin[2];
     L[2] = I[4] * spin[0] + I[5] * spin[1] + I[2] * spin[2];
     for (int k = 0; k < 3; ++k)
         turned[k] = m.frame.R[k] * L[0] + m.frame.R[3 + k] * L[1] + m.frame.R[6 + k] * L[2];
-    mbsri_vectors_cross(m.frame.x, m.velocity, moment);
+    mbsri_cross3(m.frame.x, m.velocity, moment);
     sum->mass += mass;
     for (int k = 0; k < 3; ++k) {
         sum->centre[k] += mass * m.frame.x[k];
@@ -265,7 +265,7 @@ static int sense_subtree(const state *s, const mbsr_file_sensor *of, double *val
     }
     memset(value, 0, 3 * sizeof *value);
     if (!(sum.mass > 0.0)) return MBSR_OK;
-    mbsri_vectors_cross(sum.centre, sum.velocity, moment);
+    mbsri_cross3(sum.centre, sum.velocity, moment);
     for (int k = 0; k < 3; ++k)
         value[k] = of->kind == MBSR_SENSOR_CENTRE ? sum.centre[k] / sum.mass
                    : of->kind == MBSR_SENSOR_CENTRE_VELOCITY

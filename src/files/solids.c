@@ -1,7 +1,7 @@
 /* Inertias as files give them: see solids.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/solids.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <math.h>
 #include <string.h>
@@ -117,9 +117,9 @@ static int raw_inertia(void *user, double t, const double *p, const double *V, d
         M[6 * (3 + c) + 3 + c] = b->mass;
     }
     for (int k = 0; k < 3; ++k) L[k] = I[k] * V[0] + I[3 + k] * V[1] + I[6 + k] * V[2];
-    mbsri_vectors_cross(V, L, h);
-    mbsri_vectors_cross(V, s, spin);
-    mbsri_vectors_cross(V, spin, h + 3);
+    mbsri_cross3(V, L, h);
+    mbsri_cross3(V, s, spin);
+    mbsri_cross3(V, spin, h + 3);
     return 0;
 }
 

@@ -1,7 +1,7 @@
 /* Forces of files that act at a point of one body: see thrust.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/thrust.h"
-#include "files/vectors.h"
+#include "algebra/space3.h"
 
 #include <string.h>
 
@@ -16,10 +16,10 @@ static void unit_wrench(const mbsr_force_args *args, double w[6])
 {
     const double *param = args->force->param, *R = args->body[0].p + MBSR_POSE_R;
     double arm[3], moment[3], about[3];
-    mbsri_vectors_rotate(R, param + POINT, arm);
-    mbsri_vectors_rotate(R, param + ALONG, w + 3);
-    mbsri_vectors_rotate(R, param + ABOUT, about);
-    mbsri_vectors_cross(arm, w + 3, moment);
+    mbsri_rotate3(R, param + POINT, arm);
+    mbsri_rotate3(R, param + ALONG, w + 3);
+    mbsri_rotate3(R, param + ABOUT, about);
+    mbsri_cross3(arm, w + 3, moment);
     for (int k = 0; k < 3; ++k) w[k] = about[k] + moment[k];
 }
 
@@ -47,8 +47,8 @@ mbsr_force_def mbsri_force_thrust(const mbsri_thrust *t)
     def.body[0] = t->body;
     mbsri_law_put(&t->law, &def);
     memcpy(def.param + POINT, t->frame.x, 3 * sizeof(double));
-    mbsri_vectors_rotate(t->frame.R, t->gear, def.param + ALONG);
-    mbsri_vectors_rotate(t->frame.R, t->gear + 3, def.param + ABOUT);
+    mbsri_rotate3(t->frame.R, t->gear, def.param + ALONG);
+    mbsri_rotate3(t->frame.R, t->gear + 3, def.param + ABOUT);
     mbsr_rotation_quaternion(t->frame.R, def.param + QUATERNION);
     return def;
 }
@@ -59,8 +59,8 @@ bool mbsri_thrust_of(const mbsr_force_def *def, mbsri_thrust *t)
     t->body = def->body[0];
     t->frame = mbsr_frame_quaternion(def->param + POINT, def->param + QUATERNION);
     const mbsr_frame back = mbsr_frame_inverse(&t->frame);
-    mbsri_vectors_rotate(back.R, def->param + ALONG, t->gear);
-    mbsri_vectors_rotate(back.R, def->param + ABOUT, t->gear + 3);
+    mbsri_rotate3(back.R, def->param + ALONG, t->gear);
+    mbsri_rotate3(back.R, def->param + ABOUT, t->gear + 3);
     mbsri_law_get(def, &t->law);
     return true;
 }
@@ -73,8 +73,8 @@ static int lift_evaluate(const mbsr_force_args *args)
 {
     const double *param = args->force->param;
     double arm[3], moment[3];
-    mbsri_vectors_rotate(args->body[0].p + MBSR_POSE_R, param, arm);
-    mbsri_vectors_cross(arm, param + 3, moment);
+    mbsri_rotate3(args->body[0].p + MBSR_POSE_R, param, arm);
+    mbsri_cross3(arm, param + 3, moment);
     for (int k = 0; k < 3; ++k) {
         args->body[0].f[k] += moment[k];
         args->body[0].f[3 + k] += param[3 + k];
@@ -86,7 +86,7 @@ static int lift_energy(const mbsr_force_args *args, double *energy)
 {
     const double *param = args->force->param, *p = args->body[0].p;
     double arm[3];
-    mbsri_vectors_rotate(p + MBSR_POSE_R, param, arm);
+    mbsri_rotate3(p + MBSR_POSE_R, param, arm);
     for (int k = 0; k < 3; ++k) *energy -= param[3 + k] * (p[MBSR_POSE_X + k] + arm[k]);
     return 0;
 }

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/build.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,8 +52,9 @@ static int amend(const mbsri_built *b, const mbsri_plan_body *body, int id)
 {
     int status = MBSR_OK;
     if (body->added) status = mbsr_model_regularise(b->model, id, body->def.joint.d, body->added);
-    for (int k = 0; body->held && k < body->joint_n && !status; ++k)
-        if (!isnan(body->held[k])) status = mbsr_model_lock(b->model, id, k, body->held[k]);
+    for (int k = 0; body->locked_at && k < body->joint_n && !status; ++k)
+        if (!isnan(body->locked_at[k]))
+            status = mbsr_model_lock(b->model, id, k, body->locked_at[k]);
     if (body->drops && !status) status = mbsr_model_drop_locked(b->model, id);
     if (body->armature && !status)
         status = mbsr_model_armature(b->model, id, body->armatures, body->armature);
@@ -105,7 +106,7 @@ static int make_parts(const mbsri_plan *plan, const double *input, const double 
     b->flex = calloc((size_t)plan->flexes + 1, sizeof(mbsr_flex *));
     b->motion = calloc((size_t)plan->motions + 1, sizeof *b->motion);
     if (!b->table || !b->flex || !b->motion)
-        return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "no memory for the parts of a model");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for the parts of a model");
     for (; b->tables < plan->tables && !status; ++b->tables)
         status = mbsr_table_create(&plan->table[b->tables].def, b->table + b->tables, error);
     for (; b->flexes < plan->flexes && !status; ++b->flexes)
@@ -120,9 +121,9 @@ static int make_parts(const mbsri_plan *plan, const double *input, const double 
 static int check_sizes(const mbsri_plan *plan, const mbsri_built *b, mbsr_error *error)
 {
     if (mbsr_model_nq(b->model) == plan->nq && mbsr_model_nu(b->model) == plan->nu) return MBSR_OK;
-    return mbsri_fmu_fail(error, MBSR_ERR_FILE,
-                          "the model has %d coordinates and %d rates, its names are of %d and %d",
-                          mbsr_model_nq(b->model), mbsr_model_nu(b->model), plan->nq, plan->nu);
+    return mbsri_fail_plain(error, MBSR_ERR_FILE,
+                            "the model has %d coordinates and %d rates, its names are of %d and %d",
+                            mbsr_model_nq(b->model), mbsr_model_nu(b->model), plan->nq, plan->nu);
 }
 
 int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, mbsri_built *built,

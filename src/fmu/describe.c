@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/describe.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 
 #include <mbsrank/model.h>
 
@@ -80,7 +80,7 @@ static void put_exponent(mbsri_text *t, const char *name, int exponent)
 static bool shown_as(const char *name, char display[20])
 {
     if (strncmp(name, "rad", 3) != 0) return false;
-    mbsri_fmu_print(display, 20, "deg%s", name + 3);
+    mbsri_print(display, 20, "deg%s", name + 3);
     return true;
 }
 

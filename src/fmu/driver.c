@@ -2,8 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/driver.h"
 
-#include "fmu/solve.h"
-#include "fmu/steps.h"
+#include "fmu/indicators.h"
+
+#include <mbsrank/driver.h>
 
 /* Restarts in one communication step. */
 enum { MOST_CHANGES = 1000 };
@@ -71,19 +72,6 @@ int mbsri_driver_motion(mbsri_instance *in, const mbsr_error **error)
 
 /* ---- steps ---- */
 
-/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run
- * before remembers how. */
-static mbsri_result begin_anew(mbsri_instance *in)
-{
-    int status = MBSR_OK;
-    if (in->inputs_changed)
-        status = mbsr_completion_solve(in->solver.completion, in->solver.data, MBSR_DAE_MOMENTUM,
-                                       in->t, in->y, in->yp);
-    if (!status) return mbsri_make_solver(in);
-    return mbsri_failed(in, "no state for the inputs", status,
-                        mbsr_completion_error(in->solver.completion));
-}
-
 /* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless
  * directions. */
 static int change_ranks(mbsri_instance *in)
@@ -112,7 +100,6 @@ static int resume_driver(mbsri_instance *in, double *t_end, bool *done)
 
 mbsri_result mbsri_drive(mbsri_instance *in, double t_end, bool *event)
 {
-    if (in->fresh && begin_anew(in)) return MBSRI_ERROR;
     int changes = 0, status = MBSR_OK;
     const bool sampled = in->inputs_changed;
     bool done = false;

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/exchange.h"
 
+#include "fmu/indicators.h"
 #include "fmu/solve.h"
 
 #include <math.h>

@@ -4,7 +4,7 @@
 #include "fmu/binary.h"
 #include "fmu/build.h"
 #include "fmu/describe.h"
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/names.h"
 #include "fmu/sources.h"
 #include "fmu/take.h"
@@ -34,8 +34,8 @@ mbsr_fmu_opt mbsr_default_fmu_opt(void)
 
 static int wrong_field(mbsr_error *error, const char *field, double value, const char *rule)
 {
-    return mbsri_fmu_fail(error, MBSR_ERR_VALUE, "mbsr_fmu_export: opt.%s is %g, must be %s", field,
-                          value, rule);
+    return mbsri_fail_plain(error, MBSR_ERR_VALUE, "mbsr_fmu_export: opt.%s is %g, must be %s",
+                            field, value, rule);
 }
 
 /* Co-simulation of sources has fixed steps. */
@@ -71,8 +71,8 @@ static int check_experiment(const mbsr_fmu_opt *opt, mbsr_error *error)
 static int check_options(const mbsr_fmu_opt *opt, mbsr_error *error)
 {
     if (opt->cookie != MBSRI_COOKIE)
-        return mbsri_fmu_fail(error, MBSR_ERR_NO_DEFAULT,
-                              "mbsr_fmu_export: opt was not made by mbsr_default_fmu_opt");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_DEFAULT,
+                                "mbsr_fmu_export: opt was not made by mbsr_default_fmu_opt");
     if (opt->version != 2 && opt->version != 3)
         return wrong_field(error, "version", opt->version, "2 or 3");
     if (opt->kinds < 0 || opt->kinds > 3) return wrong_field(error, "kinds", opt->kinds, "0 .. 3");
@@ -82,7 +82,7 @@ static int check_options(const mbsr_fmu_opt *opt, mbsr_error *error)
         return wrong_field(error, "outputs", opt->outputs, "a sum of mbsr_fmu_outputs");
     if (opt->sites < -1) return wrong_field(error, "sites", opt->sites, "-1 or more");
     if (opt->sites > 0 && !opt->site)
-        return mbsri_fmu_fail(error, MBSR_ERR_NULL, "mbsr_fmu_export: opt.site is NULL");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fmu_export: opt.site is NULL");
     const int status = check_experiment(opt, error);
     return status ? status : check_steps(opt, error);
 }
@@ -91,11 +91,11 @@ static int check_model(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_er
 {
     const int bodies = mbsr_model_bodies(model);
     if (bodies < 0)
-        return mbsri_fmu_fail(error, MBSR_ERR_UNFINISHED,
-                              "mbsr_fmu_export: the model is not finished");
+        return mbsri_fail_plain(error, MBSR_ERR_UNFINISHED,
+                                "mbsr_fmu_export: the model is not finished");
     if (opt->file && (opt->file->bodies > bodies || opt->file->nu > mbsr_model_nu(model)))
-        return mbsri_fmu_fail(error, MBSR_ERR_MISMATCH,
-                              "mbsr_fmu_export: the model is not that of opt.file");
+        return mbsri_fail_plain(error, MBSR_ERR_MISMATCH,
+                                "mbsr_fmu_export: the model is not that of opt.file");
     return MBSR_OK;
 }
 
@@ -109,13 +109,13 @@ static int ask_for_exchange(const mbsr_model *model, const mbsri_plan *plan, cha
     mbsr_data *data;
     *text = '\0';
     if (mbsr_model_closures(model) > 0) {
-        mbsri_fmu_print(text, MBSR_TEXT_SIZE,
-                        "it has closures (%d), whose loop forces are no states of an ODE",
-                        mbsr_model_closures(model));
+        mbsri_print(text, MBSR_TEXT_SIZE,
+                    "it has closures (%d), whose loop forces are no states of an ODE",
+                    mbsr_model_closures(model));
         return MBSR_OK;
     }
     double *q = calloc((size_t)(plan->nq + plan->nu) + 1, sizeof *q);
-    if (!q) return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+    if (!q) return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     for (int k = 0; k < plan->nq; ++k) q[k] = plan->q[k].start;
     for (int k = 0; k < plan->nu; ++k) q[plan->nq + k] = plan->u[k].start;
     int status = mbsr_data_create(model, &data, error);
@@ -124,13 +124,13 @@ static int ask_for_exchange(const mbsr_model *model, const mbsri_plan *plan, cha
         if (status && error) *error = *mbsr_data_error(data);
     }
     if (!status && report->undetermined > 0)
-        mbsri_fmu_print(text, MBSR_TEXT_SIZE, "%d directions without mass are undetermined: %.150s",
-                        report->undetermined, report->text);
+        mbsri_print(text, MBSR_TEXT_SIZE, "%d directions without mass are undetermined: %.150s",
+                    report->undetermined, report->text);
     else if (!status && report->elastic > 0)
-        mbsri_fmu_print(text, MBSR_TEXT_SIZE,
-                        "%d directions without mass are held by springs alone (index %d), such as "
-                        "one of the joint of body %d: dampers there make an ODE",
-                        report->elastic, report->index, report->direction->term->body);
+        mbsri_print(text, MBSR_TEXT_SIZE,
+                    "%d directions without mass are held by springs alone (index %d), such as "
+                    "one of the joint of body %d: dampers there make an ODE",
+                    report->elastic, report->index, report->direction->term->body);
     if (!status) mbsr_index_report_destroy(model, report);
     mbsr_data_destroy(data);
     free(q);
@@ -147,8 +147,8 @@ static int choose_kinds(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsri_
         if (status) return status;
     }
     if (*text && opt->kinds)
-        return mbsri_fmu_fail(error, MBSR_ERR_VALUE, "mbsr_fmu_export: no model exchange: %s",
-                              text);
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE, "mbsr_fmu_export: no model exchange: %s",
+                                text);
     if (*text) *kinds = MBSR_FMU_CO_SIMULATION;
     plan->model_exchange = (*kinds & MBSR_FMU_MODEL_EXCHANGE) != 0;
     return MBSR_OK;
@@ -167,7 +167,7 @@ static char *print_path(mbsri_arena *arena, const char *folder, const char *name
 {
     const size_t size = strlen(folder) + strlen(name) + 32;
     char *path = mbsri_arena_take(arena, size);
-    if (path) mbsri_fmu_print(path, size, "binaries/%s/%s%s", folder, name, mbsri_fmu_ending());
+    if (path) mbsri_print(path, size, "binaries/%s/%s%s", folder, name, mbsri_fmu_ending());
     return path;
 }
 
@@ -179,15 +179,15 @@ static int zip_parts(made_fmu *made, const mbsri_described *d, const mbsr_fmu_op
     const size_t count = (size_t)(first + d->sources->count);
     mbsri_zip_file *file = mbsri_arena_take(&made->arena, count * sizeof *file);
     const char *platform = mbsri_fmu_platform(opt->version);
-    if (!file) return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+    if (!file) return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     file[0] = (mbsri_zip_file){"modelDescription.xml", NULL, 0};
     file[1] = (mbsri_zip_file){"resources/model.mbsrank", model, size};
     file[2].data = mbsri_fmu_binary(&file[2].size);
     for (int k = 0; k < d->sources->count; ++k) file[first + k] = d->sources->file[k];
     if (!platform || !file[2].data)
-        return mbsri_fmu_fail(error, MBSR_ERR_UNAVAILABLE,
-                              "mbsr_fmu_export: the library was built without the shared object "
-                              "of FMUs");
+        return mbsri_fail_plain(error, MBSR_ERR_UNAVAILABLE,
+                                "mbsr_fmu_export: the library was built without the shared object "
+                                "of FMUs");
     (opt->version == 2 ? mbsri_describe2 : mbsri_describe3)(&text, d);
     file[0].data = (const unsigned char *)text.data;
     file[0].size = text.size;
@@ -195,7 +195,7 @@ static int zip_parts(made_fmu *made, const mbsri_described *d, const mbsr_fmu_op
     if (!made->arena.failed)
         made->fmu.data = mbsri_zip(&made->arena, (int)count, file, &made->fmu.size);
     if (made->arena.failed || !made->fmu.data)
-        return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     return MBSR_OK;
 }
 
@@ -211,11 +211,11 @@ static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_
     if (!status) status = choose_kinds(model, opt, plan, &made->fmu.kinds, made->text, error);
     if (status) return status;
     const unsigned char *bytes = mbsri_plan_write(plan, &size);
-    if (!bytes) return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+    if (!bytes) return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     status = mbsri_plan_read(back, bytes, size, error);
     const size_t inputs = (size_t)(plan->inputs + plan->motions) + 1;
     double *input = calloc(inputs, sizeof *input);
-    if (!input) status = mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+    if (!input) status = mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     for (int k = 0; k < plan->inputs && input; ++k) input[k] = plan->input[k].start;
     mbsr_error own = {.text = ""};
     if (!status) status = mbsri_build(back, input, input + plan->inputs, &built, &own);
@@ -237,13 +237,13 @@ static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_
                                    .step_size = opt->step_size,
                                    .sources = &sources};
         if (!there)
-            status = mbsri_fmu_fail(error, MBSR_ERR_UNAVAILABLE,
-                                    "mbsr_fmu_export: the library was built without the sources "
-                                    "of FMUs");
+            status = mbsri_fail_plain(error, MBSR_ERR_UNAVAILABLE,
+                                      "mbsr_fmu_export: the library was built without the sources "
+                                      "of FMUs");
         else if (mbsri_list_variables(back, built.model, &variables) && d.identifier)
             status = zip_parts(made, &d, opt, bytes, size, error);
         else
-            status = mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+            status = mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
         mbsri_built_destroy(&built);
     }
     free(input);
@@ -256,8 +256,8 @@ int mbsr_fmu_export(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_fmu *
     const mbsr_fmu_opt standard = mbsr_default_fmu_opt();
     if (fmu) *fmu = NULL;
     if (!fmu || !model)
-        return mbsri_fmu_fail(error, MBSR_ERR_NULL, "mbsr_fmu_export: %s is NULL",
-                              fmu ? "model" : "fmu");
+        return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fmu_export: %s is NULL",
+                                fmu ? "model" : "fmu");
     if (!opt) opt = &standard;
     int status = check_options(opt, error);
     if (!status) status = check_model(model, opt, error);
@@ -268,7 +268,7 @@ int mbsr_fmu_export(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_fmu *
     made_fmu *made = mbsri_arena_take(&arena, sizeof *made);
     if (!made) {
         mbsri_arena_close(&arena);
-        return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
+        return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");
     }
     made->arena = arena;
     mbsri_plan_open(&plan, &opt->allocator);

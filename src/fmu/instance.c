@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/instance.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- messages ---- */
@@ -40,6 +41,24 @@ mbsri_result mbsri_say(mbsri_instance *in, mbsri_result result, const char *form
     va_end(arguments);
     if (result >= MBSRI_ERROR) in->mode = MBSRI_TERMINATED;
     return result;
+}
+
+mbsri_result mbsri_failed(mbsri_instance *in, const char *what, int status, const mbsr_error *of)
+{
+    return mbsri_say(in, MBSRI_ERROR, "%s at t = %.9g: %s (%s)", what, in->t,
+                     of && of->text[0] ? of->text : mbsr_status_text(status),
+                     mbsr_status_name(status));
+}
+
+bool mbsri_update(mbsri_instance *in, double t, double *t_end)
+{
+    bool early = false;
+    double wanted = t;
+    in->t = t;
+    in->evaluated = false;
+    in->importer.intermediate(in, t, &early, &wanted);
+    if (early && wanted > t) *t_end = fmin(wanted, *t_end);
+    return in->mode != MBSRI_TERMINATED && !(early && wanted <= t);
 }
 
 bool mbsri_allowed(mbsri_instance *in, unsigned modes, const char *function)

@@ -114,6 +114,13 @@ void mbsri_tell(mbsri_instance *in, const char *format, ...) MBSRI_FORMAT(2, 3);
 mbsri_result mbsri_say(mbsri_instance *in, mbsri_result result, const char *format, ...)
     MBSRI_FORMAT(3, 4);
 
+/* A failure of the library, as an error; `of` may be NULL. */
+mbsri_result mbsri_failed(mbsri_instance *in, const char *what, int status, const mbsr_error *of);
+
+/* Tells the importer of a step that has ended at t; false: it wants control back there. *t_end
+ * becomes the time at which it wants it later on. */
+bool mbsri_update(mbsri_instance *in, double t, double *t_end);
+
 /* Whether a function may be called now; if not, after a message. */
 bool mbsri_allowed(mbsri_instance *in, unsigned modes, const char *function);
 

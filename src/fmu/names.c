@@ -6,7 +6,7 @@
  * follows in brackets. */
 #include "fmu/names.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 
 #include <string.h>
 
@@ -47,13 +47,13 @@ char *mbsri_name(mbsri_arena *arena, const char *group, const char *label, const
     const size_t size = strlen(group) + 2 * strlen(label) + strlen(part) + 40;
     char *name = mbsri_arena_take(arena, size), *at = name;
     if (!name) return NULL;
-    at += mbsri_fmu_print(at, size, "%s.", group);
+    at += mbsri_print(at, size, "%s.", group);
     if (is_identifier(label))
-        at += mbsri_fmu_print(at, size - (size_t)(at - name), "%s", label);
+        at += mbsri_print(at, size - (size_t)(at - name), "%s", label);
     else
         at = quote(label, at);
-    if (*part) at += mbsri_fmu_print(at, size - (size_t)(at - name), ".%s", part);
-    if (index > 0) mbsri_fmu_print(at, size - (size_t)(at - name), "[%d]", index);
+    if (*part) at += mbsri_print(at, size - (size_t)(at - name), ".%s", part);
+    if (index > 0) mbsri_print(at, size - (size_t)(at - name), "[%d]", index);
     return name;
 }
 
@@ -61,7 +61,7 @@ const char *mbsri_fmu_label(mbsri_arena *arena, const char *part, const char *na
 {
     char text[40];
     if (name && *name) return name;
-    mbsri_fmu_print(text, sizeof text, "%s%d", part, id);
+    mbsri_print(text, sizeof text, "%s%d", part, id);
     return mbsri_arena_text(arena, text, strlen(text));
 }
 

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/parameters.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/names.h"
 #include "fmu/stock.h"
 

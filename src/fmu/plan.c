@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/plan.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/stock.h"
 
 #include <mbsrank/closure.h>
@@ -98,7 +98,7 @@ static void pass_body(mbsri_stream *s, mbsri_plan_body *b)
         s->failed = true;
     if (s->failed) return;
     const double *armature = b->armature;
-    mbsri_pass_array(s, (size_t)b->joint_n, &b->held);
+    mbsri_pass_array(s, (size_t)b->joint_n, &b->locked_at);
     mbsri_pass_array(s, (size_t)d * (size_t)d, &b->added);
     mbsri_pass_array(s, (size_t)b->armatures, &armature);
     b->armature = (double *)armature;
@@ -308,25 +308,25 @@ int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mb
     int crc = 0;
     mbsri_pass_text(&s, &name);
     if (s.failed || strcmp(name, magic) != 0)
-        return mbsri_fmu_fail(error, MBSR_ERR_FILE, "it is no model of an FMU of mbsrank");
+        return mbsri_fail_plain(error, MBSR_ERR_FILE, "it is no model of an FMU of mbsrank");
     mbsri_pass_text(&s, &version);
     if (strcmp(version, mbsr_version()) != 0)
-        return mbsri_fmu_fail(error, MBSR_ERR_FILE,
-                              "it is of version '%.40s' of mbsrank, not of %s", version,
-                              mbsr_version());
+        return mbsri_fail_plain(error, MBSR_ERR_FILE,
+                                "it is of version '%.40s' of mbsrank, not of %s", version,
+                                mbsr_version());
     pass_plan(&s, plan);
     const size_t end = s.at;
     mbsri_pass_int(&s, &crc);
-    if (plan->arena.failed) return mbsri_fmu_fail(error, MBSR_ERR_NO_MEMORY, "no memory for it");
+    if (plan->arena.failed) return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for it");
     if (s.failed || s.at != size || crc != (int)(mbsri_crc32(data, end) >> 1) || !is_whole(plan))
-        return mbsri_fmu_fail(error, MBSR_ERR_FILE, "it is damaged, near byte %zu of %zu", s.at,
-                              size);
+        return mbsri_fail_plain(error, MBSR_ERR_FILE, "it is damaged, near byte %zu of %zu", s.at,
+                                size);
     return MBSR_OK;
 }
 
 static bool is_held(const mbsri_plan_body *b, int k)
 {
-    return b->held && !isnan(b->held[k]);
+    return b->locked_at && !isnan(b->locked_at[k]);
 }
 
 int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate)

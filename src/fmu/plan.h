@@ -35,12 +35,12 @@ typedef struct mbsri_link {
 typedef struct mbsri_plan_body {
     mbsr_body_def def;
     mbsri_link link;
-    int flex;            /* index of the modal data of a flexible inertia; else -1 */
-    int joint_n;         /* rates of the joint as given */
-    const double *held;  /* joint_n values of locked coordinates, NaN for others; NULL: none */
-    int drops;           /* mbsr_model_drop_locked */
-    const double *added; /* d x d, mbsr_model_regularise; NULL: none */
-    int armatures;       /* how many rates have armature given: n, or 0 */
+    int flex;                /* index of the modal data of a flexible inertia; else -1 */
+    int joint_n;             /* rates of the joint as given */
+    const double *locked_at; /* joint_n values of locked coordinates, NaN for others; NULL: none */
+    int drops;               /* mbsr_model_drop_locked */
+    const double *added;     /* d x d, mbsr_model_regularise; NULL: none */
+    int armatures;           /* how many rates have armature given: n, or 0 */
     double *armature;
 } mbsri_plan_body;
 

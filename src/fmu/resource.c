@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/resource.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -35,7 +35,7 @@ unsigned char *mbsri_read_resource(const char *folder, size_t *size)
     const bool ends = length > 0 && (folder[length - 1] == '/' || folder[length - 1] == '\\');
     char *path = malloc(length + sizeof name + 1);
     if (!path) return NULL;
-    mbsri_fmu_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
+    mbsri_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
     FILE *from = fopen(path, "rb");
     unsigned char *data = from ? read_all(from, size) : NULL;
     if (from) fclose(from);

@@ -11,13 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-mbsri_result mbsri_failed(mbsri_instance *in, const char *what, int status, const mbsr_error *of)
-{
-    return mbsri_say(in, MBSRI_ERROR, "%s at t = %.9g: %s (%s)", what, in->t,
-                     of && of->text[0] ? of->text : mbsr_status_text(status),
-                     mbsr_status_name(status));
-}
-
 /* ---- the model ---- */
 
 /* Inertias whose tensors were changed have no digits beyond those given. */
@@ -213,47 +206,4 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
         return mbsri_failed(in, "no accelerations", status, mbsr_data_error(in->solver.data));
     in->evaluated = true;
     return MBSRI_OK;
-}
-
-/* ---- events ---- */
-
-/* Where the coordinate of a stop stands in q; -1: it is locked. */
-static int index_of_stop(const mbsri_instance *in, const mbsr_force_def *stop)
-{
-    const double *held = in->plan.body[stop->body[0]].held;
-    int at, left = 0;
-    mbsr_body_coordinates(in->built.model, stop->body[0], &at, NULL, NULL, NULL);
-    if (held && !isnan(held[stop->option[0]])) return -1;
-    for (int k = 0; k < stop->option[0]; ++k) left += !held || isnan(held[k]);
-    return at + left;
-}
-
-static double distance_to_stop(const mbsri_instance *in, const mbsri_variable *v, const double *q)
-{
-    const mbsr_force_def *stop = &in->plan.force[v->of].def;
-    const int at = index_of_stop(in, stop);
-    if (at < 0) return 1.0;
-    return v->component == 0 ? q[at] - stop->param[0] : stop->param[1] - q[at];
-}
-
-int mbsri_indicate(mbsri_instance *in, mbsr_data *data, double t, const double *q, const double *u,
-                   double *value)
-{
-    const mbsr_model *m = in->built.model;
-    bool placed = false;
-    for (int k = 0; k < in->variables.indicators; ++k) {
-        const mbsri_variable *v = in->variables.list + in->variables.indicators_at + k;
-        if (in->plan.force[v->of].def.table->flags & MBSR_FORCE_JOINT_ONLY) {
-            value[k] = distance_to_stop(in, v, q);
-            continue;
-        }
-        mbsr_contact_state contact;
-        int status = placed ? MBSR_OK : mbsr_stage_positions(m, data, t, q);
-        if (!status && !placed) status = mbsr_stage_velocities(m, data, u);
-        if (!status) status = mbsr_contact_at(m, data, v->of, &contact);
-        if (status) return status;
-        placed = true;
-        value[k] = -contact.depth;
-    }
-    return MBSR_OK;
 }

@@ -19,11 +19,4 @@ mbsri_result mbsri_make_solver(mbsri_instance *in);
 /* The data at the accelerations of the state, udot, lambda. */
 mbsri_result mbsri_evaluate(mbsri_instance *in);
 
-/* A failure of the library, as an error; `of` may be NULL. */
-mbsri_result mbsri_failed(mbsri_instance *in, const char *what, int status, const mbsr_error *of);
-
-/* Event functions at q, u in data of the model: distances to stops, depths of contacts. */
-int mbsri_indicate(mbsri_instance *in, mbsr_data *data, double t, const double *q, const double *u,
-                   double *value);
-
 #endif

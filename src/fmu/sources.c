@@ -4,7 +4,7 @@
 
 #include "files/write_text.h"
 #include "fmu/binary.h"
-#include "fmu/error.h"
+#include "base/error.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -46,11 +46,11 @@ static void add_model(mbsri_sources *s, mbsri_arena *arena, const unsigned char 
     char number[48];
     put_line(&t, "#include \"mbsrank_set.h\"\n\nextern const unsigned char mbsri_model_bytes[];\n"
                  "extern const size_t mbsri_model_size;\n");
-    mbsri_fmu_print(number, sizeof number, "const size_t mbsri_model_size = %zu;\n", size);
+    mbsri_print(number, sizeof number, "const size_t mbsri_model_size = %zu;\n", size);
     put_line(&t, number);
     put_line(&t, "const unsigned char mbsri_model_bytes[] = {");
     for (size_t k = 0; k < size; ++k) {
-        mbsri_fmu_print(number, sizeof number, "%s%d,", k % 24 ? " " : "\n    ", model[k]);
+        mbsri_print(number, sizeof number, "%s%d,", k % 24 ? " " : "\n    ", model[k]);
         put_line(&t, number);
     }
     put_line(&t, "\n};\n");

@@ -7,16 +7,7 @@
 
 #include <math.h>
 
-bool mbsri_update(mbsri_instance *in, double t, double *t_end)
-{
-    bool early = false;
-    double wanted = t;
-    in->t = t;
-    in->evaluated = false;
-    in->importer.intermediate(in, t, &early, &wanted);
-    if (early && wanted > t) *t_end = fmin(wanted, *t_end);
-    return in->mode != MBSRI_TERMINATED && !(early && wanted <= t);
-}
+/* ---- fixed ones ---- */
 
 static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 {
@@ -44,11 +35,31 @@ static mbsri_result march(mbsri_instance *in, double t_end)
     return MBSRI_OK;
 }
 
+/* ---- by the error ---- */
+
+/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run
+ * before remembers how. */
+static mbsri_result begin_anew(mbsri_instance *in)
+{
+    int status = MBSR_OK;
+    if (in->inputs_changed)
+        status = mbsr_completion_solve(in->solver.completion, in->solver.data, MBSR_DAE_MOMENTUM,
+                                       in->t, in->y, in->yp);
+    if (!status) return mbsri_make_solver(in);
+    return mbsri_failed(in, "no state for the inputs", status,
+                        mbsr_completion_error(in->solver.completion));
+}
+
+static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
+{
+    if (in->fresh && begin_anew(in)) return MBSRI_ERROR;
+    return mbsri_drive(in, t_end, event);
+}
+
 mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event)
 {
     *event = false;
-    const mbsri_result result =
-        in->solver.stepper ? march(in, t_end) : mbsri_drive(in, t_end, event);
+    const mbsri_result result = in->solver.stepper ? march(in, t_end) : drive(in, t_end, event);
     in->evaluated = false;
     in->inputs_changed = false;
     return in->mode == MBSRI_TERMINATED ? MBSRI_ERROR : result; /* by a call within the step */

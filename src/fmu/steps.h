@@ -10,8 +10,4 @@
  * state is as it was. */
 mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event);
 
-/* Tells the importer of a step that has ended at t; false: it wants control back there. *t_end
- * becomes the time at which it wants it later on. */
-bool mbsri_update(mbsri_instance *in, double t, double *t_end);
-
 #endif

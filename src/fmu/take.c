@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/take.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/stock.h"
 #include "fmu/names.h"
 #include "fmu/take_names.h"
@@ -23,15 +23,16 @@ typedef struct taker {
 
 static int no_memory_for_plan(const taker *t)
 {
-    return mbsri_fmu_fail(t->error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory for the model");
+    return mbsri_fail_plain(t->error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_fmu_export: no memory for the model");
 }
 
 /* A part by somebody's own function. */
 static int refuse_part(const taker *t, const char *part, const char *name, int id, const char *why)
 {
-    return mbsri_fmu_fail(t->error, MBSR_ERR_VALUE, "mbsr_fmu_export: %s %s%.60s%s (%d): %s", part,
-                          name && *name ? "'" : "", name ? name : "", name && *name ? "'" : "", id,
-                          why);
+    return mbsri_fail_plain(t->error, MBSR_ERR_VALUE, "mbsr_fmu_export: %s %s%.60s%s (%d): %s",
+                            part, name && *name ? "'" : "", name ? name : "",
+                            name && *name ? "'" : "", id, why);
 }
 
 /* ---- what definitions link to; each is taken once ---- */
@@ -125,7 +126,7 @@ static void take_armature(const mbsr_model *m, int id, mbsri_plan_body *b)
     bool any = false;
     b->armatures = b->joint_n;
     for (int k = 0, l = 0; k < b->joint_n; ++k) {
-        b->armature[k] = b->held && !isnan(b->held[k]) ? 0.0 : left[l++];
+        b->armature[k] = b->locked_at && !isnan(b->locked_at[k]) ? 0.0 : left[l++];
         any = any || b->armature[k] > 0.0;
     }
     if (!any) b->armature = NULL, b->armatures = 0;
@@ -135,7 +136,7 @@ static int take_body(taker *t, int id, mbsri_plan_body *b)
 {
     const mbsr_model *m = t->model;
     int status = mbsr_body_definition(m, id, &b->def);
-    if (status) return mbsri_fmu_fail(t->error, status, "mbsr_fmu_export: body %d", id);
+    if (status) return mbsri_fail_plain(t->error, status, "mbsr_fmu_export: body %d", id);
     const mbsr_joint *j = &b->def.joint;
     const char *name = b->def.name;
     if (mbsri_fmu_joint_number(j->table) < 0)
@@ -158,7 +159,7 @@ static int take_body(taker *t, int id, mbsri_plan_body *b)
         status = link_flex(t, j->user, &b->link.index);
     }
     b->joint_n = j->n;
-    b->held = mbsr_body_locked(m, id);
+    b->locked_at = mbsr_body_locked(m, id);
     b->drops = mbsr_body_drops(m, id);
     b->added = mbsr_body_regularisation(m, id);
     b->armature = mbsri_arena_take(&t->plan->arena, ((size_t)j->n + 1) * sizeof *b->armature);
@@ -223,7 +224,7 @@ static int take_force(taker *t, int id, mbsri_plan_force *f)
 {
     mbsr_force_def *def = &f->def;
     const int status = mbsr_force_definition(t->model, id, def);
-    if (status) return mbsri_fmu_fail(t->error, status, "mbsr_fmu_export: force %d", id);
+    if (status) return mbsri_fail_plain(t->error, status, "mbsr_fmu_export: force %d", id);
     if (mbsri_fmu_force_number(def->table) < 0)
         return refuse_part(t, "force", def->name, id, "it is of a table of functions of your own");
     if (def->spring)
@@ -249,7 +250,7 @@ static int take_closure(taker *t, int id, mbsri_plan_closure *c)
 {
     mbsr_closure_def *def = &c->def;
     const int status = mbsr_closure_definition(t->model, id, def);
-    if (status) return mbsri_fmu_fail(t->error, status, "mbsr_fmu_export: closure %d", id);
+    if (status) return mbsri_fail_plain(t->error, status, "mbsr_fmu_export: closure %d", id);
     if (mbsri_fmu_closure_number(def->table) < 0)
         return refuse_part(t, "closure", def->name, id,
                            "it is of a table of functions of your own");
@@ -301,8 +302,8 @@ int mbsri_plan_take(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_op
     mbsr_model_definition(model, &def);
     plan->rank_tolerance = def.rank_tolerance;
     if (def.root.motion || def.root.d > 0)
-        return mbsri_fmu_fail(error, MBSR_ERR_VALUE,
-                              "mbsr_fmu_export: the root moves by a function");
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE,
+                                "mbsr_fmu_export: the root moves by a function");
     plan->rtol = opt->rtol;
     plan->atol = opt->atol;
     plan->fixed_step = opt->fixed_step;

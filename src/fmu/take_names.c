@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/take_names.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/names.h"
 
 #include <math.h>
@@ -91,11 +91,11 @@ static int name_forces(mbsri_plan *p, const mbsr_fmu_opt *opt)
         const bool joint = strncmp(kind, "joint ", 6) == 0;
         const int rate = joint ? mbsri_plan_rate(p, def->body[0], def->option[0]) : -1;
         if (rate >= 0)
-            mbsri_fmu_print(text, sizeof text, "%.200s_%s", p->u[rate].joint, kind + 6);
+            mbsri_print(text, sizeof text, "%.200s_%s", p->u[rate].joint, kind + 6);
         else if (strcmp(kind, "gravity") == 0)
-            mbsri_fmu_print(text, sizeof text, "gravity");
+            mbsri_print(text, sizeof text, "gravity");
         else
-            mbsri_fmu_print(text, sizeof text, "%s_%d", kind, k);
+            mbsri_print(text, sizeof text, "%s_%d", kind, k);
         for (char *c = text; *c; ++c)
             if (*c == ' ' || *c == '-') *c = '_';
         def->name = mbsri_arena_text(&p->arena, text, strlen(text));
@@ -140,9 +140,9 @@ static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
             *to = (mbsri_plan_site){site[k].name, site[k].body, site[k].frame};
         }
         if (to->body < 0 || to->body >= p->bodies)
-            return mbsri_fmu_fail(error, MBSR_ERR_VALUE,
-                                  "mbsr_fmu_export: site %d is on body %d, there are %d", k,
-                                  to->body, p->bodies);
+            return mbsri_fail_plain(error, MBSR_ERR_VALUE,
+                                    "mbsr_fmu_export: site %d is on body %d, there are %d", k,
+                                    to->body, p->bodies);
         if (!to->name) return MBSR_ERR_NO_MEMORY;
         if (p->body[to->body].def.joint.space != MBSR_SPACE_GENERAL) ++p->sites;
     }
@@ -154,8 +154,8 @@ static int check_start(const mbsri_plan *p, mbsr_error *error)
     for (int k = 0; k < p->nq + p->nu; ++k) {
         const mbsri_plan_coordinate *c = k < p->nq ? p->q + k : p->u + (k - p->nq);
         if (!isfinite(c->start))
-            return mbsri_fmu_fail(error, MBSR_NOT_FINITE, "mbsr_fmu_export: %s[%d] is %g",
-                                  k < p->nq ? "q0" : "u0", k < p->nq ? k : k - p->nq, c->start);
+            return mbsri_fail_plain(error, MBSR_NOT_FINITE, "mbsr_fmu_export: %s[%d] is %g",
+                                    k < p->nq ? "q0" : "u0", k < p->nq ? k : k - p->nq, c->start);
     }
     return MBSR_OK;
 }
@@ -172,7 +172,7 @@ int mbsri_take_names(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_o
     int status = plan->name && plan->q && plan->u ? MBSR_OK : MBSR_ERR_NO_MEMORY;
     if (!status) status = take_coordinates(plan, model, opt);
     if (!status) status = name_forces(plan, opt);
-    if (status) return mbsri_fmu_fail(error, status, "mbsr_fmu_export: no memory for the names");
+    if (status) return mbsri_fail_plain(error, status, "mbsr_fmu_export: no memory for the names");
     find_units(plan, model);
     status = take_sites(plan, opt, error);
     return status ? status : check_start(plan, error);

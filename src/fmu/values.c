@@ -3,6 +3,7 @@
 #include "fmu/values.h"
 
 #include "fmu/exchange.h"
+#include "fmu/indicators.h"
 #include "fmu/solve.h"
 
 #include <mbsrank/dynamics.h>

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/variables.h"
 
-#include "fmu/error.h"
+#include "base/error.h"
 #include "fmu/names.h"
 #include "fmu/parameters.h"
 
@@ -254,7 +254,7 @@ static bool make_unique(lister *l)
         const size_t size = strlen(last) + 40;
         char *name = mbsri_arena_take(&l->plan->arena, size);
         good = name != NULL;
-        if (good) mbsri_fmu_print(name, size, "variable%d.%s", (int)(sorted[k] - v), last);
+        if (good) mbsri_print(name, size, "variable%d.%s", (int)(sorted[k] - v), last);
         sorted[k]->name = name;
     }
     free(sorted);

@@ -68,7 +68,7 @@ static size_t sum_of(int count, const size_t *length)
 static int open_matrices(mbsri_dense *w)
 {
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows;
-    const size_t most = (size_t)w->held + n;
+    const size_t most = (size_t)w->position_rows + n;
     const int lwork = work_size(w, (int)(most + rows));
     double **const array[] = {&w->M, &w->C, &w->K, &w->U, &w->V, &w->A, &w->work};
     const size_t length[] = {n * n, rows * n, N * N, N * N, N * N, most * n, (size_t)lwork};
@@ -87,10 +87,10 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                        .function = function,
                        .n = m->nu,
                        .rows = m->rows,
-                       .held = m->position_rows,
+                       .position_rows = m->position_rows,
                        .N = m->nu + m->rows};
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
-    const size_t held = (size_t)w->held;
+    const size_t held = (size_t)w->position_rows;
     double **const array[] = {&w->scale, &w->sigma,   &w->right,    &w->g, &w->x,
                               &w->y,     &w->q,       &w->q_beside, &w->b, &w->out,
                               &w->span,  &w->missing, &w->missed};
@@ -103,7 +103,7 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
     w->other = (bool *)(w->pivots + N + 1);
     w->left_out = w->other + rows;
     w->beside = w->left_out + rows;
-    mbsri_zero((size_t)w->held, w->missed);
+    mbsri_zero((size_t)w->position_rows, w->missed);
     find_spans(w);
     return mbsri_closer_open(&w->closer, m, d, function);
 }

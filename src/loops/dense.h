@@ -15,7 +15,7 @@ typedef struct mbsri_dense {
     const mbsr_model *m;
     mbsr_data *d;
     const char *function; /* for messages */
-    int n, rows, held, N;
+    int n, rows, position_rows, N;
     double *M;                     /* n x n; NULL: there are no matrices */
     double *C;                     /* rows x n */
     double *K, *U, *V;             /* N x N */
@@ -24,12 +24,12 @@ typedef struct mbsri_dense {
     double *g, *x, *y;             /* N */
     double *q;                     /* nq */
     double *q_beside;              /* nq: near a singular position (ranks.c) */
-    double *A, *b;                 /* (held + n) x n, held + n: least squares */
+    double *A, *b;                 /* (position_rows + n) x n, and one column: least squares */
     double *work;
     int lwork;
     double *out; /* N: for results */
     mbsri_closer closer;
-    double *missing, *missed; /* held: what offset lacks of what was found for it, now and before */
+    double *missing, *missed; /* position_rows: what offset lacks of that found, now and before */
     double relaxation;        /* the share of that by which it changes */
     int *pivots;              /* N */
     bool *other;              /* rows: flags for a short time */

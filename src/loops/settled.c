@@ -107,7 +107,7 @@ bool mbsri_springs_let_go(mbsri_dense *w, bool apart)
 static void fill(mbsri_dense *w, const double *g, const double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
-    const size_t stride = (size_t)(w->held + w->n), rows = (size_t)w->rows;
+    const size_t stride = (size_t)(w->position_rows + w->n), rows = (size_t)w->rows;
     double stiffest = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
         stiffest = fmax(stiffest, mbsri_largest(c->position_rows, c->def.stiffness));
@@ -138,8 +138,8 @@ static int displacement(mbsri_dense *w, double t, const double *q, const double 
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     if (status) return status;
     fill(w, w->g, lambda);
-    if (mbsri_lapack_gelsy(w->held + w->n, w->n, w->A, w->b, 1e-13, w->pivots, &rank, w->work,
-                           w->lwork))
+    if (mbsri_lapack_gelsy(w->position_rows + w->n, w->n, w->A, w->b, 1e-13, w->pivots, &rank,
+                           w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem of the springs failed", w->function);
     return MBSR_OK;
@@ -155,7 +155,7 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
         fmax(1e-14 * mbsri_closing_size(w->m, w->d, &w->closer.closing),
              1e-12 * mbsri_closing_widest(w->m, &w->closer.closing, w->closer.offset));
     *changed = false;
-    mbsri_zero((size_t)w->held, w->missing);
+    mbsri_zero((size_t)w->position_rows, w->missing);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
             const int row = c->row + k, held = c->position_row + k;
@@ -210,7 +210,7 @@ void mbsri_springs_move(mbsri_dense *w)
     if (!(before > 0.0)) w->relaxation = 1.0;
     if (before > 0.0 && square > 0.0 && now > rounding * size)
         w->relaxation = fmax(-most, fmin(-w->relaxation * along / square, most));
-    for (int held = 0; held < w->held; ++held) {
+    for (int held = 0; held < w->position_rows; ++held) {
         w->closer.offset[held] += w->relaxation * w->missing[held];
         w->missed[held] = w->missing[held];
     }

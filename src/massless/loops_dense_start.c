@@ -120,8 +120,8 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
     mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
     if (any_stiff(w)) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
-    mbsri_zero((size_t)w->held, w->closer.offset);
-    mbsri_zero((size_t)w->held, w->missed);
+    mbsri_zero((size_t)w->position_rows, w->closer.offset);
+    mbsri_zero((size_t)w->position_rows, w->missed);
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(w);
     mbsri_loops_leave_out(w, false);

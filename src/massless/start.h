@@ -5,9 +5,9 @@
 
 #include "massless/start_systems.h"
 
-/* From s->q_given and s->u_given to a state in w->y, with u' and q', p' in w->rate and loop forces
- * in w->yp. Statuses of mbsr_dae_consistent, reported in w->error. *clear: whether it is beyond
- * doubt that forces determine all directions without mass. */
+/* A consistent state in w->y (size) near s->q_given (nq), s->u_given (nu), its q', p', u' in
+ * w->rate and its loop forces in w->yp. Statuses of mbsr_dae_consistent, reported in w->error.
+ * *clear: whether forces determine all directions without mass beyond doubt. */
 int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear);
 
 #endif

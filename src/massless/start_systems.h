@@ -21,29 +21,29 @@ typedef struct mbsri_start {
     mbsr_completion *w; /* the state that is being improved, its matrices, and the rates found */
     const mbsr_consistent_opt *opt;
     mbsr_consistent_info *info;
-    const double *offset;            /* held: what gaps are to be; NULL: zero */
+    const double *offset;            /* position_rows: gaps wanted; NULL: zero */
     const double *q_given, *u_given; /* nq, nu: closed positions, velocities */
-    double widest;                   /* turn in a step of positions at most, rad */
-    double longest;                  /* step of positions at most, of what they span */
-    double time;                     /* s, in which the state given changes much */
+    double widest;                   /* largest rotation in a step of positions, rad */
+    double longest;                  /* largest step of positions, in spans of coordinates */
+    double time;                     /* time in which the state given changes much, s */
     mbsri_start_from from;           /* where velocities of what has no mass begin */
-    const char *sought;              /* a state's part that was looked for last */
-    bool displaced;                  /* positions have left q_given */
+    const char *sought;              /* name of the part of a state found last or in vain */
+    bool displaced;                  /* whether positions have left q_given */
     mbsri_masses masses;             /* of the state given */
     double *per_place;               /* nq: 1 over the span of each coordinate */
-    double *target;                  /* nu: momenta of the velocities given, where positions are */
-    double *beyond;                  /* nu: what they are more than those of u_given there */
-    double *missing;                 /* nu: what momenta lack of the target and impulses of loops */
-    double *impulse;                 /* rows: of loops */
-    double *before;                  /* size: of a step: the state, */
-    double *impulse_before, *load_before; /* rows: impulses, loop forces */
-    double *step;                         /* size: a correction, */
-    double *load_step;                    /* rows: of loop forces */
-    double *columns;                      /* work of start_return.c */
-    double *found;                        /* 2 (size + 3 rows): a balance; the first */
-    double *ways;                         /* 2 MBSRI_WAYS x nu: work of start_return.c */
+    double *target;  /* nu: momenta of the velocities given, at the positions reached */
+    double *beyond;  /* nu: their excess over those of u_given there */
+    double *missing; /* nu: target and impulses of loops, less the momenta */
+    double *impulse; /* rows: of loops */
+    double *before;  /* size: the state before a step */
+    double *impulse_before, *load_before; /* rows: impulses and loop forces before it */
+    double *step;                         /* size: the correction of a state */
+    double *load_step;                    /* rows: the correction of loop forces */
+    double *columns;                      /* scratch of start_return.c */
+    double *found;                        /* 2 (size + 3 rows): the last balance, and the first */
+    double *ways;                         /* 2 MBSRI_WAYS x nu: scratch of start_return.c */
     double c_balanced; /* 1/s, c of the first balance from which no way led on; 0: none */
-    bool *lacks;       /* nu: rates of joints some direction of which moves no mass */
+    bool *lacks;       /* nu: whether a direction of the rate's joint moves no mass */
     void *memory;
 } mbsri_start;
 

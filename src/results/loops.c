@@ -259,7 +259,7 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
     for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
     if (!status && unique && !w->fronts) status = mark_unique(w, dropped, unique);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
-    report->gap = status ? 0.0 : mbsri_largest(w->held, w->g);
+    report->gap = status ? 0.0 : mbsri_largest(w->position_rows, w->g);
     return status;
 }
 

@@ -34,7 +34,7 @@ static void clear_loads(mbsr_small_masses *s)
         mbsri_small_load *load = &s->candidate[k].load;
         mbsri_zero((size_t)load->n, load->value);
         mbsri_zero((size_t)load->n, load->rate);
-        mbsri_zero((size_t)load->n, load->bend);
+        mbsri_zero((size_t)load->n, load->curvature);
     }
 }
 
@@ -53,11 +53,12 @@ static int find_loads(mbsr_small_masses *s, double h)
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
         c->load.from = s->start.t;
-        for (int l = 0; l < c->load.n && !c->held; ++l) {
+        for (int l = 0; l < c->load.n && !c->keeps_mass; ++l) {
             const double before = c->beside[l], now = c->rest[l], after = c->force[l];
             c->load.value[l] = -now;
             c->load.rate[l] = -(after - before) / (2.0 * h);
-            c->load.bend[l] = s->slow.count > 0 ? -(after - 2.0 * now + before) / (h * h) : 0.0;
+            c->load.curvature[l] =
+                s->slow.count > 0 ? -(after - 2.0 * now + before) / (h * h) : 0.0;
         }
     }
     return status;

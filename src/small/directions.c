@@ -116,7 +116,7 @@ int mbsri_small_measure(mbsr_small_masses *s)
     for (int l = 0; l < s->directions && !status; ++l) {
         mbsr_small_direction *x = s->direction + l;
         *x = (mbsr_small_direction){.body = x->body, .coordinate = x->coordinate, .mass = x->mass};
-        if (s->candidate[x->mass].held) continue;
+        if (s->candidate[x->mass].keeps_mass) continue;
         fit(c, s->swings.impedance + l * (PROBES + 1), x);
         roots(scale, x);
     }
@@ -146,7 +146,7 @@ void mbsri_small_amplitudes(mbsr_small_masses *s)
         if (plain) position = s->start.q[b->q + x->coordinate] - s->y[b->q + x->coordinate];
         for (int k = 0; k < s->candidates; ++k) {
             const mbsri_candidate *c = s->candidate + k;
-            if (c->held) continue;
+            if (c->keeps_mass) continue;
             if (plain) position -= c->offset[b->q + x->coordinate];
         }
         x->amplitude = x->rate > 0.0 ? hypot(position, velocity / x->rate) : 0.0;

@@ -47,7 +47,7 @@ int mbsri_small_solve(mbsr_small_masses *s, double t, const double *y, const dou
     int status = mbsri_small_unloaded(s, &s->reduced, t, y, yp);
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
-        if (c->held) continue;
+        if (c->keeps_mass) continue;
         status = load(s, c, t, y, yp, f);
         if (status) return status;
         status = mbsr_newton_solve(s->reduced.newton, s->work.rhs, c->error[0]);
@@ -99,7 +99,7 @@ int mbsri_small_note(mbsr_small_masses *s, double t, const double *y)
     mbsri_zero((size_t)s->size, s->work.total);
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
-        if (c->held) continue;
+        if (c->keeps_mass) continue;
         for (int l = 0; l < s->size; ++l) s->work.total[l] += c->error[0][l];
         status = compare(s, t, y, c->error[0], &c->worst);
     }

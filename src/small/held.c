@@ -61,8 +61,8 @@ int mbsri_small_hold(mbsr_small_masses *s, double t, const mbsr_index_report *re
         status = find_motions(s, u, false);
         for (int l = 0; l < s->candidates && !status; ++l) {
             mbsri_candidate *c = s->candidate + l;
-            if (c->held || !moves_mass(s, c)) continue;
-            c->held = true;
+            if (c->keeps_mass || !moves_mass(s, c)) continue;
+            c->keeps_mass = true;
             ++*count;
         }
     }

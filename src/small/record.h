@@ -12,11 +12,11 @@
 
 #include <mbsrank/small_masses.h>
 
-/* n numbers, value + (t - from) rate + (t - from)^2 / 2 bend, that an element exerts. */
+/* n numbers, value + (t - from) rate + (t - from)^2 / 2 curvature, that an element exerts. */
 typedef struct mbsri_small_load {
     int n;
     double from;
-    double *value, *rate, *bend;
+    double *value, *rate, *curvature;
 } mbsri_small_load;
 
 /* What an error has been largest as. */
@@ -28,7 +28,7 @@ typedef struct mbsri_small_worst {
 typedef struct mbsri_candidate {
     int body, i, parts; /* id, index, parts of its inertia */
     double ratio;
-    bool held;             /* it keeps its mass: without it its motion is undetermined */
+    bool keeps_mass;       /* whether its motion would be undetermined without its mass */
     mbsr_inertia left;     /* what of its inertia is left */
     mbsri_small_load load; /* on it, in both twins */
     double *force;         /* d: inertia force less weight, neglected, at the last state */
@@ -49,7 +49,7 @@ typedef struct mbsri_pushed {
 } mbsri_pushed;
 
 /* A lightly damped direction (slow.h). */
-typedef struct mbsri_light {
+typedef struct mbsri_slow {
     int q, u;              /* places of its coordinate and rate */
     double relaxation;     /* d / k */
     double rate[4];        /* its slow rate and three derivatives of that, at the start */
@@ -57,7 +57,7 @@ typedef struct mbsri_light {
     double position[5];    /* where it is at five times */
     const double *pattern; /* size: what moves with its coordinate (q) and rate (u) while all masses
                               stay */
-} mbsri_light;
+} mbsri_slow;
 
 /* The fast motion of a direction along a run (swings.c). */
 typedef struct mbsri_swing {
@@ -87,9 +87,9 @@ struct mbsr_small_masses {
     mbsr_model *clean; /* the reduced model for the caller's run */
     struct {
         int count;
-        mbsri_light *each; /* lightly damped directions, with room for all */
-        double *wanted;    /* one number of each */
-        double c;          /* of the factorisation that the reduced twin's solver has */
+        mbsri_slow *each; /* lightly damped directions, with room for all */
+        double *wanted;   /* one number of each */
+        double c;         /* of the factorisation that the reduced twin's solver has */
     } slow;
     struct {
         mbsri_swing *each; /* of each direction */

@@ -33,7 +33,7 @@ static int differentiate(mbsr_small_masses *s)
             s->slow.each[l].position[p + 2] = s->y_full[s->slow.each[l].q];
     }
     for (int l = 0; l < s->slow.count && !status; ++l) {
-        mbsri_light *x = s->slow.each + l;
+        mbsri_slow *x = s->slow.each + l;
         const double *z = x->position, even = z[3] + z[1], odd = z[3] - z[1];
         x->rate[0] = (8.0 * odd - (z[4] - z[0])) / (12.0 * h);
         x->rate[1] = (16.0 * even - 30.0 * z[2] - (z[4] + z[0])) / (12.0 * h * h);
@@ -63,10 +63,10 @@ static void find(mbsr_small_masses *s)
         const mbsri_body *b = m->body + m->index[x->body];
         if (!is_light(s, x)) continue;
         s->slow.each[s->slow.count++] =
-            (mbsri_light){.q = b->q + x->coordinate,
-                          .u = b->u + x->coordinate,
-                          .relaxation = x->damping / x->stiffness,
-                          .pattern = s->swings.pattern + (size_t)l * (size_t)s->size};
+            (mbsri_slow){.q = b->q + x->coordinate,
+                         .u = b->u + x->coordinate,
+                         .relaxation = x->damping / x->stiffness,
+                         .pattern = s->swings.pattern + (size_t)l * (size_t)s->size};
     }
 }
 

@@ -97,7 +97,7 @@ static void place_load(layout *l, mbsri_small_load *load, int n)
     load->n = n;
     load->value = take(l, (size_t)n);
     load->rate = take(l, (size_t)n);
-    load->bend = take(l, (size_t)n);
+    load->curvature = take(l, (size_t)n);
 }
 
 static void place(mbsr_small_masses *s, layout *l)
@@ -335,8 +335,8 @@ static int forget(mbsr_small_masses *s)
     s->zeros.worst = (mbsri_small_worst){0.0, 0.0, s->start.t, 0};
     for (int k = 0; k < s->candidates; ++k) {
         mbsri_candidate *c = s->candidate + k;
-        held = held || c->held;
-        c->held = false;
+        held = held || c->keeps_mass;
+        c->keeps_mass = false;
         c->worst = s->zeros.worst;
         for (int e = 0; e < 3; ++e) mbsri_zero((size_t)s->size, c->error[e]);
     }

@@ -21,7 +21,7 @@ static int consistent(mbsr_small_masses *s, double t, const double *q, const dou
 }
 
 /* The rate that a lightly damped direction should have at t, or its derivative. */
-static double rate_at(const mbsr_small_masses *s, const mbsri_light *x, double t, int derivative)
+static double rate_at(const mbsr_small_masses *s, const mbsri_slow *x, double t, int derivative)
 {
     const double h = t - s->start.t;
     const double *r = x->rate;
@@ -36,7 +36,7 @@ static void impose(const mbsr_small_masses *s, bool rates, const double *wanted,
     const mbsr_model *m = s->given;
     const int from = rates ? m->nq + m->nu : 0, n = rates ? m->nu : m->nq;
     for (int l = 0; l < s->slow.count; ++l) {
-        const mbsri_light *y = s->slow.each + l;
+        const mbsri_slow *y = s->slow.each + l;
         const double step = wanted[l] - x[rates ? y->u : y->q];
         for (int k = 0; k < n; ++k) x[k] += step * y->pattern[from + k];
     }
@@ -71,7 +71,7 @@ static int approach(mbsr_small_masses *s, double t, const double *y, const doubl
     for (int k = 0; k < m->nq; ++k) size = fmax(size, fabs(y[k]));
     *moved = 0.0;
     for (int l = 0; l < s->slow.count; ++l) {
-        const mbsri_light *x = s->slow.each + l;
+        const mbsri_slow *x = s->slow.each + l;
         const double step = change[x->q] * (1.0 + x->relaxation * s->slow.c);
         s->slow.wanted[l] = y[x->q] - step;
         if (step != 0.0) *moved = fmax(*moved, fabs(step) / (size + fabs(step)));

@@ -82,7 +82,7 @@ static void along_joints(mbsr_small_masses *s, int which, double *out)
         const mbsri_candidate *c = s->candidate + k;
         const mbsri_body *b = m->body + c->i;
         const double *const load[] = {c->force, c->rest, c->mean};
-        if (!c->held) mbsri_copy((size_t)b->d, load[which], d->mu + b->v);
+        if (!c->keeps_mass) mbsri_copy((size_t)b->d, load[which], d->mu + b->v);
     }
     mbsri_zero((size_t)m->nu, out);
     for (int i = m->bodies; i >= 1; --i) {

@@ -18,7 +18,7 @@ static int load_at(void *user, double t, int n, double *value)
     const mbsri_small_load *load = user;
     const double h = t - load->from;
     for (int k = 0; k < n; ++k)
-        value[k] = load->value[k] + h * (load->rate[k] + 0.5 * h * load->bend[k]);
+        value[k] = load->value[k] + h * (load->rate[k] + 0.5 * h * load->curvature[k]);
     return MBSR_OK;
 }
 
@@ -29,7 +29,7 @@ static int amend(mbsr_small_masses *s, mbsr_model *m, bool without)
     for (int id = 0; id < s->given->bodies && !status; ++id) status = mbsr_model_restore(m, id);
     for (int k = 0; k < s->candidates && !status && without; ++k) {
         const mbsri_candidate *c = s->candidate + k;
-        if (!c->held) status = mbsr_model_neglect(m, c->body, c->parts);
+        if (!c->keeps_mass) status = mbsr_model_neglect(m, c->body, c->parts);
     }
     return status;
 }

@@ -5,7 +5,7 @@
 
 #include "small/record.h"
 
-/* Makes both twins, with the masses of candidates that are `held`, and the clean reduced model. */
+/* Makes both twins, with the masses of candidates that keep them, and the clean reduced model. */
 int mbsri_small_twins(mbsr_small_masses *s);
 void mbsri_small_twins_release(mbsr_small_masses *s);
 

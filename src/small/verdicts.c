@@ -30,7 +30,7 @@ static void judge(mbsr_small_masses *s, int k, double span)
                            .ratio = c->ratio,
                            .direction = MBSR_NONE,
                            .verdict = MBSR_SMALL_UNDETERMINED};
-    if (c->held) return;
+    if (c->keeps_mass) return;
     x->error = c->worst.error;
     x->share = c->worst.share;
     x->time = c->worst.time;

@@ -137,8 +137,8 @@ MBSRI_INLINE bool remains_are_zero(const mbsri_rank_rule *rule, const mbsri_swee
                                    const remains *r, double left)
 {
     if (b->armature > 0.0) return false;
-    if (r->light && left <= 1e-28 * r->whole) return true;
-    return left <= 1e-6 * r->whole && mbsri_is_nothing(rule, r->D, r->behind / 6.0, r->behind);
+    if (r->massless && left <= 1e-28 * r->square) return true;
+    return left <= 1e-6 * r->square && mbsri_is_nothing(rule, r->D, r->behind / 6.0, r->behind);
 }
 
 /* |x|^2 in the metric that is inverse to that of the bound. */

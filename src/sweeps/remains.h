@@ -28,8 +28,8 @@ typedef struct remains {
     double shared; /* alpha S_j^T o */
     double own;    /* errors of alpha S_j^T o, in units of the machine precision */
     double behind; /* alpha^2 D_j */
-    double whole;  /* |S|^2 in units of length^2 */
-    bool light;    /* body i has no inertia */
+    double square; /* |S|^2 in units of length^2 */
+    bool massless; /* whether body i has no inertia */
 } remains;
 
 /* Whether body i has one successor, which has one axis and no armature, and nothing else adds to
@@ -91,8 +91,8 @@ MBSRI_INLINE bool find_remains(const mbsri_sweep_run *run, int i, const blocks *
     r->D = sum3(r->w * (r->U_L + splat(2.0) * L) + r->v * (r->U_p + splat(2.0) * p)) + r->shared;
     r->U_L += L, r->U_p += p;
     r->o_L = L, r->o_p = p;
-    r->whole = area * sum3(w * w) + sum3(v * v) + sum3(v_j * v_j);
-    r->light = (b->flags & MBSRI_MASSLESS) != 0;
+    r->square = area * sum3(w * w) + sum3(v * v) + sum3(v_j * v_j);
+    r->massless = (b->flags & MBSRI_MASSLESS) != 0;
     return true;
 }
 
