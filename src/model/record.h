@@ -184,6 +184,7 @@ struct mbsr_model {
     mbsri_array lists;     /* int: ids of the bodies of force elements */
     mbsri_array neglected; /* mbsri_neglected */
     mbsri_array given;     /* mbsr_closure_def */
+    mbsri_array tables;    /* mbsr_table *, those that are the model's own */
 
     /* from here on set by finish */
     int bodies;          /* N */

@@ -1,0 +1,38 @@
+/* The end of a model.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "base/memory.h"
+#include "fronts/choose.h"
+#include "sweeps/build.h"
+
+void mbsr_model_destroy(mbsr_model *model)
+{
+    if (!model) return;
+    const mbsr_allocator allocator = model->allocator;
+    mbsri_release(&allocator, model->entries.data);
+    mbsri_release(&allocator, model->forces.data);
+    mbsri_release(&allocator, model->closures.data);
+    mbsri_release(&allocator, model->names.data);
+    mbsri_release(&allocator, model->matrices.data);
+    mbsri_release(&allocator, model->lists.data);
+    mbsri_release(&allocator, model->neglected.data);
+    mbsri_release(&allocator, model->given.data);
+    for (size_t k = 0; k < model->tables.count; ++k)
+        mbsr_table_destroy(((mbsr_table **)model->tables.data)[k]);
+    mbsri_release(&allocator, model->tables.data);
+    mbsri_release(&allocator, model->index);
+    mbsri_release(&allocator, model->list_index);
+    mbsri_release(&allocator, model->armature);
+    mbsri_release(&allocator, model->u_of);
+    mbsri_release(&allocator, model->q_of);
+    mbsri_release(&allocator, model->member);
+    mbsri_release(&allocator, model->scale);
+    mbsri_release(&allocator, model->weight);
+    mbsri_release(&allocator, model->span);
+    mbsri_release(&allocator, model->stand);
+    mbsri_release(&allocator, model->joint_param);
+    mbsri_release(&allocator, model->along.element);
+    mbsri_sweeps_release(model);
+    mbsri_plan_destroy(model, model->plan);
+    mbsri_release(&allocator, model->body);
+    mbsri_release(&allocator, model);
+}
