@@ -7,7 +7,7 @@
  *
  * Includes all headers of the core but <mbsrank/driver.h>, which is for those who write
  * integrators. The components have headers of their own: ida.h, simulation.h and sundials.h;
- * files.h; fe.h and sid.h; fmu.h. */
+ * files.h; contact.h; fe.h and sid.h; linear.h; fmu.h. */
 #ifndef MBSRANK_MBSRANK_H
 #define MBSRANK_MBSRANK_H
 

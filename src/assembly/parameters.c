@@ -58,7 +58,7 @@ static void begin_owner(lister *l, mbsr_parameter_owner owner, int id, size_t na
 {
     static const char *const groups[] = {"bodies", "forces", "closures", "tables"},
                              *const parts[] = {"body", "force", "closure", "table"};
-    const char *given = (const char *)l->list->base->names.data + name;
+    const char *given = (const char *)l->list->base->stored.names.data + name;
     l->group = groups[owner];
     l->owner = owner;
     l->id = id;
@@ -123,7 +123,7 @@ static bool add_armatures(lister *l, const mbsri_body_entry *entry)
 {
     static const char *const units[] = {"", "kg.m2", "kg"};
     const mbsri_joint *joint = &entry->joint;
-    const double *numbers = l->list->base->matrices.data;
+    const double *numbers = l->list->base->stored.matrices.data;
     bool good = true;
     if (joint->table->coordinate_rates && joint->table->position != mbsri_chain_position)
         return true;
@@ -139,7 +139,7 @@ static bool add_joint(lister *l, const mbsri_body_entry *entry)
     static const char *const on_A = "origin of the joint on the predecessor",
                              *const on_B = "origin of the joint on the body",
                              *const turn = "angle of the joint's frame";
-    const double *param = (const double *)l->list->base->matrices.data + entry->param;
+    const double *param = (const double *)l->list->base->stored.matrices.data + entry->param;
     const mbsr_parameter_part part = MBSR_PARAMETER_JOINT;
     int free;
     const bool flat = mbsri_planar_coordinates(entry->joint.table, entry->joint.option, &free);
@@ -160,7 +160,7 @@ static bool add_joint(lister *l, const mbsri_body_entry *entry)
 static mbsr_coordinate_kind kind_of_law(const mbsr_model *base, const mbsri_force *force, int index)
 {
     const char *table = force->def.table->name;
-    const int body = ((const int *)base->lists.data)[force->list];
+    const int body = ((const int *)base->stored.lists.data)[force->list];
     const mbsri_body_entry *entry = base->entries.data;
     if (strcmp(table, "bushing") == 0)
         return index <= 3 ? MBSR_COORDINATE_ROTATION : MBSR_COORDINATE_TRANSLATION;

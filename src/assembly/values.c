@@ -15,7 +15,7 @@
 double *mbsri_parameter_place(mbsr_model *m, const mbsri_parameter *p)
 {
     mbsri_body_entry *body = (mbsri_body_entry *)m->entries.data + p->told.id;
-    double *numbers = m->matrices.data;
+    double *numbers = m->stored.matrices.data;
     switch (p->told.part) {
     case MBSR_PARAMETER_MASS: return &body->inertia.mass;
     case MBSR_PARAMETER_COM: return body->inertia.com + p->place;
@@ -102,13 +102,13 @@ static int put_table(mbsr_model *m, const mbsr_parameters *list, int id, int cou
 
 static const char *text_at(const mbsr_model *m, size_t name)
 {
-    return (const char *)m->names.data + name;
+    return (const char *)m->stored.names.data + name;
 }
 
 static int check_body(mbsr_model *m, const mbsri_parameter *p)
 {
     mbsri_body_entry *entry = (mbsri_body_entry *)m->entries.data + p->told.id;
-    const double *numbers = m->matrices.data;
+    const double *numbers = m->stored.matrices.data;
     const int n = entry->joint.n, d = entry->joint.d, id = p->told.id;
     char label[MBSRI_LABEL];
     mbsri_label(label, "body", id, text_at(m, entry->name));
@@ -138,7 +138,7 @@ static int check_body(mbsr_model *m, const mbsri_parameter *p)
 static int check_force(mbsr_model *m, int id)
 {
     const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
-    const int *bodies = (const int *)m->lists.data + force->list;
+    const int *bodies = (const int *)m->stored.lists.data + force->list;
     mbsr_force_def def = force->def;
     char label[MBSRI_LABEL];
     for (int k = 0; k < def.bodies && k < 2; ++k) def.body[k] = bodies[k];

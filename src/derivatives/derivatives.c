@@ -25,10 +25,10 @@ static const char inverse_name[] = "mbsr_derivatives_inverse",
 static size_t widest(const mbsri_linear *l)
 {
     const mbsr_model *m = l->model;
-    size_t most = 3 * (size_t)m->max_columns;
+    size_t most = 3 * (size_t)m->most.columns;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const size_t count = (size_t)(l->e[b->parent] + 2 * b->d_pred + b->nq + b->n + l->e[i] +
+        const size_t count = (size_t)(l->e[b->parent] + 2 * b->pred.d + b->nq + b->n + l->e[i] +
                                       2 * b->d + b->nq + b->n);
         if (count > most) most = count;
     }
@@ -44,12 +44,12 @@ static bool place_arrays(mbsr_derivatives *w)
 {
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
-                 most = widest(w->linear), columns = (size_t)m->max_columns;
+                 most = widest(w->linear), columns = (size_t)m->most.columns;
     struct {
         double **at;
         size_t count;
     } const part[] = {{&w->motion, w->linear->motions},
-                      {&w->mu, m->size_v},
+                      {&w->mu, m->size.v},
                       {&w->dq, nq},
                       {&w->torque, nu},
                       {&w->load, 3 * nu},
@@ -172,14 +172,14 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     if (!status && m->rows > 0 && lambda) status = mbsri_closure_jacobians(m, d);
     if (!status) status = mbsri_momentum_derivatives(m, d, lambda, qdot, pdot);
     if (!status) status = mbsri_backward(m, d);
-    if (!status && m->grouped) status = mbsri_backward_apart(m, d);
+    if (!status && m->order.grouped) status = mbsri_backward_apart(m, d);
     if (status) return status;
     (void)mbsri_linear_mark(w->linear, d, NULL);
     mbsri_linear_mark_all(w->linear);
     mbsri_inverse(m, d, udot);
     status = mbsri_linear_keep(w->linear, d);
     if (!status) status = bend(w);
-    if (!status && m->grouped) status = mbsri_backward(m, d);
+    if (!status && m->order.grouped) status = mbsri_backward(m, d);
     return status;
 }
 

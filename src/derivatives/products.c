@@ -71,8 +71,8 @@ static void move_along(mbsr_derivatives *w, int i, const double *dq, const doubl
     for (int j = 0; j < b->n; ++j) load[b->u + j] = b->armature[j] * dudot[b->u + j];
     rows_times(3 * b->n, 2 * b->n, b->n, s.columns, k.own, z, load + b->u);
     if (s.below)
-        rows_times(3 * b->d_pred, 2 * b->d_pred, b->d_pred, s.columns, k.below, z,
-                   w->mu + b->pred_v);
+        rows_times(3 * b->pred.d, 2 * b->pred.d, b->pred.d, s.columns, k.below, z,
+                   w->mu + b->pred.v);
 }
 
 static void react_to(mbsr_derivatives *w, int i, double *load)
@@ -85,7 +85,7 @@ static void react_to(mbsr_derivatives *w, int i, double *load)
                mu);
     for (int j = 0; j < b->n; ++j) load[b->u + j] -= w->torque[b->iu + j];
     mbsri_atx(b->d, b->n, 1.0, k.J, mu, load + b->u);
-    mbsri_atx(b->d, b->d_pred, -1.0, k.H, mu, w->mu + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, k.H, mu, w->mu + b->pred.v);
 }
 
 /* z of an element in the call of body i; its bodies. */
@@ -220,7 +220,7 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
 {
     const mbsr_model *m = w->model;
     mbsri_zero((size_t)mbsri_linear_motions(w->linear, 0), w->motion);
-    mbsri_zero(m->size_v, w->mu);
+    mbsri_zero(m->size.v, w->mu);
     mbsri_zero((size_t)m->nu, w->torque);
     for (int i = 1; i <= m->bodies; ++i) move_along(w, i, dq, du, dudot, load);
     add_elements_along(w, dq, du);
@@ -240,7 +240,7 @@ static void unact(mbsr_derivatives *w, int i, const double *load)
     double *mu = w->mu + b->v;
     mbsri_zero((size_t)b->d, mu);
     mbsri_ax(b->d, b->n, 1.0, k.J, load + b->u, mu);
-    mbsri_ax(b->d, b->d_pred, -1.0, k.H, w->mu + b->pred_v, mu);
+    mbsri_ax(b->d, b->pred.d, -1.0, k.H, w->mu + b->pred.v, mu);
     mbsri_zero((size_t)x, w->motion + l->motion[i]);
     rows_transposed(3 * b->d, 2 * b->d, b->d, x, k.P, mu, w->motion + l->motion[i]);
 }
@@ -257,8 +257,8 @@ static void unmove(mbsr_derivatives *w, int i, const double *load, double *dq, d
     mbsri_atx(s.x, s.columns, 1.0, k.x, x, z);
     rows_transposed(3 * b->n, 2 * b->n, b->n, s.columns, k.own, load + b->u, z);
     if (s.below)
-        rows_transposed(3 * b->d_pred, 2 * b->d_pred, b->d_pred, s.columns, k.below,
-                        w->mu + b->pred_v, z);
+        rows_transposed(3 * b->pred.d, 2 * b->pred.d, b->pred.d, s.columns, k.below,
+                        w->mu + b->pred.v, z);
     for (int j = 0; j < b->n; ++j) dudot[b->u + j] += b->armature[j] * load[b->u + j];
     mbsri_atx(b->d, b->n, -1.0, k.J, x + l->e[i] + b->d, dudot + b->u);
     for (int j = 0; j < s.pred && s.below; ++j) pred[j] += z[j];

@@ -25,6 +25,7 @@
 #include <ida/ida.h>
 #include <ida/ida_ls.h>
 
+#include <float.h>
 #include <math.h>
 
 /* ---- careful steps ---- */
@@ -36,11 +37,30 @@ static bool turns(double before, double size, double tolerance)
     return before > tolerance && size > 0.3 * before;
 }
 
+/* The coordinates of x in the norm of corrections. */
+static double coordinates(const mbsri_stiff *s, N_Vector x)
+{
+    const double *value = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(s->weight);
+    double sum = 0.0;
+    for (int k = 0; k < s->first; ++k) sum += value[k] * weight[k] * value[k] * weight[k];
+    return sqrt(sum / (double)N_VGetLength(x));
+}
+
+/* Whether the last correction, s->change, moves coordinates by their rounding alone. */
+static bool is_rounding(const mbsri_stiff *s)
+{
+    static const double units = 4.0;
+    N_Vector y = NULL;
+    if (IDAGetCurrentY(s->memory, &y) < 0) return false;
+    return coordinates(s, s->change) <= units * DBL_EPSILON * coordinates(s, y);
+}
+
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
  * above the smaller one here, four of them in a row within it will do; or within `rounding`, where
- * they do not even shrink: with short steps h rounding of q is one of velocities by 1/h. Nothing
- * better is to be had either where corrections have been shortened in vain twice, after one that
- * was not. */
+ * they do not even shrink. With short steps h rounding of q is one of velocities by 1/h, beyond all
+ * tolerances at last, and shorter steps make it worse: corrections that do not shrink and move
+ * coordinates by their rounding are the last. Nothing better is to be had either where corrections
+ * have been shortened in vain twice, after one that was not. */
 static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding)
 {
     enum { ITERATIONS = 10 };
@@ -67,6 +87,7 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
         still = size <= rounding ? still + 1 : 0;
         grows = still > 1 && (grows || size > before);
         if (size <= share * tolerance || small == 4 || (still > 3 && grows)) return SUN_NLS_SUCCESS;
+        if (k > 2 && size > 0.3 * before && is_rounding(s)) return SUN_NLS_SUCCESS;
         before = size;
     }
     ++s->now.failures;

@@ -171,7 +171,7 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
     for (int l = 0; l < count; ++l) {
         mbsri_dense_idle(w, l, idle);
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-            for (int k = 0, row = c->row; k < c->held; ++k, ++row) {
+            for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
                 if (!mbsri_is_stiff(c, k) || w->left_out[row]) continue;
                 if (fabs(idle[row]) <= rounding * w->scale[w->n + row]) continue;
                 b[row] = lambda[row] / sqrt(c->def.stiffness[k]);

@@ -33,7 +33,7 @@ bool mbsri_any_stiff(const mbsr_model *m)
     const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
     bool any = false;
     for (; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) any = any || mbsri_is_stiff(c, k);
+        for (int k = 0; k < c->position_rows; ++k) any = any || mbsri_is_stiff(c, k);
     }
     return any;
 }
@@ -44,7 +44,8 @@ static void fill_order(mbsri_row_fronts *w)
     int place = 0;
     for (int others = 0; others < 2; ++others) {
         for (const mbsri_closure *c = first; c < end; ++c) {
-            for (int k = others ? c->held : 0; k < (others ? c->rows : c->held); ++k)
+            for (int k = others ? c->position_rows : 0; k < (others ? c->rows : c->position_rows);
+                 ++k)
                 w->order[c->row + k] = place++;
         }
     }

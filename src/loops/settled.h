@@ -27,6 +27,9 @@ bool mbsri_springs_let_go(mbsri_dense *w, bool apart);
 int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *lambda, bool shared,
                        bool *changed);
 
+/* What is missing beside w->offset, as a root of energies; infinite beside none. */
+double mbsri_springs_left(const mbsri_dense *w);
+
 /* Moves w->offset on, to where nothing will be missing. */
 void mbsri_springs_move(mbsri_dense *w);
 

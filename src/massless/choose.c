@@ -102,7 +102,7 @@ static int list_bodies(mbsri_report *r, mbsr_direction_kind kind, int *elements)
     for (int i = 0; i <= m->bodies; ++i) r->listed[i] = false;
     for (size_t k = 0; k < m->forces.count; ++k) {
         for (int l = 0; l < force[k].def.bodies && r->seen[k]; ++l)
-            r->listed[m->list_index[force[k].list + (size_t)l]] = true;
+            r->listed[m->stored.list_index[force[k].list + (size_t)l]] = true;
     }
     return status;
 }

@@ -94,7 +94,7 @@ void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks)
 {
     const mbsr_model *m = w->m;
     for (int i = 1; i <= m->bodies; ++i) {
-        if (m->body[i].head != i) continue;
+        if (m->body[i].group.head != i) continue;
         const mbsri_group g = mbsri_group_in_model(m, i);
         bool some = false;
         for (int k = 0; k < g.members; ++k)
@@ -178,7 +178,7 @@ static bool separates(const mbsr_completion *w)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         if (b->n > 0 && w->d->rank[i] % b->n != 0) return false;
-        if (b->head != i && !mbsri_apart(m, w->d, b->head)) return false;
+        if (b->group.head != i && !mbsri_apart(m, w->d, b->group.head)) return false;
     }
     return true;
 }
@@ -261,8 +261,9 @@ static int balance(mbsr_completion *w, bool twice, double *x, double *change)
 
 int mbsri_completion_drift(mbsr_completion *w, double *change)
 {
-    mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
+    double *udot = w->rate + w->rates;
     const int status = balance(w, false, w->y + w->rates, change);
+    for (int k = 0; k < w->m->nu && !status; ++k) udot[k] -= w->x[w->rates + k];
     for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
     return status;
 }

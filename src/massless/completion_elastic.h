@@ -29,7 +29,8 @@ int mbsri_completion_find_elastic(mbsr_completion *w);
 int mbsri_completion_find_growth(mbsr_completion *w);
 
 /* Velocities of elastic directions: u changes towards dF_u/dt = 0, by *change in the measure of
- * mbsri_completion_speed. */
+ * mbsri_completion_speed. The u' of w->rate, zero at first, becomes that with which dampers keep
+ * balancing: the part of dF_u/dt that they take falls with 1/c alone. */
 int mbsri_completion_drift(mbsr_completion *w, double *change);
 
 /* Their accelerations: w->rate changes until d^2F_u/dt^2 = 0. */

@@ -145,6 +145,7 @@ int mbsri_completion_velocities(mbsr_completion *w)
     static const double enough = 1e-12;
     int status = settle(w);
     double last = INFINITY;
+    mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
     for (int pass = 0; pass < PASSES && w->elastic && !status; ++pass) {
         double change = 0.0;
         status = mbsri_completion_drift(w, &change);

@@ -57,13 +57,13 @@ static void drop_traces(int n, size_t rows, const double *span, double *A)
 static bool turn_to_rates(mbsri_null_space *w, int k, int i)
 {
     const mbsri_slopes *s = &w->slope;
-    const mbsr_force_body *body = w->d->force_bodies + k;
+    const mbsr_force_body *body = w->d->element.bodies + k;
     const mbsri_body *b = w->m->body + i;
     const size_t rows = (size_t)s->out.rows;
     const double *by_q = s->matrix + (size_t)mbsri_q_column(body, s->column[k]) * rows;
     double *by_u = s->matrix + (size_t)mbsri_u_column(body, s->column[k]) * rows,
            *u = w->d->u + b->iu, *given = w->u, *rate = w->rate;
-    bool done = b->locks == 0;
+    bool done = b->lock.count == 0;
     mbsri_copy((size_t)b->n, u, given);
     for (int c = 0; c < b->n && done; ++c) {
         for (int l = 0; l < b->n; ++l) u[l] = l == c;
@@ -109,7 +109,7 @@ static bool find_duals(mbsri_null_space *w, int bodies, bool velocity, duals *x)
 {
     const mbsri_slopes *s = &w->slope;
     for (int k = 0; k < bodies; ++k) {
-        const mbsr_force_body *body = w->d->force_bodies + k;
+        const mbsr_force_body *body = w->d->element.bodies + k;
         if (s->row[k] < 0) continue;
         const int i = mbsri_element_body(w, k), at = s->column[k];
         const mbsri_body *b = w->m->body + i;
@@ -202,7 +202,7 @@ static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *
     for (int n = 0; n < moving; ++n) {
         const int to = w->moving[n];
         const double *a = w->direction + (size_t)to * (size_t)m->nu,
-                     *twist = w->twist + (size_t)to * m->size_v;
+                     *twist = w->twist + (size_t)to * m->size.v;
         double size;
         if (!row->velocity && !rates_are_own(w, bodies, l, to)) return false;
         const double value = mbsri_element_power(w, bodies, a, twist, l, gross, &size),

@@ -30,9 +30,13 @@
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 
+#include <math.h>
+
 /* Springs and positions are found in turn, as often at most; where springs share what they bear it
- * hardly changes. */
-enum { PASSES = 60, SHARING = 8 };
+ * hardly changes. Forces that are known but for so little, and not half as much after IDLE passes
+ * more, are known but for rounding. */
+enum { PASSES = 60, SHARING = 8, IDLE = 4 };
+static const double known = 1e-6;
 
 typedef struct search {
     mbsri_dense *w;
@@ -45,7 +49,7 @@ static bool any_stiff(const mbsri_dense *w)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     bool any = false;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
-        any = any || mbsri_largest(c->held, c->def.stiffness) > 0.0;
+        any = any || mbsri_largest(c->position_rows, c->def.stiffness) > 0.0;
     return any;
 }
 
@@ -123,8 +127,10 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
     mbsri_loops_leave_out(w, false);
     const bool follow = mbsri_springs_let_go(w, apart);
     const int passes = some_share(w) ? SHARING : PASSES;
+    double least = INFINITY;
+    int idle = 0;
     bool changed = true;
-    for (int pass = 0; pass < passes && !status && changed; ++pass) {
+    for (int pass = 0; pass < passes && !status && changed && idle < IDLE; ++pass) {
         if (pass > 0) {
             mbsri_springs_move(w);
             status = mbsri_assemble(&w->closer, t, q, &assembly_opt, &assembly);
@@ -132,6 +138,9 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
         if (!status) status = find_motion(s, t, q, u, udot, lambda, opt, info);
         if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);
         if (!status) status = mbsri_springs_load(w, t, q, lambda, follow, &changed);
+        const double left = mbsri_springs_left(w);
+        idle = left > 0.5 * least && left <= known ? idle + 1 : 0;
+        if (left <= 0.5 * least) least = left;
     }
     if (!status && changed && passes == SHARING) status = MBSR_NO_CONVERGENCE;
     if (!status) status = mbsri_springs_take(w, lambda);

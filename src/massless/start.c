@@ -187,7 +187,7 @@ static int accelerate(mbsri_start *s)
 static int balance(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
-    int status = w->elastic && w->m->held == 0 ? settle_dampers(s) : MBSR_OK;
+    int status = w->elastic && w->m->position_rows == 0 ? settle_dampers(s) : MBSR_OK;
     if (!status) status = alternate(s, false);
     if (!status && w->elastic && s->displaced) status = return_rest(s);
     return status ? status : accelerate(s);

@@ -137,6 +137,7 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
     const double *u = w->y + w->rates;
     double last = INFINITY;
     int leaps = 0, slowly = 0;
+    mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
     for (int step = 0; step < s->opt->max_iterations; ++step) {
         double share = 1.0, drifted = 0.0;
         int status = aim(s, true);

@@ -49,9 +49,9 @@ mbsr_coordinate_kind mbsri_joint_kind(const mbsri_joint *joint, bool velocity, i
 /* With coordinates that are held nq = n, and NaN marks those that are not. */
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k)
 {
-    if (!b->locked_at) return mbsri_joint_kind(&b->joint, velocity, k);
+    if (!b->lock.at) return mbsri_joint_kind(&b->joint, velocity, k);
     int place = 0;
-    while (!isnan(b->locked_at[place]) || k-- > 0) ++place;
+    while (!isnan(b->lock.at[place]) || k-- > 0) ++place;
     return mbsri_joint_kind(&b->joint, velocity, place);
 }
 

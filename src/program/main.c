@@ -21,7 +21,7 @@ typedef struct command {
     "  --no-limits, --no-friction   run, view: none of them unless these ask for them; else\n"     \
     "                 stops and friction are by the masses and ranges of the joints\n"             \
     "  --set NAME=VALUE   a parameter as info --parameters calls it; more than once: more\n"       \
-    "  --contacts     run: shapes for contact of the file touch\n"                                 \
+    "  --no-contacts  run: shapes for contact of the file do not touch\n"                          \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {
@@ -93,8 +93,7 @@ static const command commands[] = {
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
      "  -o PICTURE       ending in .png or .svg\n"
-     "  --columns NAMES  between commas; a colon begins another panel; hand.pos is all "
-     "hand.pos.*;\n"
+     "  --columns NAMES  between commas, panels between colons; hand.pos: all hand.pos.*;\n"
      "                   default all\n"
      "  --title TEXT     above\n",
      run_plot},

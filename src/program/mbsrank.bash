@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 _mbsrank() {
     local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
-    local common="--start --floating --package --arg --set --folder --anywhere --no-limits --no-friction --stop-stiffness --stop-damping --slip --strict --help"
+    local common="--start --floating --package --arg --set --folder --anywhere --no-limits --no-friction --no-contacts --stop-stiffness --stop-damping --slip --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
         mapfile -t COMPREPLY < <(compgen -W "info check run static modes linearise plot view fmu convert --help --version" -- "$word")

@@ -83,8 +83,8 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
         o->limits = false;
     } else if (strcmp(argument, "--no-friction") == 0) {
         o->friction = false;
-    } else if (strcmp(argument, "--contacts") == 0) {
-        o->contacts = true;
+    } else if (strcmp(argument, "--no-contacts") == 0) {
+        o->contacts = false;
     } else if (strcmp(argument, "--anywhere") == 0) {
         o->anywhere = true;
     } else if ((value = option_value(argc, argv, at, "--start"))) {

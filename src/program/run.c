@@ -219,7 +219,7 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
 
 int run_run(int argc, char **argv)
 {
-    run_options o = {.common = {.limits = true, .friction = true}};
+    run_options o = {.common = {.limits = true, .friction = true, .contacts = true}};
     program_model m = {.text = NULL};
     columns c = {.list = NULL};
     output to = {.columns = &c};

@@ -4,11 +4,14 @@
 
 #include <mbsrank/contact.h>
 
+#include <math.h>
 #include <stdlib.h>
 
-/* Pairs of bodies, neither of them the ground, whose shapes overlap as drawn. */
+/* What is drawn into each other as the run begins, so that points press with more than the weight
+ * of all bodies: pairs of bodies, neither of them the ground, and pairs of shapes of the ground and
+ * of what a joint holds to it. */
 typedef struct overlaps {
-    int count, (*pair)[2];
+    int bodies, (*body)[2], shapes, (*shape)[2];
 } overlaps;
 
 /* The object and the model with its element; *force is its id. */
@@ -19,9 +22,12 @@ static int make_touching(const program_model *m, const overlaps *without, touchi
     mbsr_force_def def;
     int status = mbsr_contacts_create(&t->contacts, &error);
     if (!status) status = mbsr_contacts_add_file(t->contacts, m->file, m->model, 0.0, told, &error);
-    for (int k = 0; k < without->count && !status; ++k)
+    for (int k = 0; k < without->bodies && !status; ++k)
         status =
-            mbsr_contacts_exclude(t->contacts, without->pair[k][0], without->pair[k][1], &error);
+            mbsr_contacts_exclude(t->contacts, without->body[k][0], without->body[k][1], &error);
+    for (int k = 0; k < without->shapes && !status; ++k)
+        status = mbsr_contacts_pair(t->contacts, without->shape[k][0], without->shape[k][1], NULL,
+                                    &error);
     if (!status) status = mbsr_contacts_force(t->contacts, 0, &def, &error);
     if (!status) status = mbsr_model_copy(m->model, &t->model, &error);
     if (status) return complain(FAILED, "%s", error.text);
@@ -30,23 +36,65 @@ static int make_touching(const program_model *m, const overlaps *without, touchi
     return DONE;
 }
 
-static int list_overlaps(const mbsr_contact_point *points, int count, overlaps *found)
+/* Whether joints with less than six freedoms hold a body to the ground, with no other that has
+ * shapes between them. */
+static bool is_held_by_ground(const program_model *m, int body)
 {
-    found->pair = malloc(((size_t)count + 1) * sizeof *found->pair);
-    if (!found->pair) return complain(FAILED, "no memory");
+    int freedoms = 0;
+    for (;; body = mbsr_body_parent(m->model, body)) {
+        mbsr_body_def def;
+        if (mbsr_body_definition(m->model, body, &def)) return false;
+        freedoms += def.joint.n;
+        if (def.parent == MBSR_GROUND) return freedoms < 6;
+        for (int k = 0; k < m->file->shapes; ++k) {
+            if (m->file->shape[k].contact && m->file->shape[k].body == def.parent) return false;
+        }
+    }
+}
+
+static double weigh_all(const program_model *m)
+{
+    double all = 0.0;
+    for (int k = 0; k < mbsr_model_bodies(m->model); ++k) {
+        mbsr_body_def def;
+        double mass;
+        if (mbsr_body_definition(m->model, k, &def)) continue;
+        (void)weigh_body(&def.inertia, &mass);
+        if (isfinite(mass)) all += mass;
+    }
+    return 9.81 * fmax(1.0, all);
+}
+
+static void add_pair(int a, int b, int *count, int (*pair)[2])
+{
+    for (int k = 0; k < *count; ++k) {
+        if (pair[k][0] == a && pair[k][1] == b) return;
+    }
+    pair[*count][0] = a;
+    pair[(*count)++][1] = b;
+}
+
+static int list_overlaps(const program_model *m, const mbsr_contact_point *points, int count,
+                         overlaps *found)
+{
+    found->body = malloc(((size_t)count + 1) * sizeof *found->body);
+    found->shape = malloc(((size_t)count + 1) * sizeof *found->shape);
+    if (!found->body || !found->shape) return complain(FAILED, "no memory");
+    const double weight = weigh_all(m);
     for (int k = 0; k < count; ++k) {
         const mbsr_contact_point *p = points + k;
-        bool known = p->body_a == MBSR_GROUND || p->body_b == MBSR_GROUND;
-        for (int l = 0; l < found->count && !known; ++l)
-            known = found->pair[l][0] == p->body_a && found->pair[l][1] == p->body_b;
-        if (known) continue;
-        found->pair[found->count][0] = p->body_a;
-        found->pair[found->count++][1] = p->body_b;
+        const int on_ground = p->body_a == MBSR_GROUND ? p->body_b : p->body_a;
+        if (p->normal_force <= weight) continue;
+        if (p->body_a != MBSR_GROUND && p->body_b != MBSR_GROUND)
+            add_pair(p->body_a, p->body_b, &found->bodies, found->body);
+        else if (is_held_by_ground(m, on_ground))
+            add_pair(p->shape_a, p->shape_b, &found->shapes, found->shape);
     }
     return DONE;
 }
 
-static int find_overlaps(const touching *t, int force, const double *q, overlaps *found)
+static int find_overlaps(const program_model *m, const touching *t, int force, const double *q,
+                         overlaps *found)
 {
     mbsr_error error;
     mbsr_data *d = NULL;
@@ -63,25 +111,32 @@ static int find_overlaps(const touching *t, int force, const double *q, overlaps
     if (!status && count > 0) points = calloc((size_t)count, sizeof *points);
     if (points) status = mbsr_contact_report(t->model, d, force, count, points, &count);
     if (status) code = complain(FAILED, "%s", mbsr_data_error(d)->text);
-    if (!code && points) code = list_overlaps(points, count, found);
+    if (!code && points) code = list_overlaps(m, points, count, found);
     mbsr_data_destroy(d);
     free(points);
     free(u);
     return code;
 }
 
-static void tell(const mbsr_contacts_of_file *told, int overlapping)
+static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
 {
-    say(stderr, "%d shapes touch, with up to %.3g N/m each\n", told->shapes, told->stiffness);
+    if (told->shapes > 0)
+        say(stderr, "%d shapes touch, with up to %.3g N/m each; not so: --no-contacts\n",
+            told->shapes, told->stiffness);
     if (told->left_out > 0)
         say(stderr, "%d shapes for contact are left out: meshes, or planes that move\n",
             told->left_out);
     if (told->unserved > 0)
         say(stderr, "%d pairs of shapes never touch: two of these kinds are not served\n",
             told->unserved);
-    if (overlapping > 0)
-        say(stderr, "shapes of %d pairs of bodies overlap at the start and never touch\n",
-            overlapping);
+    if (found->bodies > 0)
+        say(stderr, "shapes of %d pairs of bodies are drawn into each other and never touch\n",
+            found->bodies);
+    if (found->shapes > 0)
+        say(stderr,
+            "%d pairs of shapes of the ground and of what a joint holds to it are drawn into each "
+            "other and never touch\n",
+            found->shapes);
 }
 
 static bool has_shapes(const mbsr_file *f)
@@ -94,23 +149,24 @@ static bool has_shapes(const mbsr_file *f)
 int touching_make(const program_model *m, const double *q, bool on, bool quiet, touching *t)
 {
     mbsr_contacts_of_file told = {0};
-    overlaps none = {0, NULL}, found = {0, NULL};
+    overlaps found = {0};
     int force;
     *t = (touching){NULL, NULL};
-    if (!has_shapes(m->file)) return DONE;
-    if (!on && !quiet) say(stderr, "shapes for contact do not touch without --contacts\n");
-    if (!on) return DONE;
-    int code = make_touching(m, &none, t, &force, &told);
-    if (!code) code = find_overlaps(t, force, q, &found);
-    if (!code && found.count > 0) {
+    if (!on || !has_shapes(m->file)) return DONE;
+    int code = make_touching(m, &found, t, &force, &told);
+    if (!code) code = find_overlaps(m, t, force, q, &found);
+    if (!code && found.bodies + found.shapes > 0) {
         mbsr_model_destroy(t->model);
         touching_free(t);
         code = make_touching(m, &found, t, &force, &told);
     }
-    if (!code && !quiet) tell(&told, found.count);
-    free(found.pair);
-    if (code && t->model) mbsr_model_destroy(t->model);
-    if (code) touching_free(t);
+    if (!code && !quiet) tell(&told, &found);
+    free(found.body);
+    free(found.shape);
+    if (code || told.shapes == 0) {
+        mbsr_model_destroy(t->model);
+        touching_free(t);
+    }
     return code;
 }
 

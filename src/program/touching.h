@@ -11,17 +11,19 @@ typedef struct touching {
 } touching;
 
 #ifdef MBSR_WITH_CONTACT
-/* Makes it of the shapes for contact of a file, those that overlap as the model stands at q left
- * out, or where it is not `on` nothing; says what it did unless `quiet`. A code. */
+/* Makes it of the shapes for contact of a file, those left out that are drawn into each other at q,
+ * or where it is not `on` nothing; says what it did unless `quiet`. A code. */
 int touching_make(const program_model *m, const double *q, bool on, bool quiet, touching *t);
 void touching_free(touching *t); /* the object, after the model */
 #else
 static inline int touching_make(const program_model *m, const double *q, bool on, bool quiet,
                                 touching *t)
 {
-    (void)m, (void)q, (void)quiet;
+    (void)m, (void)q;
     *t = (touching){NULL, NULL};
-    return on ? complain(USAGE, "--contacts: this program is without the component contact") : DONE;
+    if (on && !quiet)
+        say(stderr, "nothing touches: this program is without the component contact\n");
+    return DONE;
 }
 
 static inline void touching_free(touching *t)

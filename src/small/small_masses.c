@@ -111,7 +111,7 @@ static void place(mbsr_small_masses *s, layout *l)
     s->moved_q = take(l, nq);
     s->u_given = take(l, nu);
     s->moved_u = take(l, nu);
-    s->moved_v = take(l, (size_t)(m->max_d > m->max_n ? m->max_d : m->max_n));
+    s->moved_v = take(l, (size_t)(m->most.d > m->most.n ? m->most.d : m->most.n));
     s->slope = take(l, size);
     s->trial = take(l, 3 * size);
     s->kept = take(l, 2 * size);

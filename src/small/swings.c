@@ -88,7 +88,7 @@ static void along_joints(mbsr_small_masses *s, int which, double *out)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, d->mu + b->v, out + b->u);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, d->mu + b->v, d->mu + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, d->mu + b->v, d->mu + b->pred.v);
     }
 }
 

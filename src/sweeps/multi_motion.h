@@ -21,7 +21,7 @@ static mbsr_joint_args arguments(const mbsri_sweep_run *run, int i, double pose[
     const mbsri_sweep_joint *seat = run->tree->joint + b->multi;
     const mbsri_sweep_state *pred = run->state + b->parent;
     const mbsri_joint *chain = &seat->chain;
-    const bool rests = run->model->body[i].pred_space == MBSR_SPACE_FIXED;
+    const bool rests = run->model->body[i].pred.space == MBSR_SPACE_FIXED;
     const mbsr_joint_args args = {.param = chain->param,
                                   .option = chain->option,
                                   .motion = chain->motion,

@@ -222,8 +222,8 @@ static void count_loops(int k)
 
 static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
 {
-    c->tree.model->sweeps->kernels = c->tree.model->whole->kernels =
-        c->tree.model->evaluated->kernels = kernels;
+    c->tree.model->tree.plain->kernels = c->tree.model->tree.newton->kernels =
+        c->tree.model->tree.evaluated->kernels = kernels;
     /* the solver chooses its own by these */
     mbsr_newton_destroy(c->newton);
     bench_check(mbsr_newton_create(c->tree.model, MBSR_DAE_MOMENTUM, NULL, &c->newton, NULL),

@@ -380,8 +380,7 @@ static double far_off(const scene *s, const double *y)
 }
 
 /* A start succeeds just where all is determined; where friction may hold less than the load it is
- * told from that. Another start from there finds the forces balanced, but where dampers across the
- * tree are next to singular and rates are 1e4 times those given: accelerations may be refused. */
+ * told from that. Another start from there finds the forces balanced. */
 static bool starts(scene *s, const verdict *v)
 {
     double y[8 * MOST], yp[8 * MOST];
@@ -395,7 +394,6 @@ static bool starts(scene *s, const verdict *v)
         print_error("%s\n", mbsr_data_error(s->data)->text);
         return false;
     }
-    if (far_off(s, y) > 1e4) return true;
     status = mbsr_dae_consistent(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &info);
     const double size = s->force * far_off(s, y);
     if (!status && info.force_defect <= 1e-7 * size) return true;

@@ -72,7 +72,7 @@ static inline int mbsri_name_lambda(const mbsri_closure *c, int k)
 
 static inline int mbsri_name_eta(const mbsr_model *m, const mbsri_closure *c, int k)
 {
-    return m->rows + c->held_row + k;
+    return m->rows + c->position_row + k;
 }
 
 /* Of unknown k of a joint, or of the group of that head. */
