@@ -29,7 +29,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->typical.weight);
     mbsri_release(&allocator, model->typical.span);
     mbsri_release(&allocator, model->stand);
-    mbsri_release(&allocator, model->joint_param);
+    mbsri_release(&allocator, model->stored.joint_param);
     mbsri_release(&allocator, model->elements.along.element);
     mbsri_sweeps_release(model);
     mbsri_plan_destroy(model, model->plan);

@@ -451,7 +451,7 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->typical.weight);
     mbsri_release(&m->allocator, m->typical.span);
     mbsri_release(&m->allocator, m->stand);
-    mbsri_release(&m->allocator, m->joint_param);
+    mbsri_release(&m->allocator, m->stored.joint_param);
     mbsri_release(&m->allocator, m->elements.along.element);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
@@ -461,7 +461,7 @@ static void undo(mbsr_model *m)
     m->index = m->stored.list_index = NULL;
     m->body = NULL;
     m->stand = NULL;
-    m->joint_param = m->armature = NULL;
+    m->stored.joint_param = m->armature = NULL;
     m->order = (mbsri_orders){.u_of = NULL};
     m->typical = (mbsri_scales){.inertia = NULL};
     m->elements = (mbsri_elements){.idle = m->elements.idle};

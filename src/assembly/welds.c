@@ -201,10 +201,10 @@ static bool weld_bodies(mbsr_model *m, int N, mbsri_welds *w)
     *w = (mbsri_welds){mbsri_allocate(&m->allocator, bodies * sizeof *w->joint),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->stand),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->left)};
-    m->joint_param =
-        mbsri_allocate(&m->allocator, changed * MBSRI_HELD_PARAMS * sizeof *m->joint_param);
+    m->stored.joint_param =
+        mbsri_allocate(&m->allocator, changed * MBSRI_HELD_PARAMS * sizeof *m->stored.joint_param);
     m->stand = mbsri_allocate(&m->allocator, rigid * sizeof *m->stand);
-    return w->joint && w->stand && w->left && m->joint_param && m->stand;
+    return w->joint && w->stand && w->left && m->stored.joint_param && m->stand;
 }
 
 bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, int *order, bool any,
@@ -217,14 +217,14 @@ bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, i
     choice c = {.m = m, .first = first, .next = next, .w = w, .acted = acted};
     mark_resting(m);
     if (memory) {
-        hold_joints(m, N, m->joint_param, w);
+        hold_joints(m, N, m->stored.joint_param, w);
         for (int id = 0; id < N; ++id) {
             acted[id] = false;
             w->stand[id].host = id;
         }
         mark_acted(&c);
         for (int k = 0; k < N && any; ++k) weld(&c, order[k]);
-        carry_joints(m, N, m->joint_param, w);
+        carry_joints(m, N, m->stored.joint_param, w);
         put_welded_last(m, N, w, order, other);
     }
     mbsri_release(&m->allocator, other);

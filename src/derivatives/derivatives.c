@@ -92,8 +92,10 @@ int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivati
     if (w) {
         *w = (mbsr_derivatives){.model = model, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         w->linear = mbsri_linear_create(model, true, NULL);
+        if (mbsri_rigid_serves(model)) w->rigid = mbsri_rigid_create(model);
     }
-    if (!w || !w->linear || !place_arrays(w) || mbsr_data_create(model, &w->data, NULL)) {
+    if (!w || !w->linear || (mbsri_rigid_serves(model) && !w->rigid) || !place_arrays(w) ||
+        mbsr_data_create(model, &w->data, NULL)) {
         mbsr_derivatives_destroy(w);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d bodies", name, model->bodies);
@@ -107,6 +109,7 @@ static void forget(mbsr_derivatives *w)
     if (w->open) mbsri_fronts_close(&w->fronts);
     w->open = w->redundant = false;
     w->at = MBSRI_LINEARISED_NOT;
+    w->by_sweeps = false;
 }
 
 void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
@@ -116,6 +119,7 @@ void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
     const mbsr_allocator allocator = w->model->allocator;
     forget(w);
     mbsri_linear_destroy(w->linear);
+    mbsri_rigid_destroy(w->rigid);
     mbsr_data_destroy(w->data);
     if (w->memory) mbsri_release(&allocator, w->memory);
     mbsri_release(&allocator, w);
@@ -183,6 +187,19 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     return status;
 }
 
+/* At accelerations that the data has found, or has found torques for. */
+static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
+                     const double *udot, bool forward)
+{
+    const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
+    if (w->rigid && w->data->pending == kept) {
+        w->by_sweeps = true;
+        return mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
+    }
+    if (forward) mbsri_copy((size_t)w->model->rows, w->data->loop_lambda, w->lambda);
+    return linearise_inverse(w, t, q, u, udot, forward ? w->lambda : NULL);
+}
+
 static int take_error(mbsr_derivatives *w, int status)
 {
     const mbsr_error *error = mbsr_data_error(w->data);
@@ -203,7 +220,7 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
     if (!q || !u || !udot)
         return refuse_call(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
     int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, w->solution);
-    if (!status) status = linearise_inverse(w, t, q, u, udot, NULL);
+    if (!status) status = linearise(w, t, q, u, udot, false);
     if (status) return take_error(w, status);
     if (tau) mbsri_copy((size_t)w->model->nu, w->solution, tau);
     w->at = MBSRI_LINEARISED_INVERSE;
@@ -231,10 +248,7 @@ int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const doub
     if (!q || !u) return refuse_call(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
     const mbsr_model *m = w->model;
     int status = mbsr_forward_dynamics(m, w->data, t, q, u, tau, w->solution);
-    if (!status) {
-        mbsri_copy((size_t)m->rows, w->data->loop_lambda, w->lambda);
-        status = linearise_inverse(w, t, q, u, w->solution, w->lambda);
-    }
+    if (!status) status = linearise(w, t, q, u, w->solution, true);
     if (!status && m->rows > 0) status = factor_loops(w);
     if (status) {
         forget(w);
@@ -311,6 +325,22 @@ static void copy_or_zero(size_t n, const double *from, double *to)
         mbsri_zero(n, to);
 }
 
+/* Those of a tree without loops. */
+static int tangent_by_sweeps(mbsr_derivatives *w, const char *name, const double *dq,
+                             const double *du, const double *dload, double *out)
+{
+    const size_t nu = (size_t)w->model->nu;
+    const mbsri_rigid_kernels *kernels = w->rigid->kernels;
+    const double *zero = w->right;
+    mbsri_zero(nu, w->right);
+    (w->at == MBSRI_LINEARISED_FORWARD ? kernels->forward_tangent : kernels->tangent)(
+        w->rigid, dq ? dq : zero, du ? du : zero, dload ? dload : zero, w->solution);
+    if (!mbsri_finite(nu, w->solution))
+        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+    mbsri_copy(nu, w->solution, out);
+    return MBSR_OK;
+}
+
 int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, const double *du,
                              const double *dload, double *out, double *dlambda)
 {
@@ -325,6 +355,7 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
         return refuse_call(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
     double *rates = w->load, *given = rates + m->nu, *load = given + m->nu, *forces = w->weight;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    if (w->by_sweeps) return tangent_by_sweeps(w, name, dq, du, dload, out);
     copy_or_zero(nu, dq, rates);
     turn_coordinates(w, false, rates, w->dq);
     copy_or_zero(nu, du, rates);
@@ -381,14 +412,20 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     double *weights = w->load, *du = weights + m->nu, *dudot = du + m->nu;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     copy_or_zero(nu, w_out, weights);
-    mbsri_zero(rows, w->rows);
-    mbsri_zero(rows, w->weight);
-    if (forward) {
-        solve_back(w, weights, w_lambda);
-        for (int k = 0; k < m->nu; ++k) weights[k] = -w->right[k];
+    if (w->by_sweeps) {
+        const mbsri_rigid_kernels *kernels = w->rigid->kernels;
+        (forward ? kernels->forward_adjoint : kernels->adjoint)(w->rigid, weights, w->solution, du,
+                                                                forward ? w->right : dudot);
+    } else {
+        mbsri_zero(rows, w->rows);
+        mbsri_zero(rows, w->weight);
+        if (forward) {
+            solve_back(w, weights, w_lambda);
+            for (int k = 0; k < m->nu; ++k) weights[k] = -w->right[k];
+        }
+        mbsri_derivatives_adjoint(w, weights, w->dq, du, dudot);
+        turn_coordinates(w, true, w->dq, w->solution);
     }
-    mbsri_derivatives_adjoint(w, weights, w->dq, du, dudot);
-    turn_coordinates(w, true, w->dq, w->solution);
     const double *of_load = forward ? w->right : dudot;
     if (!mbsri_finite(nu, w->solution) || !mbsri_finite(nu, du) || !mbsri_finite(nu, of_load))
         return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");

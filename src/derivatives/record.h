@@ -3,6 +3,7 @@
 #ifndef MBSRI_DERIVATIVES_RECORD_H
 #define MBSRI_DERIVATIVES_RECORD_H
 
+#include "derivatives/rigid.h"
 #include "fronts/fronts.h"
 #include "newton/linear/linear.h"
 
@@ -19,7 +20,9 @@ struct mbsr_derivatives {
     mbsr_data *data; /* with the factors, as long as there are derivatives */
     mbsr_error error;
     mbsri_linear *linear; /* all bodies deep */
+    mbsri_rigid *rigid;   /* NULL: the model is none */
     mbsri_linearised at;
+    bool by_sweeps; /* of `rigid` */
     bool open;      /* `fronts` have been factored */
     bool redundant; /* and some rows depend on others */
     mbsri_fronts fronts;

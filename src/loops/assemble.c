@@ -52,7 +52,9 @@ int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double st
     return mbsri_normalise(m, d, to);
 }
 
-int mbsri_assembly_gaps(const mbsri_closer *w, double *g)
+/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have
+ * none. */
+static int assembly_gaps(const mbsri_closer *w, double *g)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_gaps(w->m, w->d, g);
@@ -68,7 +70,7 @@ int mbsri_assembly_gaps(const mbsri_closer *w, double *g)
 static int evaluate(const search *s, const double *q, double *g)
 {
     const int status = mbsri_positions(s->w->m, s->w->d, s->t, q);
-    return status ? status : mbsri_assembly_gaps(s->w, g);
+    return status ? status : assembly_gaps(s->w, g);
 }
 
 /* |A| at the positions of the data, after the derivatives. */
@@ -153,7 +155,7 @@ static int look(search *s, const double *q)
     mbsri_closer *w = s->w;
     int status = mbsri_positions(w->m, w->d, s->t, q);
     if (!status) status = mbsri_closure_jacobians(w->m, w->d);
-    if (!status) status = mbsri_assembly_gaps(w, w->g);
+    if (!status) status = assembly_gaps(w, w->g);
     if (!status) find_size(s);
     return status;
 }
@@ -170,7 +172,7 @@ static int step(search *s, double *q, bool *better)
         const double share = mbsri_closing_share(w->m, &w->closing, w->step, s->norm);
         status = mbsri_displace(w->m, w->d, q, share, w->step, w->q_try);
         if (!status) status = mbsri_positions(w->m, w->d, s->t, w->q_try);
-        if (!status) status = mbsri_assembly_gaps(w, w->g_try);
+        if (!status) status = assembly_gaps(w, w->g_try);
         if (status < 0) return status;
         const double norm = status ? INFINITY : mbsri_closing_norm(w->m, &w->closing, w->g_try);
         if (norm < s->norm) {

@@ -306,61 +306,6 @@ bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction
     return true;
 }
 
-void mbsri_rows_slopes(const mbsri_null_space *w, double *C)
-{
-    const mbsri_row *row = w->rows.data;
-    mbsri_zero((size_t)w->k * (size_t)w->k, C);
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
-        const mbsri_row_entry *entry = entries_of(w, row);
-        for (int b = 0; b < row->count && row->velocity; ++b) {
-            double *column = C + entry[b].direction * w->k;
-            for (int a = 0; a < row->count; ++a)
-                column[entry[a].direction] += row->slope * entry[a].value * entry[b].value;
-        }
-    }
-}
-
-/* What a row sees of the sum z of all directions, whose weights have errors; 0 where that is no
- * more than errors. */
-static double seen_of(const mbsri_null_space *w, const mbsri_row *row, const double *z,
-                      const double *z_error)
-{
-    const mbsri_row_entry *entry = entries_of(w, row);
-    double sum = 0.0, error = 0.0;
-    for (int a = 0; a < row->count; ++a) {
-        const int at = entry[a].direction;
-        const double size = fabs(entry[a].value);
-        sum += entry[a].value * z[at];
-        error += (entry[a].error + 4.0 * DBL_EPSILON * size) * fabs(z[at]) + size * z_error[at];
-    }
-    return fabs(sum) > clear * error ? sum : 0.0;
-}
-
-double mbsri_rows_strain(const mbsri_null_space *w, const double *z, const double *z_error)
-{
-    const mbsri_row *row = w->rows.data;
-    double strain = 0.0;
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
-        if (!row->velocity) strain += fabs(row->slope * seen_of(w, row, z, z_error));
-    }
-    return strain;
-}
-
-void mbsri_rows_through(const mbsri_null_space *w, int e, const double *Z, const double *Z_error,
-                        double *B)
-{
-    const mbsri_row *row = w->rows.data;
-    mbsri_zero((size_t)e * (size_t)w->k, B);
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
-        const mbsri_row_entry *entry = entries_of(w, row);
-        for (int b = 0; b < e && !row->velocity; ++b) {
-            const double seen = seen_of(w, row, Z + b * w->k, Z_error + b * w->k);
-            for (int a = 0; a < row->count && seen != 0.0; ++a)
-                B[entry[a].direction * e + b] += row->slope * seen * entry[a].value;
-        }
-    }
-}
-
 int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction, bool velocity,
                       double *B, double *error)
 {

@@ -357,13 +357,6 @@ double mbsri_null_load(const mbsri_null_space *w, int l)
     return mbsri_gross_load(w->m, w->d, &g, vector) + mbsri_gross_load(w->m, w->d, &g, all);
 }
 
-int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate)
-{
-    int status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_velocities(w->m, w->d, x);
-    return status ? status : mbsri_coordinate_rates(w->m, w->d, rate);
-}
-
 int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
 {
     mbsri_gather(w->m, x, w->d->u);
@@ -373,11 +366,6 @@ int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
     }
     w->d->stage = MBSRI_STAGE_POSITIONS;
     return mbsri_coordinate_rates(w->m, w->d, rate);
-}
-
-void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y)
-{
-    mbsri_ax(w->m->nu, w->k, 1.0, w->direction, weights, y);
 }
 
 /* The numbers of a part, and how many a direction has. */

@@ -20,7 +20,8 @@ const double *mbsri_held_values(const mbsr_model *m, int id)
     return (const double *)m->stored.matrices.data + given_entry(m, id)->locked_at;
 }
 
-int mbsri_place_left(const mbsr_model *m, int id, int coordinate)
+/* Place of a coordinate, counted as given, among those that are left; -1: it is locked. */
+static int place_left(const mbsr_model *m, int id, int coordinate)
 {
     const double *held = mbsri_held_values(m, id);
     int place = 0;
@@ -35,7 +36,7 @@ bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int
     const int count = mbsri_force_coordinates(def);
     bool rests = count > 0, drops = false;
     for (int k = 0; k < count; ++k) {
-        const bool locked = mbsri_place_left(m, body[k], def->option[k]) < 0;
+        const bool locked = place_left(m, body[k], def->option[k]) < 0;
         rests = rests && locked;
         drops = drops || (locked && given_entry(m, body[k])->drops_locked);
     }
@@ -48,7 +49,7 @@ void mbsri_force_hold(const mbsr_model *m, mbsri_force *force, const int *body)
     const int count = mbsri_force_coordinates(def);
     for (int k = 0; k < MBSR_FORCE_OPTIONS; ++k) force->given[k] = def->option[k];
     for (int k = 0; k < count && !force->resting; ++k) {
-        const int given = def->option[k], left = mbsri_place_left(m, body[k], given);
+        const int given = def->option[k], left = place_left(m, body[k], given);
         if (left < 0)
             mbsri_gear_hold(def, k, mbsri_held_values(m, body[k])[given]);
         else
@@ -84,7 +85,7 @@ int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *
 
 bool mbsri_term_is_held(const mbsr_model *m, const mbsr_closure_def *def, int k)
 {
-    return mbsri_is_linear_coupling(def) && mbsri_place_left(m, def->body[k], def->option[k]) < 0;
+    return mbsri_is_linear_coupling(def) && place_left(m, def->body[k], def->option[k]) < 0;
 }
 
 const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_closure *closure)
@@ -107,7 +108,7 @@ static taken take_terms(const mbsr_model *m, mbsr_closure_def *def)
     for (int k = def->bodies - 1; k >= 0; --k) {
         const int id = def->body[k], coordinate = def->option[k];
         if (!mbsri_term_is_held(m, def, k)) {
-            def->option[k] = mbsri_place_left(m, id, coordinate);
+            def->option[k] = place_left(m, id, coordinate);
             continue;
         }
         t.drops = t.drops || given_entry(m, id)->drops_locked;

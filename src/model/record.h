@@ -247,6 +247,7 @@ struct mbsr_model {
         mbsri_array matrices; /* double */
         mbsri_array lists;    /* int: ids of the bodies of force elements */
         int *list_index;      /* `lists` with indices in the place of ids, set by finish */
+        double *joint_param;  /* parameters of joints that locks have changed, likewise */
     } stored;
     struct {
         mbsri_array inertias; /* mbsri_neglected */
@@ -255,14 +256,13 @@ struct mbsr_model {
     mbsri_array tables; /* mbsr_table *, those that are the model's own */
 
     /* from here on set by finish */
-    int bodies;          /* N */
-    int live;            /* number of bodies that are not welded to others; they come first */
-    mbsri_body *body;    /* N + 1 */
-    mbsri_stand *stand;  /* the welded bodies, bodies - live */
-    int *index;          /* N: index of the body of each id */
-    int nq, nu;          /* position and velocity coordinates of all joints, locked ones left out */
-    double *joint_param; /* parameters of joints that locks have changed */
-    double *armature;    /* nu: armature of each rate in the order of the sweeps, kg m^2 or kg */
+    int bodies;         /* N */
+    int live;           /* number of bodies that are not welded to others; they come first */
+    mbsri_body *body;   /* N + 1 */
+    mbsri_stand *stand; /* the welded bodies, bodies - live */
+    int *index;         /* N: index of the body of each id */
+    int nq, nu;         /* position and velocity coordinates of all joints, locked ones left out */
+    double *armature;   /* nu: armature of each rate in the order of the sweeps, kg m^2 or kg */
     mbsri_orders order;
     mbsri_scales typical;
     mbsri_trees tree;

@@ -100,8 +100,9 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
     return MBSR_OK;
 }
 
-int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
-                          const mbsri_closure_view *view, const double *C, double *rate)
+/* The rates of closure c alone: its rows. `C` are its derivatives. */
+static int closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                           const mbsri_closure_view *view, const double *C, double *rate)
 {
     const mbsr_closure_table *table = c->def.table;
     const bool bodies = !mbsri_is_coupling(c); /* V need not be there */
@@ -126,8 +127,7 @@ int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate)
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
         mbsri_view_closure(m, d, c, true, &view);
-        const int status =
-            mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
+        const int status = closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
         if (status) return status;
     }
     return MBSR_OK;
@@ -164,8 +164,7 @@ int mbsri_closure_errors(const mbsr_model *m, mbsr_data *d, double *rate, double
         mbsri_view_closure(m, d, c, false, &view);
         int status = c->position_rows > 0 ? gaps_of(m, d, c, &view, g + c->position_row) : MBSR_OK;
         mbsri_view_velocities(m, d, c, &view);
-        if (!status)
-            status = mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
+        if (!status) status = closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
         if (status) return status;
     }
     return MBSR_OK;

@@ -132,7 +132,7 @@ static int invert_K(const mbsr_model *m, mbsr_data *d, int i)
 
 /* Full column rank of J by the Cholesky factorisation of J^T J with unit diagonal: pivots are
  * squared distances of a column from the span of those before it. The columns' units do not
- * matter. */
+ * matter. Those of rates with armature depend on no others: D has a pivot of their own there. */
 static int check_J(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
@@ -141,7 +141,9 @@ static int check_J(const mbsr_model *m, mbsr_data *d, int i)
     double *L = d->scratch, *norm = L + (size_t)n * (size_t)n;
     for (int k = 0; k < n; ++k) norm[k] = sqrt(mbsri_dot(b->d, J + k * b->d, J + k * b->d));
     for (int k = 0; k < n; ++k) {
-        for (int j = 0; j <= k; ++j) {
+        const bool own = b->armature[k] > 0.0;
+        for (int j = 0; j <= k && own; ++j) L[k * n + j] = j < k ? 0.0 : INFINITY;
+        for (int j = 0; j <= k && !own; ++j) {
             const double scale = norm[j] * norm[k];
             double sum = mbsri_dot(b->d, J + j * b->d, J + k * b->d);
             if (!(scale <= 0.0)) sum /= scale; /* NaN stays NaN */

@@ -323,7 +323,9 @@ int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double
     return status;
 }
 
-void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate)
+/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank
+ * and those behind. x, rate: as many numbers as a group's joints have rates. */
+static void linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate)
 {
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
@@ -508,7 +510,7 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
     const int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
     if (status) return status;
     double *rates = l->spare, *x = rates + l->model->nu;
-    if (mbsri_linear_mark(l, d, NULL)) mbsri_linear_react(l->model, d, rates, x, x + l->model->nu);
+    if (mbsri_linear_mark(l, d, NULL)) linear_react(l->model, d, rates, x, x + l->model->nu);
     return l->whole ? MBSR_OK : find_pairs(l, d); /* else with what is kept */
 }
 

@@ -67,10 +67,6 @@ void mbsri_linear_destroy(mbsri_linear *l);
 int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                        const double *yp, double *spare);
 
-/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank
- * and those behind. x, rate: as many numbers as a group's joints have rates. */
-void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate);
-
 /* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any.
  */
 bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank);

@@ -301,7 +301,9 @@ static void balance_of(const mbsri_linear *w, int i, mbsri_vectors *v, double *r
     mbsri_group_scatter(m, &g, x, r + m->nq + m->nu);
 }
 
-void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
+/* Of r = (dF/dy + c dF/dy') delta, not the same, what does not need L^-1: r_q, r_p and the rows of
+ * closures, with d(M u) - dp and d(J^T mu - tau) in v. */
+static void apply_linear(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     mbsri_zero(w->motions, v->motion);
@@ -331,7 +333,7 @@ static void pass_to_root(const mbsri_linear *w, mbsri_vectors *v, double *r)
 
 void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
 {
-    mbsri_apply(w, delta, v, r);
+    apply_linear(w, delta, v, r);
     pass_to_root(w, v, r);
 }
 
