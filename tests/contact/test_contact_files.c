@@ -61,7 +61,6 @@ static void quadruped(void **unused)
     mbsr_model *m = touching_model(file, &contacts, &force, &told);
     assert_int_equal(told.shapes, 10);
     assert_int_equal(told.left_out, 0);
-    assert_int_equal(told.unserved, 0);
     mbsr_simulation s = mbsr_simulation_of(m);
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.rtol = opt.atol = 1e-5;
@@ -81,7 +80,7 @@ static void quadruped(void **unused)
     mbsr_file_destroy(file);
 }
 
-/* Excluded bodies, groups, meshes of kinds that are not served. */
+/* Excluded bodies, groups. */
 static const char parts[] =
     "<mujoco><worldbody>"
     "<body name='a'><freejoint/><geom name='x' type='sphere' size='.1' mass='1' contype='2' "
@@ -104,14 +103,15 @@ static void groups(void **unused)
     int force, count;
     mbsr_model *m = touching_model(file, &contacts, &force, &told);
     assert_int_equal(told.shapes, 4);
-    assert_int_equal(told.unserved, 1); /* the ellipsoid and what its group touches */
     mbsr_data *d;
     assert_int_equal(mbsr_data_create(m, &d, &error), MBSR_OK);
     assert_int_equal(mbsr_stage_positions(m, d, 0.0, file->q0), MBSR_OK);
     assert_int_equal(mbsr_stage_velocities(m, d, (double[24]){0.0, 0.0, 0.0, 0.01}), MBSR_OK);
     mbsr_contact_point point[4];
     assert_int_equal(mbsr_contact_report(m, d, force, 4, point, &count), MBSR_OK);
-    assert_int_equal(count, 1); /* not d, which is excluded, nor y with z and d by their groups */
+    assert_int_equal(count, 2); /* not d, which is excluded, nor y with z and d by their groups */
+    assert_int_equal(point[1].shape_b, 2);
+    assert_close(point[1].depth, 0.05, 1e-12);
     assert_close(point[0].depth, 0.05, 1e-12);
     assert_true(fabs(point[0].friction[0]) < 1e-12 && point[0].normal_force > 0.0);
     mbsr_data_destroy(d);
