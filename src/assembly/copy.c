@@ -67,8 +67,8 @@ static bool copy_closures(const mbsr_model *m, mbsr_model *to)
 /* A model's own tables go with it, so a copy has its own. */
 static bool copy_tables(const mbsr_model *m, mbsr_model *to)
 {
-    mbsr_table *const *table = m->tables.data;
-    for (size_t k = 0; k < m->tables.count; ++k) {
+    mbsr_table *const *table = m->stored.tables.data;
+    for (size_t k = 0; k < m->stored.tables.count; ++k) {
         mbsr_table_def def;
         mbsr_table_definition(table[k], &def);
         if (mbsri_table_replace(to, table[k], &def, NULL)) return false;

@@ -16,9 +16,9 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->stored.lists.data);
     mbsri_release(&allocator, model->given.inertias.data);
     mbsri_release(&allocator, model->given.closures.data);
-    for (size_t k = 0; k < model->tables.count; ++k)
-        mbsr_table_destroy(((mbsr_table **)model->tables.data)[k]);
-    mbsri_release(&allocator, model->tables.data);
+    for (size_t k = 0; k < model->stored.tables.count; ++k)
+        mbsr_table_destroy(((mbsr_table **)model->stored.tables.data)[k]);
+    mbsri_release(&allocator, model->stored.tables.data);
     mbsri_release(&allocator, model->index);
     mbsri_release(&allocator, model->stored.list_index);
     mbsri_release(&allocator, model->armature);

@@ -134,7 +134,7 @@ static bool add_armatures(lister *l, const mbsri_body_entry *entry)
     return good;
 }
 
-static bool add_joint(lister *l, const mbsri_body_entry *entry)
+static bool add_origins(lister *l, const mbsri_body_entry *entry)
 {
     static const char *const on_A = "origin of the joint on the predecessor",
                              *const on_B = "origin of the joint on the body",
@@ -237,7 +237,7 @@ static bool add_law(lister *l, const mbsri_force *force)
 
 /* ---- closures and tables ---- */
 
-static bool add_rows(lister *l, const mbsr_closure_def *def)
+static bool add_stiff_rows(lister *l, const mbsr_closure_def *def)
 {
     bool good = true;
     for (int k = 0; k < MBSR_CLOSURE_ROWS && good; ++k) {
@@ -285,7 +285,8 @@ static bool add_all(mbsr_parameters *list)
     bool good = true;
     for (size_t k = 0; k < base->entries.count && good; ++k) {
         begin_owner(&l, MBSR_PARAMETER_BODY, (int)k, body[k].name);
-        good = add_inertia(&l, body + k) && add_armatures(&l, body + k) && add_joint(&l, body + k);
+        good =
+            add_inertia(&l, body + k) && add_armatures(&l, body + k) && add_origins(&l, body + k);
     }
     for (size_t k = 0; k < base->forces.count && good; ++k) {
         begin_owner(&l, MBSR_PARAMETER_FORCE, (int)k, force[k].name);
@@ -293,7 +294,7 @@ static bool add_all(mbsr_parameters *list)
     }
     for (size_t k = 0; k < base->closures.count && good; ++k) {
         begin_owner(&l, MBSR_PARAMETER_CLOSURE, (int)k, closure[k].name);
-        good = add_rows(&l, &closure[k].def);
+        good = add_stiff_rows(&l, &closure[k].def);
     }
     for (size_t k = 0; k < base->entries.count && good; ++k)
         good = add_table(&l, mbsri_joint_table_of(&body[k].joint));

@@ -9,11 +9,11 @@ int mbsri_table_replace(mbsr_model *m, const mbsr_table *old, const mbsr_table_d
                         mbsr_error *error)
 {
     mbsr_table *made;
-    if (!mbsri_reserve(&m->allocator, &m->tables, 1, sizeof(mbsr_table *)))
+    if (!mbsri_reserve(&m->allocator, &m->stored.tables, 1, sizeof(mbsr_table *)))
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, "no memory");
     const int status = mbsr_table_create(def, &made, error);
     if (status) return status;
-    ((mbsr_table **)m->tables.data)[m->tables.count++] = made;
+    ((mbsr_table **)m->stored.tables.data)[m->stored.tables.count++] = made;
     mbsri_body_entry *body = m->entries.data;
     for (size_t k = 0; k < m->entries.count; ++k)
         if (mbsri_joint_table_of(&body[k].joint) == old) body[k].joint.user = made;

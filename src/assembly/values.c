@@ -68,8 +68,9 @@ static int put_value(mbsr_model *m, const mbsri_parameter *p, double value)
 static const mbsr_table *table_in_copy(const mbsr_model *m, const mbsr_parameters *list, int id)
 {
     const mbsr_table *table = ((const mbsr_table **)list->table.data)[id];
-    mbsr_table *const *owned = list->base->tables.data, *const *copied = m->tables.data;
-    for (size_t k = 0; k < list->base->tables.count; ++k)
+    mbsr_table *const *owned = list->base->stored.tables.data, *const *copied =
+                                                                   m->stored.tables.data;
+    for (size_t k = 0; k < list->base->stored.tables.count; ++k)
         if (owned[k] == table) return copied[k];
     return table;
 }
@@ -105,7 +106,7 @@ static const char *text_at(const mbsr_model *m, size_t name)
     return (const char *)m->stored.names.data + name;
 }
 
-static int check_body(mbsr_model *m, const mbsri_parameter *p)
+static int recheck_body(mbsr_model *m, const mbsri_parameter *p)
 {
     mbsri_body_entry *entry = (mbsri_body_entry *)m->entries.data + p->told.id;
     const double *numbers = m->stored.matrices.data;
@@ -135,7 +136,7 @@ static int check_body(mbsr_model *m, const mbsri_parameter *p)
     return status;
 }
 
-static int check_force(mbsr_model *m, int id)
+static int recheck_force(mbsr_model *m, int id)
 {
     const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
     const int *bodies = (const int *)m->stored.lists.data + force->list;
@@ -146,7 +147,7 @@ static int check_force(mbsr_model *m, int id)
     return mbsri_check_force(m, &def, id, mbsri_label(label, "force", id, text_at(m, force->name)));
 }
 
-static int check_closure(mbsr_model *m, int id)
+static int recheck_closure(mbsr_model *m, int id)
 {
     mbsri_closure *closure = (mbsri_closure *)m->closures.data + id;
     char label[MBSRI_LABEL];
@@ -160,16 +161,16 @@ static int check_closure(mbsr_model *m, int id)
 static int check_owner(mbsr_model *m, const mbsri_parameter *p)
 {
     switch (p->told.owner) {
-    case MBSR_PARAMETER_BODY: return check_body(m, p);
-    case MBSR_PARAMETER_FORCE: return check_force(m, p->told.id);
-    case MBSR_PARAMETER_CLOSURE: return check_closure(m, p->told.id);
+    case MBSR_PARAMETER_BODY: return recheck_body(m, p);
+    case MBSR_PARAMETER_FORCE: return recheck_force(m, p->told.id);
+    case MBSR_PARAMETER_CLOSURE: return recheck_closure(m, p->told.id);
     case MBSR_PARAMETER_TABLE: break;
     }
     return MBSR_OK;
 }
 
-static int check_arguments(const mbsr_parameters *list, int count, const int *which,
-                           const double *value, const char *function, mbsr_error *error)
+static int check_values(const mbsr_parameters *list, int count, const int *which,
+                        const double *value, const char *function, mbsr_error *error)
 {
     if (!list || (count > 0 && (!which || !value)))
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
@@ -213,7 +214,7 @@ int mbsr_parameters_model(const mbsr_parameters *list, int count, const int *whi
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: model is NULL",
                           function);
     *model = NULL;
-    int status = check_arguments(list, count, which, value, function, error);
+    int status = check_values(list, count, which, value, function, error);
     if (status) return status;
     mbsr_model *made;
     status = mbsr_model_copy(list->base, &made, error);

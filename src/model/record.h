@@ -248,12 +248,12 @@ struct mbsr_model {
         mbsri_array lists;    /* int: ids of the bodies of force elements */
         int *list_index;      /* `lists` with indices in the place of ids, set by finish */
         double *joint_param;  /* parameters of joints that locks have changed, likewise */
+        mbsri_array tables;   /* mbsr_table *, those that are the model's own */
     } stored;
     struct {
         mbsri_array inertias; /* mbsri_neglected */
         mbsri_array closures; /* mbsr_closure_def, before locked coordinates changed them */
     } given;
-    mbsri_array tables; /* mbsr_table *, those that are the model's own */
 
     /* from here on set by finish */
     int bodies;         /* N */
