@@ -27,6 +27,7 @@
 #include <mbsrank/model.h>
 #include <mbsrank/newton.h>
 #include <mbsrank/ode.h>
+#include <mbsrank/parameters.h>
 #include <mbsrank/small_masses.h>
 #include <mbsrank/spatial.h>
 #include <mbsrank/stepper.h>

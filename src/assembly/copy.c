@@ -1,5 +1,6 @@
 /* A copy of a model's definition.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "assembly/tables.h"
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
@@ -63,13 +64,25 @@ static bool copy_closures(const mbsr_model *m, mbsr_model *to)
     return true;
 }
 
+/* A model's own tables go with it, so a copy has its own. */
+static bool copy_tables(const mbsr_model *m, mbsr_model *to)
+{
+    mbsr_table *const *table = m->stored.tables.data;
+    for (size_t k = 0; k < m->stored.tables.count; ++k) {
+        mbsr_table_def def;
+        mbsr_table_definition(table[k], &def);
+        if (mbsri_table_replace(to, table[k], &def, NULL)) return false;
+    }
+    return true;
+}
+
 static bool copy_all(const mbsr_model *m, mbsr_model *to)
 {
     return duplicate(to, &m->stored.names, &to->stored.names, sizeof(char)) &&
            duplicate(to, &m->stored.matrices, &to->stored.matrices, sizeof(double)) &&
            duplicate(to, &m->given.inertias, &to->given.inertias, sizeof(mbsri_neglected)) &&
            duplicate(to, &m->entries, &to->entries, sizeof(mbsri_body_entry)) &&
-           copy_forces(m, to) && copy_closures(m, to);
+           copy_forces(m, to) && copy_closures(m, to) && copy_tables(m, to);
 }
 
 int mbsr_model_copy(const mbsr_model *model, mbsr_model **copy, mbsr_error *error)

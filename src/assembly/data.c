@@ -9,6 +9,7 @@
 #include "sweeps/loops.h"
 
 #include <mbsrank/driver.h>
+#include <mbsrank/parameters.h>
 
 #include <math.h>
 #include <stdint.h>
@@ -159,6 +160,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->model = model;
     d->lean = lean;
     d->owned = false;
+    d->own = NULL;
     d->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
     d->stage = MBSRI_STAGE_NONE;
     d->t = 0.0;
@@ -248,9 +250,16 @@ void mbsr_data_destroy(mbsr_data *data)
 {
     if (!data || !data->owned) return;
     const mbsr_allocator allocator = data->allocator;
+    mbsr_model *own = data->own;
     void *block;
     memcpy(&block, (unsigned char *)data - sizeof(void *), sizeof(void *));
     mbsri_release(&allocator, block);
+    mbsr_model_destroy(own);
+}
+
+const mbsr_model *mbsr_data_model(const mbsr_data *data)
+{
+    return data ? data->model : NULL;
 }
 
 const mbsr_error *mbsr_data_error(const mbsr_data *data)

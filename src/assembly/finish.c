@@ -501,33 +501,3 @@ int mbsr_model_finish(mbsr_model *model)
     m->finished = status == MBSR_OK;
     return status;
 }
-
-void mbsr_model_destroy(mbsr_model *model)
-{
-    if (!model) return;
-    const mbsr_allocator allocator = model->allocator;
-    mbsri_release(&allocator, model->entries.data);
-    mbsri_release(&allocator, model->forces.data);
-    mbsri_release(&allocator, model->closures.data);
-    mbsri_release(&allocator, model->stored.names.data);
-    mbsri_release(&allocator, model->stored.matrices.data);
-    mbsri_release(&allocator, model->stored.lists.data);
-    mbsri_release(&allocator, model->given.inertias.data);
-    mbsri_release(&allocator, model->given.closures.data);
-    mbsri_release(&allocator, model->index);
-    mbsri_release(&allocator, model->stored.list_index);
-    mbsri_release(&allocator, model->armature);
-    mbsri_release(&allocator, model->order.u_of);
-    mbsri_release(&allocator, model->order.q_of);
-    mbsri_release(&allocator, model->order.member);
-    mbsri_release(&allocator, model->typical.inertia);
-    mbsri_release(&allocator, model->typical.weight);
-    mbsri_release(&allocator, model->typical.span);
-    mbsri_release(&allocator, model->stand);
-    mbsri_release(&allocator, model->stored.joint_param);
-    mbsri_release(&allocator, model->elements.along.element);
-    mbsri_sweeps_release(model);
-    mbsri_plan_destroy(model, model->plan);
-    mbsri_release(&allocator, model->body);
-    mbsri_release(&allocator, model);
-}

@@ -182,6 +182,11 @@ static const mbsr_force_table curve_table = {
     .derivatives = curve_derivatives,
 };
 
+bool mbsri_reads_table(const mbsr_force_def *def)
+{
+    return def->function == mbsr_table_force || def->table == &curve_table;
+}
+
 mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torque)
 {
     mbsr_force_def def = mbsri_stock_force(&curve_table, 1, body, MBSR_GROUND);

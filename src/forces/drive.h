@@ -5,9 +5,14 @@
 
 #include <mbsrank/force.h>
 
+#include <stdbool.h>
+
 /* How many derivatives more than its table's function q and the momenta have, for an element whose
  * function is mbsr_table_force: 1, but for a servo, which reads the first derivative too, 0. */
 int mbsri_table_lead(const mbsr_force_def *def);
+
+/* Whether `user` of an element is a table: its function of time, or the curve of a motor. */
+bool mbsri_reads_table(const mbsr_force_def *def);
 
 /* How many joint coordinates an element acts on, option[k] of body k each; 0: none that it names.
  */

@@ -115,7 +115,7 @@ int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, int *id)
     return MBSR_OK;
 }
 
-static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const char *label)
+int mbsri_check_force(mbsr_model *m, const mbsr_force_def *def, int id, const char *label)
 {
     const mbsr_force_table *table = def->table;
     if (!table || table->version != MBSR_FORCE_TABLE_VERSION || !table->name || !table->evaluate) {
@@ -177,7 +177,7 @@ int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id)
     }
     char label[MBSRI_LABEL];
     mbsri_label(label, "force", next, def->name);
-    status = check_force(m, def, next, label);
+    status = mbsri_check_force(m, def, next, label);
     if (status) return status;
 
     if (!reserve(m, def->name, 0, (size_t)def->bodies) ||

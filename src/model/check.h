@@ -13,5 +13,8 @@ int mbsri_check_scales(mbsr_model *m, const mbsr_scales *scales, int body, int f
                        const char *label, const char *name);
 int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space space, int d, int id,
                         const char *label, bool *regular);
+/* A force element, with its list of bodies, and a closure. */
+int mbsri_check_force(mbsr_model *m, const mbsr_force_def *def, int id, const char *label);
+int mbsri_check_closure(mbsr_model *m, const mbsr_closure_def *def, const char *label);
 
 #endif

@@ -129,7 +129,7 @@ static int check_closure_table(mbsr_model *m, const mbsr_closure_def *def, const
     return mbsri_check_scales(m, &table->scales, MBSR_NONE, MBSR_NONE, label, table->name);
 }
 
-static int check_closure(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+int mbsri_check_closure(mbsr_model *m, const mbsr_closure_def *def, const char *label)
 {
     int status = check_closure_table(m, def, label);
     if (!status) status = check_bodies(m, def, label);
@@ -161,7 +161,7 @@ int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *
     mbsri_label(label, "closure", next, def->name);
     mbsri_closure closure = {.def = *def, .force = MBSR_NONE};
     mbsri_principal rows;
-    int status = check_closure(m, def, label);
+    int status = mbsri_check_closure(m, def, label);
     if (!status && def->compliant != 0) status = find_rows(m, &closure.def, &rows, label);
     if (status) return status;
     mbsri_stiff_axes(&closure.def);

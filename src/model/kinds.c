@@ -38,7 +38,7 @@ static mbsr_coordinate_kind planar_kind(int free, int k)
     return MBSR_COORDINATE_OTHER;
 }
 
-static mbsr_coordinate_kind coordinate_kind(const mbsri_joint *joint, int velocity, int k)
+mbsr_coordinate_kind mbsri_joint_kind(const mbsri_joint *joint, bool velocity, int k)
 {
     int free = 0;
     if (joint->table->position == mbsri_chain_position) return chain_kind(joint, velocity, k);
@@ -49,10 +49,10 @@ static mbsr_coordinate_kind coordinate_kind(const mbsri_joint *joint, int veloci
 /* With coordinates that are held nq = n, and NaN marks those that are not. */
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k)
 {
-    if (!b->lock.at) return coordinate_kind(&b->joint, velocity, k);
+    if (!b->lock.at) return mbsri_joint_kind(&b->joint, velocity, k);
     int place = 0;
     while (!isnan(b->lock.at[place]) || k-- > 0) ++place;
-    return coordinate_kind(&b->joint, velocity, place);
+    return mbsri_joint_kind(&b->joint, velocity, place);
 }
 
 int mbsr_body_coordinate_kinds(const mbsr_model *model, int body, mbsr_coordinate_kind *position,

@@ -8,6 +8,9 @@
 /* Index of a body by id; -1 if there is none. MBSR_GROUND is 0. */
 int mbsri_index(const mbsr_model *m, int id);
 
+/* What coordinate k of a joint measures, locked or not: one of q, or of u. */
+mbsr_coordinate_kind mbsri_joint_kind(const mbsri_joint *joint, bool velocity, int k);
+
 /* What free coordinate k of a body's joint measures: one of q, or of u. */
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k);
 

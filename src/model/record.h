@@ -248,6 +248,7 @@ struct mbsr_model {
         mbsri_array lists;    /* int: ids of the bodies of force elements */
         int *list_index;      /* `lists` with indices in the place of ids, set by finish */
         double *joint_param;  /* parameters of joints that locks have changed, likewise */
+        mbsri_array tables;   /* mbsr_table *, those that are the model's own */
     } stored;
     struct {
         mbsri_array inertias; /* mbsri_neglected */

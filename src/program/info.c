@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const char *const kinds[] = {"fixed", "hinge", "slide", "ball", "free"};
 
@@ -181,20 +182,50 @@ static int print_json(const program_options *o, const program_model *m, double m
     return DONE;
 }
 
+static int print_parameters(const program_model *m, bool json)
+{
+    mbsr_parameters *list;
+    mbsr_parameter p;
+    mbsr_error error;
+    if (mbsr_parameters_create(m->model, &list, &error)) return complain(FAILED, "%s", error.text);
+    if (json) putchar('[');
+    for (int k = 0; !mbsr_parameter_get(list, k, &p); ++k) {
+        if (!json) {
+            say(stdout, "%s = %.9g%s%s\n", p.name, p.value, *p.unit ? " " : "", p.unit);
+            continue;
+        }
+        printf("%s{\"name\": ", k > 0 ? ",\n " : "");
+        put_json(stdout, p.name);
+        printf(", \"value\": %.17g, \"unit\": \"%s\", \"description\": \"%s\"}", p.value, p.unit,
+               p.description);
+    }
+    if (json) puts("]");
+    mbsr_parameters_destroy(list);
+    return DONE;
+}
+
 int run_info(int argc, char **argv)
 {
     program_options o = {.path = NULL};
+    bool parameters = false;
     program_model m;
     const double *q, *u;
     double mass = 0.0, centre[3] = {0.0};
     int code = DONE;
     for (int at = 0; at < argc && !code; ++at) {
-        if (!common_option(argc, argv, &at, &o, &code))
+        if (strcmp(argv[at], "--parameters") == 0)
+            parameters = true;
+        else if (!common_option(argc, argv, &at, &o, &code))
             code = complain(USAGE, "info: there is no option %s", argv[at]);
         if (at < 0) break;
     }
     if (code) return code;
     code = open_model(&o, o.json, &m);
+    if (parameters) {
+        if (!code) code = print_parameters(&m, o.json);
+        close_model(&m);
+        return code;
+    }
     if (!code) code = start_state(&o, &m, &q, &u);
     if (!code) code = weigh_all(&m, q, &mass, centre);
     if (!code) code = (o.json ? print_json : print_text)(&o, &m, mass, centre);

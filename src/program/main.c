@@ -20,6 +20,7 @@ typedef struct command {
     "  --slip V       dry friction of joints, smooth below this rate, m/s or rad/s\n"              \
     "  --no-limits, --no-friction   run, view: none of them unless these ask for them; else\n"     \
     "                 stops and friction are by the masses and ranges of the joints\n"             \
+    "  --set NAME=VALUE   a parameter as info --parameters calls it; more than once: more\n"       \
     "  --no-contacts  run: shapes for contact of the file do not touch\n"                          \
     "  --strict       refuse files with findings\n"
 
@@ -27,6 +28,7 @@ static const command commands[] = {
     {"info", "what a model consists of",
      "usage: mbsrank info FILE [options]\n"
      "Writes the tree of bodies with their joints, masses, actuators, keys and findings.\n"
+     "  --parameters   in their place the parameters, their values and units\n"
      "  --json         for a script to read\n" COMMON,
      run_info},
     {"check", "index and ranks at the start; exit 1 when something is undetermined",

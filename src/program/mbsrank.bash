@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 _mbsrank() {
     local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
-    local common="--start --floating --package --arg --folder --anywhere --no-limits --no-friction --no-contacts --stop-stiffness --stop-damping --slip --strict --help"
+    local common="--start --floating --package --arg --set --folder --anywhere --no-limits --no-friction --no-contacts --stop-stiffness --stop-damping --slip --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
         mapfile -t COMPREPLY < <(compgen -W "info check run static modes linearise plot view fmu convert --help --version" -- "$word")
@@ -17,11 +17,12 @@ _mbsrank() {
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
         fmu) common="$common -o --fmi --kind --fixed-step --sources --order --rtol --atol --t-end --step --name" ;;
         plot) common="--columns --title -o --help" ;;
-        convert) common="--floating --package --arg --folder --anywhere --strict --help" ;;
+        convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
         modes) common="$common --count --as-drawn --json" ;;
         linearise) common="$common --inputs --outputs --as-drawn --json" ;;
         check) common="$common --small --time --tolerance --json" ;;
+        info) common="$common --parameters --json" ;;
         *) common="$common --json" ;;
         esac
         mapfile -t COMPREPLY < <(compgen -W "$common" -- "$word") ;;

@@ -41,6 +41,19 @@ static int add_argument(program_options *o, char *text)
     return DONE;
 }
 
+static int add_set(program_options *o, char *text)
+{
+    const char *value = cut_pair(text, "--set", "NAME=VALUE");
+    char *end;
+    if (!value) return USAGE;
+    if (o->sets == MOST_PAIRS) return complain(USAGE, "--set: there are more than %d", MOST_PAIRS);
+    o->value[o->sets] = strtod(value, &end);
+    if (!*value || *end || !isfinite(o->value[o->sets]))
+        return complain(USAGE, "--set: %s is '%s', which is no number", text, value);
+    o->set[o->sets++] = text;
+    return DONE;
+}
+
 /* What limits and dry friction of joints become; 1: taken, 0: another option, -1: a bad value. */
 static int take_force(int argc, char **argv, int *at, program_options *o)
 {
@@ -80,6 +93,8 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
         *code = add_package(o, argv[*at] + strlen(argv[*at]) - strlen(value));
     } else if (*at >= 0 && (value = option_value(argc, argv, at, "--arg"))) {
         *code = add_argument(o, argv[*at] + strlen(argv[*at]) - strlen(value));
+    } else if (*at >= 0 && (value = option_value(argc, argv, at, "--set"))) {
+        *code = add_set(o, argv[*at] + strlen(argv[*at]) - strlen(value));
     } else if (*at >= 0 && (value = option_value(argc, argv, at, "--folder"))) {
         if (o->folders == 16) *code = complain(USAGE, "--folder: there are more than 16");
         if (!*code) o->folder[o->folders++] = value;
@@ -151,6 +166,30 @@ static int read_model(const program_options *o, program_model *m)
     return status ? complain(NOT_READ, "%s", error.text) : DONE;
 }
 
+/* The file gets a model with the values of --set in the place of its own. */
+static int set_parameters(const program_options *o, program_model *m)
+{
+    mbsr_parameters *list;
+    mbsr_error error;
+    mbsr_model *made;
+    int which[MOST_PAIRS], code = DONE;
+    if (o->sets == 0) return DONE;
+    if (mbsr_parameters_create(m->model, &list, &error)) return complain(FAILED, "%s", error.text);
+    for (int k = 0; k < o->sets && !code; ++k) {
+        which[k] = mbsr_parameters_find(list, o->set[k]);
+        if (which[k] == MBSR_NONE)
+            code = complain(USAGE, "--set: there is no parameter %s; mbsrank info --parameters",
+                            o->set[k]);
+    }
+    if (!code && mbsr_parameters_model(list, o->sets, which, o->value, &made, &error))
+        code = complain(USAGE, "--set: %s", error.text);
+    mbsr_parameters_destroy(list);
+    if (code) return code;
+    mbsr_model_destroy(mbsr_file_take_model(m->file));
+    m->model = m->file->model = made;
+    return DONE;
+}
+
 int open_model(const program_options *o, bool quiet, program_model *m)
 {
     mbsr_error error;
@@ -165,6 +204,8 @@ int open_model(const program_options *o, bool quiet, program_model *m)
     }
     if (mbsr_model_finish(m->model))
         return complain(NOT_READ, "%s: %s", o->path, mbsr_model_error(m->model)->text);
+    const int set = set_parameters(o, m);
+    if (set) return set;
     if (mbsr_data_create(m->model, &m->data, &error)) return complain(FAILED, "%s", error.text);
     return DONE;
 }

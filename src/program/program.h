@@ -67,6 +67,9 @@ typedef struct program_options {
     mbsr_file_package package[MOST_PAIRS];     /* names point into the arguments */
     mbsr_xacro_argument argument[MOST_PAIRS];  /* likewise */
     int packages, arguments;
+    const char *set[MOST_PAIRS]; /* names of parameters, and their values */
+    double value[MOST_PAIRS];
+    int sets;
     const char *folder[16]; /* where files that the model names may be, too */
     int folders;
     bool anywhere; /* whether includes may be in any folder */

@@ -117,8 +117,9 @@ typedef struct mbsri_sweep_memory {
 
 struct mbsr_data {
     const mbsr_model *model;
-    bool lean;  /* whether arrays are left out, or do not have all bodies */
-    bool owned; /* whether the block is from the model's allocator */
+    bool lean;       /* whether arrays are left out, or do not have all bodies */
+    bool owned;      /* whether the block is from the model's allocator */
+    mbsr_model *own; /* the model, where it is the data's; else NULL */
     mbsr_allocator allocator;
     mbsr_error error;
     mbsri_stage stage;
