@@ -17,12 +17,9 @@
 
 #include <math.h>
 
-/* Closure number l of the set; where its rows begin in C. */
-static const mbsri_closure *member(const mbsri_row_set *s, int l, int *row)
+static const mbsri_closure *end_of(const mbsri_row_set *s)
 {
-    const mbsri_closure *first = s->m->closures.data, *c = first + (s->closure ? s->closure[l] : l);
-    *row = s->closure ? s->row[l] : c->row;
-    return c;
+    return mbsri_all_closures(s->m) + s->m->closures.count;
 }
 
 /* C of row `row` over rate j in its span. */
@@ -47,19 +44,17 @@ enum { KINDS = 3 };
 static void find_scales(const mbsri_row_set *s, double *scale)
 {
     double largest[KINDS] = {0.0};
-    int row;
     for (int turn = 0; turn < 2; ++turn) {
-        for (int l = 0; l < s->count; ++l) {
-            const mbsri_closure *c = member(s, l, &row);
+        for (const mbsri_closure *c = mbsri_all_closures(s->m); c < end_of(s); ++c) {
             double own[KINDS] = {0.0};
             for (int k = 0; k < c->rows; ++k) {
                 const int kind = (int)mbsri_row_kind(s->m, s->d, c, k);
-                own[kind] = fmax(own[kind], norm_of(s, row + k));
+                own[kind] = fmax(own[kind], norm_of(s, c->row + k));
                 largest[kind] = fmax(largest[kind], own[kind]);
             }
             for (int k = 0; k < c->rows && turn == 1; ++k) {
                 const int kind = (int)mbsri_row_kind(s->m, s->d, c, k);
-                scale[row + k] = fmax(own[kind], 1e-3 * largest[kind]);
+                scale[c->row + k] = fmax(own[kind], 1e-3 * largest[kind]);
             }
         }
     }
@@ -91,13 +86,11 @@ static double distance(const mbsri_row_set *s, int row, int count)
  */
 static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbsri_ranks *found)
 {
-    int first;
-    for (int l = 0; l < s->count; ++l) {
-        const mbsri_closure *c = member(s, l, &first);
+    for (const mbsri_closure *c = mbsri_all_closures(s->m); c < end_of(s); ++c) {
         for (int k = held ? 0 : c->position_rows; k < (held ? c->position_rows : c->rows); ++k) {
             const int row = c->row + k;
             if (mbsri_is_stiff(c, k)) continue;
-            const double left = count < s->n ? distance(s, first + k, count) : 0.0;
+            const double left = count < s->n ? distance(s, c->row + k, count) : 0.0;
             dropped[row] = !(left > s->dependent);
             if (!s->d->dropped[row] && left < found->weakest_pivot) {
                 found->weakest_pivot = left;
@@ -114,36 +107,33 @@ static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbs
     return count;
 }
 
-/* Stiffness of stiff row k of a closure whose rows begin at `first` in C, in the joint rates of the
- * set. */
-static double stiffness_of(const mbsri_row_set *s, const mbsri_closure *c, int first, int k)
+/* Stiffness of stiff row k of a closure, in the joint rates of the set. */
+static double stiffness_of(const mbsri_row_set *s, const mbsri_closure *c, int k)
 {
-    const double scale = s->scale[first + k];
+    const double scale = s->scale[c->row + k];
     return mbsri_is_stiff(c, k) ? c->def.stiffness[k] * scale * scale : 0.0;
 }
 
 /* Whether it is soft beside another row of its closure. */
-static bool is_soft(const mbsri_row_set *s, const mbsri_closure *c, int first, int k)
+static bool is_soft(const mbsri_row_set *s, const mbsri_closure *c, int k)
 {
     static const double soft = 1e-2;
     double most = 0.0;
-    for (int l = 0; l < c->position_rows; ++l) most = fmax(most, stiffness_of(s, c, first, l));
-    return stiffness_of(s, c, first, k) < soft * most;
+    for (int l = 0; l < c->position_rows; ++l) most = fmax(most, stiffness_of(s, c, l));
+    return stiffness_of(s, c, k) < soft * most;
 }
 
 /* The stiff row, soft or not, that is farthest from the span of those taken, the first of equals;
- * -1 where none is left. `row`: among all rows. */
-static int farthest(const mbsri_row_set *s, bool soft, int *row)
+ * -1 where none is left. */
+static int farthest(const mbsri_row_set *s, bool soft)
 {
-    int first, at = -1;
-    for (int l = 0; l < s->count; ++l) {
-        const mbsri_closure *c = member(s, l, &first);
+    int at = -1;
+    for (const mbsri_closure *c = mbsri_all_closures(s->m); c < end_of(s); ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            if (!mbsri_is_stiff(c, k) || s->left[first + k] < 0.0) continue;
-            if (at >= 0 && s->left[first + k] <= (1.0 + 1e-6) * s->left[at]) continue;
-            if (is_soft(s, c, first, k) != soft) continue;
-            at = first + k;
-            *row = c->row + k;
+            if (!mbsri_is_stiff(c, k) || s->left[c->row + k] < 0.0) continue;
+            if (at >= 0 && s->left[c->row + k] <= (1.0 + 1e-6) * s->left[at]) continue;
+            if (is_soft(s, c, k) != soft) continue;
+            at = c->row + k;
         }
     }
     return at;
@@ -166,14 +156,12 @@ static void shorten(const mbsri_row_set *s, const double *q)
  * lose rank. */
 static void leave_out_soft(const mbsri_row_set *s, bool *dropped)
 {
-    int first;
-    for (int l = 0; l < s->count; ++l) {
-        const mbsri_closure *c = member(s, l, &first);
+    for (const mbsri_closure *c = mbsri_all_closures(s->m); c < end_of(s); ++c) {
         bool some = false;
         for (int k = 0; k < c->position_rows; ++k)
             some = some || (mbsri_is_stiff(c, k) && dropped[c->row + k]);
         for (int k = 0; k < c->position_rows && some; ++k)
-            dropped[c->row + k] = dropped[c->row + k] || is_soft(s, c, first, k);
+            dropped[c->row + k] = dropped[c->row + k] || is_soft(s, c, k);
     }
 }
 
@@ -181,20 +169,18 @@ static void leave_out_soft(const mbsri_row_set *s, bool *dropped)
  * may do without, and the others are to stay independent for as much of the motion as may be. */
 static int pass_springs(const mbsri_row_set *s, int count, bool *dropped)
 {
-    int first, row = 0;
-    for (int l = 0; l < s->count; ++l) {
-        const mbsri_closure *c = member(s, l, &first);
+    for (const mbsri_closure *c = mbsri_all_closures(s->m); c < end_of(s); ++c) {
         for (int k = 0; k < c->rows; ++k) {
             const bool looked_at = k < c->position_rows && mbsri_is_stiff(c, k) && count < s->n;
-            s->left[first + k] = looked_at ? distance(s, first + k, count) : 0.0;
+            s->left[c->row + k] = looked_at ? distance(s, c->row + k, count) : 0.0;
         }
     }
     for (int soft = 0; soft < 2; ++soft) {
-        for (int at = farthest(s, soft, &row); at >= 0; at = farthest(s, soft, &row)) {
+        for (int at = farthest(s, soft); at >= 0; at = farthest(s, soft)) {
             const double left = count < s->n ? distance(s, at, count) : 0.0;
-            dropped[row] = !(left > s->dependent);
+            dropped[at] = !(left > s->dependent);
             s->left[at] = -1.0;
-            if (dropped[row]) continue;
+            if (dropped[at]) continue;
             double *q = s->Q + (size_t)count++ * (size_t)s->n;
             mbsri_copy((size_t)s->n, s->x, q);
             shorten(s, q);
@@ -220,7 +206,6 @@ static mbsri_row_set all_rows(const mbsri_dense *w)
                            .d = w->d,
                            .n = w->n,
                            .rows = w->rows,
-                           .count = (int)w->m->closures.count,
                            .dependent = MBSRI_DEPENDENT,
                            .C = w->C,
                            .span = w->span,
@@ -234,7 +219,7 @@ bool mbsri_is_soft_row(mbsri_dense *w, const mbsri_closure *c, int k)
 {
     const mbsri_row_set s = all_rows(w);
     find_scales(&s, s.scale);
-    return is_soft(&s, c, c->row, k);
+    return is_soft(&s, c, k);
 }
 
 void mbsri_rank_scales(const mbsri_dense *w, double *scale)

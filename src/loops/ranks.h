@@ -13,16 +13,13 @@ static inline mbsri_ranks mbsri_no_ranks(void)
     return (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
 }
 
-/* Rows of some closures over some joint rates, and room for them. */
+/* Rows of all closures over joint rates, and room for them. */
 typedef struct mbsri_row_set {
     const mbsr_model *m;
     mbsr_data *d;
-    int n, rows;        /* rates, rows of C */
-    int count;          /* closures */
-    const int *closure; /* their numbers; NULL: all */
-    const int *row;     /* where the rows of each begin in C; with `closure` */
-    double dependent;   /* squared distances below this are zero */
-    const double *C;    /* rows x n */
+    int n, rows;      /* rates, rows of C */
+    double dependent; /* squared distances below this are zero */
+    const double *C;  /* rows x n */
     const double *
         span; /* n: of what joint rates move; rows are over rates in these, the same in all units */
     double *Q;         /* n x n: rows that are independent, made orthogonal */
