@@ -127,7 +127,7 @@ static void make_chain(chain *c, const struct bench_case *of)
     bench_check(mbsr_model_add_force(c->model, &gravity, NULL), "gravity", e->text);
     bench_check(mbsr_model_finish(c->model), "finish", e->text);
     for (int i = 1; i <= c->model->bodies && strstr(of->name, "_blocks"); ++i)
-        c->model->body[i].factored = false;
+        c->model->body[i].flexible.factored = false;
     bench_check(mbsr_data_create(c->model, &c->data, NULL), "data", NULL);
     bench_check(mbsr_newton_create(c->model, MBSR_DAE_MOMENTUM, NULL, &c->newton, NULL), "newton",
                 NULL);

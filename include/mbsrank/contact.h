@@ -46,10 +46,10 @@ typedef struct mbsr_shape {
     mbsr_shape_kind kind; /* default: a box, which has no size yet */
     mbsr_frame frame;     /* in the body; default: the body's own */
     double size[3];       /* m, > 0; spatial.h */
-    /* Radius to which edges and corners of boxes and meshes are rounded, m; 0 (default): a 20th of
-     * the least half edge, a 50th of the distance from its centre to its farthest corner for a
-     * mesh. Of a box it comes off the edges; a mesh is larger by it all round. A depth beyond the
-     * sum of both shapes' is still found, but its normal may jump. */
+    /* Radius to which edges and corners of boxes, cylinders and meshes are rounded, m; 0 (default):
+     * a 20th of the least size, a 50th of the distance from its centre to its farthest corner for a
+     * mesh. Of a box or cylinder it comes off the edges; a mesh is larger by it all round. A depth
+     * beyond the sum of both shapes' is still found, but its normal may jump. */
     double rounding;
     int vertices, triangles; /* MESH: their numbers */
     const double *vertex;    /* 3 a vertex, m, in the shape's frame */
@@ -98,7 +98,6 @@ typedef struct mbsr_file mbsr_file; /* files.h */
 typedef struct mbsr_contacts_of_file {
     int shapes;       /* that were added */
     int left_out;     /* meshes, which the component does not read, and planes that move */
-    int unserved;     /* pairs of shapes of kinds that are not served, which never touch */
     double stiffness; /* N/m of each shape */
 } mbsr_contacts_of_file;
 
@@ -116,10 +115,8 @@ MBSR_API int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *fi
 /* The element of all shapes, to be added to a model by mbsr_model_add_force; no shape can be added
  * then. max_pairs: shapes that are near each other at a time, at most, for which data set memory
  * aside; 0: 16 for each shape and 64 more. More of them end an evaluation with MBSR_ERR_MEMORY_SIZE
- * and the names of the two. Refused by name: shapes that may touch but have no stiffness, or that
- * the component does not serve (two of ellipsoid, cylinder, capsule, box and mesh of which one is
- * an ellipsoid or cylinder; an ellipsoid and a sphere). MBSR_ERR_NULL, MBSR_ERR_VALUE,
- * MBSR_ERR_SPACE, MBSR_ERR_NO_MEMORY. */
+ * and the names of the two. Refused by name: shapes that may touch but have no
+ * stiffness. MBSR_ERR_NULL, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *force,
                                  mbsr_error *error);
 

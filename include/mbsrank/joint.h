@@ -256,8 +256,8 @@ typedef struct mbsr_axis {
 /* Several axes in one body, without bodies between them: from A, each axis moves what follows it.
  * q, u are the coordinates of the axes that are not driven, in their order; `motion` gives those
  * that are, in their order. count: 0 .. 6; axes may be NULL for 0, and is refused elsewhere when
- * the body is added. Where the axes become dependent (gimbal lock) the state is refused with
- * MBSR_RANK_DEFICIENT_J. */
+ * the body is added. Where axes without armature become dependent (gimbal lock) the state is
+ * refused with MBSR_RANK_DEFICIENT_J. */
 MBSR_API mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int count,
                                         const mbsr_axis *axes, mbsr_motion_fn motion, void *user);
 

@@ -33,7 +33,7 @@ static int find_bodies(mbsr_model *m, int N, mbsri_closure *c, const char *label
         c->column[k] = columns > 0 ? c->columns : -1;
         c->columns += columns;
     }
-    if (c->columns > m->max_columns) m->max_columns = c->columns;
+    if (c->columns > m->most.columns) m->most.columns = c->columns;
     return MBSR_OK;
 }
 
@@ -147,10 +147,9 @@ static void mark_loop(mbsr_model *m, mbsri_closure *c)
 {
     c->meets = place_of_closing(m, c);
     for (int k = 0; k < c->def.bodies; ++k) {
-        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent)
-            m->body[i].spanned_by_loop = true;
+        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) m->body[i].loop.spans = true;
     }
-    m->body[c->meets].closes = true;
+    m->body[c->meets].loop.closes = true;
 }
 
 /* Those of couplings with the coordinates that their joints have, locked or not. */
@@ -166,7 +165,7 @@ static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_
                                     .np = b->np,
                                     .n = b->n,
                                     .nq = b->nq,
-                                    .held = b->given_locked_at};
+                                    .held = b->lock.given_at};
         if (named && c->body[k] > 0) body[k].n = entry[b->id].joint.n;
     }
 }
@@ -179,26 +178,27 @@ static int check_rows_of_table(mbsr_model *m, mbsri_closure *c, const char *labe
     char text[MBSR_TEXT_SIZE] = "";
     view_bodies(m, c, body);
     c->rows = c->def.rows;
-    c->held = c->def.held;
+    c->position_rows = c->def.held;
     int status = table->check ? table->check(&args, text) : MBSR_OK;
-    if (!status && table->count) status = table->count(&args, &c->rows, &c->held);
+    if (!status && table->count) status = table->count(&args, &c->rows, &c->position_rows);
     if (status)
         return REFUSE(status, "%s (%s): %.150s", label, table->name,
                       text[0] ? text : mbsr_status_text(status));
-    if (c->rows < 1 || c->rows > MBSR_CLOSURE_ROWS || c->held < 0 || c->held > c->rows ||
-        (c->held > 0 && !table->position) || (c->held < c->rows && !table->jacobian))
+    if (c->rows < 1 || c->rows > MBSR_CLOSURE_ROWS || c->position_rows < 0 ||
+        c->position_rows > c->rows || (c->position_rows > 0 && !table->position) ||
+        (c->position_rows < c->rows && !table->jacobian))
         return REFUSE(MBSR_ERR_VALUE, "%s (%s): count gave %d rows, %d of them position rows",
-                      label, table->name, c->rows, c->held);
-    if (c->def.compliant != 0 && c->def.compliant != c->held)
+                      label, table->name, c->rows, c->position_rows);
+    if (c->def.compliant != 0 && c->def.compliant != c->position_rows)
         return REFUSE(MBSR_ERR_VALUE, "%s (%s): compliant is %d, but it has %d position rows",
-                      label, table->name, c->def.compliant, c->held);
-    c->mix = c->mixture > 0 ? (const double *)m->matrices.data + c->mixture : NULL;
-    for (int k = c->held; k < MBSR_CLOSURE_ROWS; ++k) {
+                      label, table->name, c->def.compliant, c->position_rows);
+    c->mix = c->mixture > 0 ? (const double *)m->stored.matrices.data + c->mixture : NULL;
+    for (int k = c->position_rows; k < MBSR_CLOSURE_ROWS; ++k) {
         if (c->def.stiffness[k] > 0.0)
             return REFUSE(MBSR_ERR_VALUE,
                           "%s (%s): stiffness[%d] is %g, but it has %d position "
                           "rows",
-                          label, table->name, k, c->def.stiffness[k], c->held);
+                          label, table->name, k, c->def.stiffness[k], c->position_rows);
     }
     return MBSR_OK;
 }
@@ -210,7 +210,7 @@ static int hold(mbsr_model *m, int N, mbsri_closure *c, const char *label)
     const int status = mbsri_coupling_left(m, c, text);
     if (status) return REFUSE(status, "%s (%s): %.150s", label, c->def.table->name, text);
     if (c->given == 0) return MBSR_OK;
-    if (c->def.bodies == 0) c->rows = c->held = 0;
+    if (c->def.bodies == 0) c->rows = c->position_rows = 0;
     return find_bodies(m, N, c, label);
 }
 
@@ -232,10 +232,10 @@ static int resolve(mbsr_model *m, int N, int id)
     if (m->rows > INT_MAX / 8 - c->rows)
         return REFUSE(MBSR_ERR_VALUE, "mbsr_model_finish: too many rows of closures");
     c->row = m->rows;
-    c->held_row = m->held;
+    c->position_row = m->position_rows;
     c->at = m->size_c;
     m->rows += c->rows;
-    m->held += c->held;
+    m->position_rows += c->position_rows;
     m->size_c += (size_t)c->rows * (size_t)c->columns;
     if (c->rows > 0) mark_loop(m, c);
     return MBSR_OK;
@@ -250,8 +250,8 @@ static int add_springs(mbsr_model *m)
         int body[2] = {MBSR_GROUND, MBSR_GROUND};
         mbsr_space space[2] = {MBSR_SPACE_FIXED, MBSR_SPACE_FIXED};
         for (int l = 0; l < force->def.bodies; ++l) {
-            body[l] = ((const int *)m->lists.data)[force->list + (size_t)l];
-            space[l] = m->body[m->list_index[force->list + (size_t)l]].joint.space;
+            body[l] = ((const int *)m->stored.lists.data)[force->list + (size_t)l];
+            space[l] = m->body[m->stored.list_index[force->list + (size_t)l]].joint.space;
         }
         if (!mbsri_reserve(&m->allocator, &m->closures, 1, sizeof(mbsri_closure)))
             return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_model_finish: no memory");
@@ -271,7 +271,7 @@ void mbsri_closures_forget(mbsr_model *m)
         first[k].def = *mbsri_closure_as_given(m, first + k);
         first[k].given = 0;
     }
-    m->given.count = 0;
+    m->given.closures.count = 0;
     while (m->closures.count > 0 && first[m->closures.count - 1].force != MBSR_NONE)
         --m->closures.count;
 }

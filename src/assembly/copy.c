@@ -28,19 +28,19 @@ static bool copy_forces(const mbsr_model *m, mbsr_model *to)
 {
     if (!m->finished)
         return duplicate(to, &m->forces, &to->forces, sizeof(mbsri_force)) &&
-               duplicate(to, &m->lists, &to->lists, sizeof(int));
-    const size_t count = m->forces.count + m->carried;
+               duplicate(to, &m->stored.lists, &to->stored.lists, sizeof(int));
+    const size_t count = m->forces.count + m->elements.idle;
     const mbsri_force *force = m->forces.data;
     mbsri_force *made = reserve_array(to, &to->forces, count, sizeof *made);
-    int *list = reserve_array(to, &to->lists, m->lists.count, sizeof *list);
-    if ((!made && count > 0) || (!list && m->lists.count > 0)) return false;
+    int *list = reserve_array(to, &to->stored.lists, m->stored.lists.count, sizeof *list);
+    if ((!made && count > 0) || (!list && m->stored.lists.count > 0)) return false;
     for (size_t k = 0; k < count; ++k) {
         mbsri_force *element = made + force[k].id;
         *element = force[k];
         mbsri_force_as_given(force + k, &element->def);
         element->closure = MBSR_NONE;
         for (size_t l = force[k].list; l < force[k].list + (size_t)force[k].def.bodies; ++l)
-            list[l] = m->body[m->list_index[l]].id;
+            list[l] = m->body[m->stored.list_index[l]].id;
     }
     return true;
 }
@@ -65,9 +65,9 @@ static bool copy_closures(const mbsr_model *m, mbsr_model *to)
 
 static bool copy_all(const mbsr_model *m, mbsr_model *to)
 {
-    return duplicate(to, &m->names, &to->names, sizeof(char)) &&
-           duplicate(to, &m->matrices, &to->matrices, sizeof(double)) &&
-           duplicate(to, &m->neglected, &to->neglected, sizeof(mbsri_neglected)) &&
+    return duplicate(to, &m->stored.names, &to->stored.names, sizeof(char)) &&
+           duplicate(to, &m->stored.matrices, &to->stored.matrices, sizeof(double)) &&
+           duplicate(to, &m->given.inertias, &to->given.inertias, sizeof(mbsri_neglected)) &&
            duplicate(to, &m->entries, &to->entries, sizeof(mbsri_body_entry)) &&
            copy_forces(m, to) && copy_closures(m, to);
 }
@@ -87,8 +87,8 @@ int mbsr_model_copy(const mbsr_model *model, mbsr_model **copy, mbsr_error *erro
     const int status = mbsr_model_create(&def, &made, error);
     *copy = NULL;
     if (status) return status;
-    made->names.count = 0; /* what an empty model has stands in the copy's too */
-    made->matrices.count = 0;
+    made->stored.names.count = 0; /* what an empty model has stands in the copy's too */
+    made->stored.matrices.count = 0;
     if (!copy_all(model, made)) {
         mbsr_model_destroy(made);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,

@@ -16,9 +16,9 @@
 
 static size_t scratch_size(const mbsr_model *m)
 {
-    const size_t d = (size_t)m->max_d;
+    const size_t d = (size_t)m->most.d;
     const size_t products = 15 * d * d + 16 * d + 8;
-    const size_t lapack = (size_t)m->lapack_work;
+    const size_t lapack = (size_t)m->most.lapack_work;
     return products + (lapack > 6 * d ? lapack : 6 * d);
 }
 
@@ -31,19 +31,19 @@ static bool has_steps(const mbsr_model *m, bool lean)
 
 static size_t sincos_size(const mbsr_model *m)
 {
-    return m->evaluated ? 2 * (size_t)m->nq : 0;
+    return m->tree.evaluated ? 2 * (size_t)m->nq : 0;
 }
 
 static size_t loop_store_size(const mbsr_model *m)
 {
-    return m->evaluated && m->evaluated->loops ? m->evaluated->loops->doubles : 0;
+    return m->tree.evaluated && m->tree.evaluated->loops ? m->tree.evaluated->loops->doubles : 0;
 }
 
 /* ARRAY(name, length) of all arrays, with the lengths that they have in these data. */
 #define MBSRI_ARRAYS(ARRAY) MBSRI_DATA_ARRAYS(ARRAY, ARRAY##_LEAN, ARRAY##_FULL)
-#define MBSRI_PLACE_LEAN(name, unit) MBSRI_PLACE(name, lean ? m->in_sweeps.unit : m->size_##unit)
+#define MBSRI_PLACE_LEAN(name, unit) MBSRI_PLACE(name, lean ? m->in_sweeps.unit : m->size.unit)
 #define MBSRI_PLACE_FULL(name, length) MBSRI_PLACE(name, lean ? 0 : (size_t)(length))
-#define MBSRI_POISON_LEAN(name, unit) MBSRI_POISON(name, lean ? m->in_sweeps.unit : m->size_##unit)
+#define MBSRI_POISON_LEAN(name, unit) MBSRI_POISON(name, lean ? m->in_sweeps.unit : m->size.unit)
 #define MBSRI_POISON_FULL(name, length) MBSRI_POISON(name, lean ? 0 : (size_t)(length))
 
 /* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
@@ -64,37 +64,38 @@ static size_t lay_out_data(const mbsr_model *m, bool lean, unsigned char *base, 
     mbsr_data *d = next_bytes(base, &used, sizeof *d);
     if (!d) d = &counted;
     d->rank = next_bytes(base, &used, bodies * sizeof *d->rank);
-    d->watched = next_bytes(base, &used, bodies * sizeof *d->watched);
-    d->frame_rank = next_bytes(base, &used, lean ? 0 : bodies * sizeof *d->frame_rank);
-    d->off = next_bytes(base, &used, (m->forces.count + m->carried) * sizeof *d->off);
+    d->watch.rank = next_bytes(base, &used, bodies * sizeof *d->watch.rank);
+    d->frame.rank = next_bytes(base, &used, lean ? 0 : bodies * sizeof *d->frame.rank);
+    d->element.off =
+        next_bytes(base, &used, (m->forces.count + m->elements.idle) * sizeof *d->element.off);
     d->carries = next_bytes(base, &used, bodies * sizeof *d->carries);
-    d->factor_rows = next_bytes(base, &used, bodies * sizeof *d->factor_rows);
-    d->apart = next_bytes(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
+    d->factors.rows = next_bytes(base, &used, bodies * sizeof *d->factors.rows);
+    d->apart = next_bytes(base, &used, m->order.grouped ? bodies * sizeof *d->apart : 0);
     d->dropped = next_bytes(base, &used, (size_t)m->rows * sizeof *d->dropped);
-    d->fronts = next_bytes(base, &used, mbsri_fronts_bytes(m));
+    d->fronts.memory = next_bytes(base, &used, mbsri_fronts_bytes(m));
     const size_t exact = has_steps(m, lean) ? mbsri_exact_room(m) : 0;
     d->exact_work = next_bytes(base, &used, exact * sizeof *d->exact_work);
-    d->pivots = next_bytes(base, &used, (size_t)m->max_d * sizeof *d->pivots);
-    d->force_bodies =
-        next_bytes(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
-    d->force_text = next_bytes(base, &used, MBSR_TEXT_SIZE);
-    d->force_memory = next_bytes(base, &used, m->size_force_memory);
-    d->force_pairs = next_bytes(base, &used, (size_t)m->max_pairs * sizeof *d->force_pairs);
-    if (m->evaluated) {
-        d->sweep_state = next_bytes(base, &used, bodies * sizeof *d->sweep_state);
-        const mbsri_sweeps *const tree[] = {m->sweeps, m->whole, m->evaluated};
+    d->pivots = next_bytes(base, &used, (size_t)m->most.d * sizeof *d->pivots);
+    d->element.bodies =
+        next_bytes(base, &used, (size_t)m->most.element_bodies * sizeof *d->element.bodies);
+    d->element.text = next_bytes(base, &used, MBSR_TEXT_SIZE);
+    d->element.memory = next_bytes(base, &used, m->elements.memory);
+    d->element.pairs = next_bytes(base, &used, (size_t)m->most.pairs * sizeof *d->element.pairs);
+    if (m->tree.evaluated) {
+        d->sweep.state = next_bytes(base, &used, bodies * sizeof *d->sweep.state);
+        const mbsri_sweeps *const tree[] = {m->tree.plain, m->tree.newton, m->tree.evaluated};
         size_t depth = 0, multi = 0;
         for (int k = 0; k < 3; ++k) {
             if (!tree[k]) continue;
             if ((size_t)tree[k]->depth > depth) depth = (size_t)tree[k]->depth;
             if ((size_t)tree[k]->multi > multi) multi = (size_t)tree[k]->multi;
         }
-        d->sweep_multi = next_bytes(base, &used, multi * sizeof *d->sweep_multi);
-        d->sweep_stack = next_bytes(base, &used, depth * sizeof *d->sweep_stack);
-        d->sweep_noise = next_bytes(base, &used, depth * sizeof *d->sweep_noise);
-        d->sweep_flows = next_bytes(base, &used, depth * sizeof *d->sweep_flows);
-        const size_t loads = m->evaluated->body_forces ? bodies : 0;
-        d->sweep_load = next_bytes(base, &used, loads * sizeof *d->sweep_load);
+        d->sweep.multi = next_bytes(base, &used, multi * sizeof *d->sweep.multi);
+        d->sweep.stack = next_bytes(base, &used, depth * sizeof *d->sweep.stack);
+        d->sweep.noise = next_bytes(base, &used, depth * sizeof *d->sweep.noise);
+        d->sweep.flows = next_bytes(base, &used, depth * sizeof *d->sweep.flows);
+        const size_t loads = m->tree.evaluated->body_forces ? bodies : 0;
+        d->sweep.load = next_bytes(base, &used, loads * sizeof *d->sweep.load);
     }
 #define MBSRI_PLACE(name, length)                                                                  \
     d->name = next_bytes(base, &used, (size_t)(length) * sizeof(double));
@@ -116,7 +117,7 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
         return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
                           "%s: the model is not finished", function);
     }
-    if (lean && !model->sweeps) {
+    if (lean && !model->tree.plain) {
         return mbsri_fail(
             error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
             "%s: the model has closures, which the sweeps in vector code do not serve", function);
@@ -126,7 +127,7 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
 
 static size_t size_of_data(const mbsr_model *model, bool lean)
 {
-    if (!model || !model->finished || (lean && !model->sweeps)) return 0;
+    if (!model || !model->finished || (lean && !model->tree.plain)) return 0;
     return lay_out_data(model, lean, NULL, NULL);
 }
 
@@ -164,16 +165,17 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->total_rank = -1;
     d->pending = MBSRI_PENDING_NONE;
     d->split = NULL;
-    d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
-    d->accelerated = d->single = d->lambda_known = d->factoring = d->fronts_taken = false;
+    d->watch.active = d->frame.known = d->frame.used = d->keep_scale = d->exactly = false;
+    d->accelerated = d->single = d->lambda_known = d->factors.allowed = d->fronts.taken = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
-    for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
-    memset(d->force_memory, 0, model->size_force_memory);
-    d->alignment = 1.0;
-    for (int i = 0; i <= model->bodies; ++i) d->factor_rows[i] = -1;
+    for (size_t k = 0; k < model->forces.count + model->elements.idle; ++k)
+        d->element.off[k] = false;
+    memset(d->element.memory, 0, model->elements.memory);
+    d->frame.alignment = 1.0;
+    for (int i = 0; i <= model->bodies; ++i) d->factors.rows[i] = -1;
     for (int i = model->live + 1; i <= model->bodies; ++i)
         d->rank[i] = 0; /* the sweeps pass them by */
-    for (int i = 0; i <= model->bodies && model->grouped; ++i) d->apart[i] = false;
+    for (int i = 0; i <= model->bodies && model->order.grouped; ++i) d->apart[i] = false;
     *data = d;
     return MBSR_OK;
 }
@@ -266,11 +268,11 @@ void mbsri_data_poison(mbsr_data *d)
     MBSRI_ARRAYS(MBSRI_POISON)
 #undef MBSRI_POISON
     for (int i = 0; i <= m->live; ++i) d->rank[i] = -1000;
-    const size_t loads = m->sweeps && m->whole->body_forces ? (size_t)m->bodies + 1 : 0;
+    const size_t loads = m->tree.plain && m->tree.newton->body_forces ? (size_t)m->bodies + 1 : 0;
     for (size_t i = 0; i < loads; ++i)
-        for (int k = 0; k < 4; ++k) d->sweep_load[i].r[k] = d->sweep_load[i].arm[k] = NAN;
+        for (int k = 0; k < 4; ++k) d->sweep.load[i].r[k] = d->sweep.load[i].arm[k] = NAN;
     d->stage = MBSRI_STAGE_NONE;
     d->pending = MBSRI_PENDING_NONE;
-    d->accelerated = d->framed = false;
+    d->accelerated = d->frame.known = false;
     d->total_rank = -1;
 }

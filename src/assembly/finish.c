@@ -48,7 +48,7 @@ static bool number_allocate(const mbsr_model *m, size_t N, numbering *w)
 static const char *entry_label(const mbsr_model *m, int id, char *buffer)
 {
     const mbsri_body_entry *entry = m->entries.data;
-    return mbsri_label(buffer, "body", id, (const char *)m->names.data + entry[id].name);
+    return mbsri_label(buffer, "body", id, (const char *)m->stored.names.data + entry[id].name);
 }
 
 /* Children of each body as linked lists in ascending id; refuses unknown predecessors. */
@@ -113,7 +113,7 @@ static void place_root(mbsr_model *m)
                               .np = m->root.np,
                               .in_sweeps = true,
                               .joint.space = m->root.space};
-    m->max_d = m->root.d > 1 ? m->root.d : 1;
+    m->most.d = m->root.d > 1 ? m->root.d : 1;
 }
 
 /* Body i, whose predecessor is there. */
@@ -126,27 +126,27 @@ static void number_body(mbsr_model *m, int i, int id, const mbsri_welds *w)
     *b = (mbsri_body){.id = id,
                       .parent = parent,
                       .d = joint->d,
-                      .d_pred = m->body[parent].d,
+                      .pred.d = m->body[parent].d,
                       .np = joint->np,
                       .n = joint->n - locks,
                       .nq = joint->nq - locks,
                       .joint = *joint,
                       .inertia = entry->inertia,
-                      .pred_space = m->body[parent].joint.space,
+                      .pred.space = m->body[parent].joint.space,
                       .name = entry->name,
                       .regular = entry->regular,
-                      .locks = locks,
+                      .lock.count = locks,
                       .neglected = entry->neglected};
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
-        b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
+        b->inertia.matrix = (const double *)m->stored.matrices.data + entry->matrix;
     }
-    if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
-    b->given_locked_at = mbsri_held_values(m, id);
-    if (locks > 0) b->locked_at = (const double *)m->matrices.data + entry->locked_at;
-    if (joint->d > m->max_d) m->max_d = joint->d;
-    if (b->n > m->max_n) m->max_n = b->n;
+    if (entry->added > 0) b->added = (const double *)m->stored.matrices.data + entry->added;
+    b->lock.given_at = mbsri_held_values(m, id);
+    if (locks > 0) b->lock.at = (const double *)m->stored.matrices.data + entry->locked_at;
+    if (joint->d > m->most.d) m->most.d = joint->d;
+    if (b->n > m->most.n) m->most.n = b->n;
     m->differences = m->differences || mbsri_rates_need_tree(b);
-    if (mbsri_rates_room(m, b) > m->size_moved) m->size_moved = mbsri_rates_room(m, b);
+    if (mbsri_rates_room(m, b) > m->most.displaced) m->most.displaced = mbsri_rates_room(m, b);
 }
 
 /* Coordinates stand in the caller's q and u in the order of ids, in the data in that of the
@@ -181,8 +181,9 @@ static void place_armature(mbsr_model *m, int i)
 {
     mbsri_body *b = m->body + i;
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + b->id;
-    const double *given = entry->armature > 0 ? (const double *)m->matrices.data + entry->armature
-                                              : NULL,
+    const double *given = entry->armature > 0
+                              ? (const double *)m->stored.matrices.data + entry->armature
+                              : NULL,
                  *held = mbsri_held_values(m, b->id);
     double *to = m->armature + b->iu;
     b->armature = to;
@@ -196,24 +197,24 @@ static void place_armature(mbsr_model *m, int i)
 static int place_rates(mbsr_model *m, int N)
 {
     m->armature = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->armature);
-    m->u_of = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->u_of);
-    m->q_of = mbsri_allocate(&m->allocator, (size_t)m->nq * sizeof *m->q_of);
-    if (!m->armature || !m->u_of || !m->q_of) {
+    m->order.u_of = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->order.u_of);
+    m->order.q_of = mbsri_allocate(&m->allocator, (size_t)m->nq * sizeof *m->order.q_of);
+    if (!m->armature || !m->order.u_of || !m->order.q_of) {
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_finish: no memory");
     }
     for (int i = 1; i <= N; ++i) {
         const mbsri_body *b = m->body + i;
         place_armature(m, i);
-        for (int k = 0; k < b->n; ++k) m->u_of[b->iu + k] = b->u + k;
-        for (int k = 0; k < b->nq; ++k) m->q_of[b->iq + k] = b->q + k;
+        for (int k = 0; k < b->n; ++k) m->order.u_of[b->iu + k] = b->u + k;
+        for (int k = 0; k < b->nq; ++k) m->order.q_of[b->iq + k] = b->q + k;
     }
-    m->in_order = true;
-    for (int k = 0; k < m->nu; ++k) m->in_order = m->in_order && m->u_of[k] == k;
-    for (int k = 0; k < m->nq; ++k) m->in_order = m->in_order && m->q_of[k] == k;
-    m->plain_rates = m->in_order;
+    m->order.as_given = true;
+    for (int k = 0; k < m->nu; ++k) m->order.as_given = m->order.as_given && m->order.u_of[k] == k;
+    for (int k = 0; k < m->nq; ++k) m->order.as_given = m->order.as_given && m->order.q_of[k] == k;
+    m->order.plain_rates = m->order.as_given;
     for (int i = 1; i <= N; ++i)
-        m->plain_rates = m->plain_rates && !m->body[i].joint.table->coordinate_rates;
+        m->order.plain_rates = m->order.plain_rates && !m->body[i].joint.table->coordinate_rates;
     return MBSR_OK;
 }
 
@@ -226,7 +227,7 @@ static mbsr_joint joint_as_given(const mbsr_model *m, int id, mbsr_space *space,
                                    .joint;
     mbsr_joint joint = {MBSRI_JOINT_FIELDS(kept)};
     if (kept->params > 0)
-        memcpy(joint.param, (const double *)m->matrices.data + entry->param,
+        memcpy(joint.param, (const double *)m->stored.matrices.data + entry->param,
                (size_t)kept->params * sizeof *joint.param);
     memcpy(joint.option, kept->option, sizeof joint.option);
     *space = pred->space;
@@ -257,8 +258,9 @@ static int check_joints(mbsr_model *m, int N)
 {
     for (int i = 1; i <= N; ++i) {
         mbsri_body *b = m->body + i;
-        b->modal = mbsri_mount_of(b->joint.table, b->joint.user) && b->locks == 0;
-        b->upright = b->modal && mbsri_mount_rests(b->joint.user, b->joint.option[0]);
+        b->flexible.modal = mbsri_mount_of(b->joint.table, b->joint.user) && b->lock.count == 0;
+        b->flexible.upright =
+            b->flexible.modal && mbsri_mount_rests(b->joint.user, b->joint.option[0]);
         if (!b->joint.table->check) continue;
         char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
         mbsr_space space;
@@ -284,14 +286,14 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
     const bool named = mbsri_force_coordinates(&force->def) > 0;
     if (!table->check || (table->flags & MBSR_FORCE_EVERY_BODY)) return MBSR_OK;
     for (int k = 0; k < force->def.bodies; ++k) {
-        const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
+        const mbsri_body *b = m->body + m->stored.list_index[force->list + (size_t)k];
         bodies[k] = (mbsr_force_body){.id = b->id,
                                       .space = b->joint.space,
                                       .d = b->d,
                                       .np = b->np,
                                       .n = b->n,
                                       .nq = b->nq,
-                                      .held = b->given_locked_at};
+                                      .held = b->lock.given_at};
         if (!named || b->id == MBSR_GROUND) continue;
         bodies[k].n = entry[b->id].joint.n;
         bodies[k].nq = entry[b->id].joint.nq;
@@ -302,11 +304,12 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
     const int status = table->check(&args, text);
     if (!status) return MBSR_OK;
     const bool one = force->def.bodies == 1 && bodies->id != MBSR_GROUND;
-    return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s)%s%s: %.120s",
-                      mbsri_label(label, "force", id, (const char *)m->names.data + force->name),
-                      table->name, one ? " on " : "",
-                      one ? mbsri_body_label(m, m->list_index[force->list], on) : "",
-                      text[0] ? text : mbsr_status_text(status));
+    return mbsri_fail(
+        &m->error, status, MBSR_NONE, id, "%s (%s)%s%s: %.120s",
+        mbsri_label(label, "force", id, (const char *)m->stored.names.data + force->name),
+        table->name, one ? " on " : "",
+        one ? mbsri_body_label(m, m->stored.list_index[force->list], on) : "",
+        text[0] ? text : mbsr_status_text(status));
 }
 
 /* What an element wants of every data object. */
@@ -315,20 +318,21 @@ static int find_needs(mbsr_model *m, mbsri_force *force)
     const mbsr_force_table *table = force->def.table;
     char label[MBSRI_LABEL];
     force->needs = (mbsr_force_needs){0};
-    force->memory = m->size_force_memory;
+    force->memory = m->elements.memory;
     if (table->needs) table->needs(&force->def, &force->needs);
     if (table->flags & MBSR_FORCE_BY_PAIRS && force->needs.pairs == 0)
         force->needs.pairs = 1; /* it stays an element by pairs where none can act */
-    if (force->needs.pairs < 0 || force->needs.pairs > INT_MAX - m->pairs) {
-        return mbsri_fail(
-            &m->error, MBSR_ERR_VALUE, MBSR_NONE, force->id, "%s (%s): needs.pairs is %d",
-            mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
-            table->name, force->needs.pairs);
+    if (force->needs.pairs < 0 || force->needs.pairs > INT_MAX - m->elements.pairs) {
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, MBSR_NONE, force->id,
+                          "%s (%s): needs.pairs is %d",
+                          mbsri_label(label, "force", force->id,
+                                      (const char *)m->stored.names.data + force->name),
+                          table->name, force->needs.pairs);
     }
-    m->size_force_memory +=
+    m->elements.memory +=
         (force->needs.bytes + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
-    m->pairs += force->needs.pairs;
-    if (force->needs.pairs > m->max_pairs) m->max_pairs = force->needs.pairs;
+    m->elements.pairs += force->needs.pairs;
+    if (force->needs.pairs > m->most.pairs) m->most.pairs = force->needs.pairs;
     return MBSR_OK;
 }
 
@@ -340,20 +344,21 @@ static int resolve_forces(mbsr_model *m, int N)
     for (size_t id = 0; id < m->forces.count; ++id) {
         for (int k = 0; k < force[id].def.bodies; ++k) {
             const size_t at = force[id].list + (size_t)k;
-            const int body = ((const int *)m->lists.data)[at];
+            const int body = ((const int *)m->stored.lists.data)[at];
             if (body >= N) {
                 return mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, (int)id,
                                   "%s (%s): acts on body %d, but there are only %d bodies",
                                   mbsri_label(label, "force", (int)id,
-                                              (const char *)m->names.data + force[id].name),
+                                              (const char *)m->stored.names.data + force[id].name),
                                   force[id].def.table->name, body, N);
             }
-            m->list_index[at] = body == MBSR_GROUND ? 0 : m->index[body];
+            m->stored.list_index[at] = body == MBSR_GROUND ? 0 : m->index[body];
         }
-        if (force[id].def.bodies > m->max_force_bodies) m->max_force_bodies = force[id].def.bodies;
+        if (force[id].def.bodies > m->most.element_bodies)
+            m->most.element_bodies = force[id].def.bodies;
     }
-    const size_t most = m->max_force_bodies > 0 ? (size_t)m->max_force_bodies : 1;
-    m->max_force_bodies = (int)most;
+    const size_t most = m->most.element_bodies > 0 ? (size_t)m->most.element_bodies : 1;
+    m->most.element_bodies = (int)most;
     mbsr_force_body *bodies = mbsri_allocate(&m->allocator, most * sizeof *bodies);
     if (!bodies)
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -379,10 +384,10 @@ static bool is_regular(const mbsr_model *m)
  * finished but for this. */
 static bool group_joints(mbsr_model *m, int N)
 {
-    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
+    m->most.lapack_work = mbsri_lapack_syev_work(m->most.n);
     m->finished = true;
     bool built = mbsri_groups_build(m);
-    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
+    m->most.lapack_work = mbsri_lapack_syev_work(m->most.n);
     built = built && mbsri_measure(m) && mbsri_survey(m);
     m->finished = false;
     built = built && mbsri_sweeps_build_others(m);
@@ -437,36 +442,34 @@ static int build_tree(mbsr_model *m, int N, numbering *w, bool weld)
 static void undo(mbsr_model *m)
 {
     mbsri_release(&m->allocator, m->index);
-    mbsri_release(&m->allocator, m->list_index);
+    mbsri_release(&m->allocator, m->stored.list_index);
     mbsri_release(&m->allocator, m->armature);
-    mbsri_release(&m->allocator, m->u_of);
-    mbsri_release(&m->allocator, m->q_of);
-    mbsri_release(&m->allocator, m->member);
-    mbsri_release(&m->allocator, m->scale);
-    mbsri_release(&m->allocator, m->weight);
-    mbsri_release(&m->allocator, m->span);
+    mbsri_release(&m->allocator, m->order.u_of);
+    mbsri_release(&m->allocator, m->order.q_of);
+    mbsri_release(&m->allocator, m->order.member);
+    mbsri_release(&m->allocator, m->typical.inertia);
+    mbsri_release(&m->allocator, m->typical.weight);
+    mbsri_release(&m->allocator, m->typical.span);
     mbsri_release(&m->allocator, m->stand);
-    mbsri_release(&m->allocator, m->joint_param);
-    mbsri_release(&m->allocator, m->along.element);
+    mbsri_release(&m->allocator, m->stored.joint_param);
+    mbsri_release(&m->allocator, m->elements.along.element);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
     mbsri_plan_destroy(m, m->plan);
     m->plan = NULL;
     mbsri_closures_forget(m);
-    m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
+    m->index = m->stored.list_index = NULL;
     m->body = NULL;
-    m->along = (mbsri_coordinate_elements){.element = NULL};
     m->stand = NULL;
-    m->armature = m->scale = m->weight = m->span = m->joint_param = NULL;
-    m->differences = m->grouped = false;
-    m->bodies = m->live = 0;
-    m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
-    m->size_force_memory = 0;
-    m->max_pairs = m->pairs = 0;
-    m->rows = m->held = m->max_columns = 0;
-    m->size_c = m->size_moved = 0;
-    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =
-        m->size_nn = m->size_full = m->size_rates = m->size_bodies = 0;
+    m->stored.joint_param = m->armature = NULL;
+    m->order = (mbsri_orders){.u_of = NULL};
+    m->typical = (mbsri_scales){.inertia = NULL};
+    m->elements = (mbsri_elements){.idle = m->elements.idle};
+    m->most = (mbsri_maxima){0};
+    m->size = m->in_sweeps = (mbsri_lengths){0};
+    m->differences = false;
+    m->bodies = m->live = m->nq = m->nu = m->rows = m->position_rows = 0;
+    m->size_c = 0;
 }
 
 /* Everything that finishing a model sets, or nothing of it. */
@@ -475,9 +478,10 @@ static int number(mbsr_model *m, bool weld)
     const size_t N = m->entries.count;
     numbering w = {NULL, NULL, NULL};
     m->index = mbsri_allocate(&m->allocator, N * sizeof *m->index);
-    m->list_index = mbsri_allocate(&m->allocator, m->lists.count * sizeof *m->list_index);
+    m->stored.list_index =
+        mbsri_allocate(&m->allocator, m->stored.lists.count * sizeof *m->stored.list_index);
     m->body = mbsri_allocate(&m->allocator, (N + 1) * sizeof *m->body);
-    const bool memory = number_allocate(m, N, &w) && m->index && m->list_index && m->body;
+    const bool memory = number_allocate(m, N, &w) && m->index && m->stored.list_index && m->body;
     const int status = memory ? build_tree(m, (int)N, &w, weld) : no_memory_for_finish(m);
     number_release(m, &w);
     if (status) undo(m);
@@ -505,23 +509,23 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->entries.data);
     mbsri_release(&allocator, model->forces.data);
     mbsri_release(&allocator, model->closures.data);
-    mbsri_release(&allocator, model->names.data);
-    mbsri_release(&allocator, model->matrices.data);
-    mbsri_release(&allocator, model->lists.data);
-    mbsri_release(&allocator, model->neglected.data);
-    mbsri_release(&allocator, model->given.data);
+    mbsri_release(&allocator, model->stored.names.data);
+    mbsri_release(&allocator, model->stored.matrices.data);
+    mbsri_release(&allocator, model->stored.lists.data);
+    mbsri_release(&allocator, model->given.inertias.data);
+    mbsri_release(&allocator, model->given.closures.data);
     mbsri_release(&allocator, model->index);
-    mbsri_release(&allocator, model->list_index);
+    mbsri_release(&allocator, model->stored.list_index);
     mbsri_release(&allocator, model->armature);
-    mbsri_release(&allocator, model->u_of);
-    mbsri_release(&allocator, model->q_of);
-    mbsri_release(&allocator, model->member);
-    mbsri_release(&allocator, model->scale);
-    mbsri_release(&allocator, model->weight);
-    mbsri_release(&allocator, model->span);
+    mbsri_release(&allocator, model->order.u_of);
+    mbsri_release(&allocator, model->order.q_of);
+    mbsri_release(&allocator, model->order.member);
+    mbsri_release(&allocator, model->typical.inertia);
+    mbsri_release(&allocator, model->typical.weight);
+    mbsri_release(&allocator, model->typical.span);
     mbsri_release(&allocator, model->stand);
-    mbsri_release(&allocator, model->joint_param);
-    mbsri_release(&allocator, model->along.element);
+    mbsri_release(&allocator, model->stored.joint_param);
+    mbsri_release(&allocator, model->elements.along.element);
     mbsri_sweeps_release(model);
     mbsri_plan_destroy(model, model->plan);
     mbsri_release(&allocator, model->body);

@@ -38,7 +38,7 @@ static bool turns_mass(const mbsri_sweep_body *b)
 /* Whether the joint is of one axis, of a body that is not welded to another. */
 static bool one_axis(const mbsr_model *m, int i)
 {
-    return m->sweeps && !(m->sweeps->body[i].flags & (MBSRI_BLOCK | MBSRI_MULTI));
+    return m->tree.plain && !(m->tree.plain->body[i].flags & (MBSRI_BLOCK | MBSRI_MULTI));
 }
 
 /* Whether the joint moves mass in the position of the data; without freedom, whether there is any.
@@ -89,7 +89,7 @@ static bool find_open(mbsr_model *m, int *open)
     bool unknown = false;
     for (int i = 1; i <= m->bodies; ++i) {
         open[i] = i <= m->live && !m->body[i].regular && !has_armature(m->body + i) &&
-                  (!one_axis(m, i) || !turns_mass(m->sweeps->body + i));
+                  (!one_axis(m, i) || !turns_mass(m->tree.plain->body + i));
     }
     open[0] = 0;
     for (int i = 1; i <= m->bodies; ++i) {
@@ -118,7 +118,7 @@ static bool massless(const mbsri_body *b)
     return false;
 }
 
-/* Heads. work: 5 (bodies + 1), all zero. A head's members and group_n count its group while this
+/* Heads. work: 5 (bodies + 1), all zero. A head's members and n count its group while this
  * grows: that of a body is added to those of all its successors or, where this is too much, to none
  * of them, so that the order of bodies does not matter. False: no memory. */
 static bool grow_groups(mbsr_model *m, int *work)
@@ -129,22 +129,23 @@ static bool grow_groups(mbsr_model *m, int *work)
     if (!find_open(m, open)) return false;
     for (int i = bodies; i >= 1; --i) {
         mbsri_body *b = m->body + i;
-        cut[i] = b->group_n + rates[i] > MOST || b->members + behind[i] > MOST;
+        cut[i] = b->group.n + rates[i] > MOST || b->group.members + behind[i] > MOST;
         if (!cut[i]) {
-            b->group_n += rates[i];
-            b->members += behind[i];
+            b->group.n += rates[i];
+            b->group.members += behind[i];
         }
         alive[i] = alive[i] || !massless(b);
         if (!alive[i] || b->parent == 0) continue;
         alive[b->parent] = 1;
         if (!open[i] || !open[b->parent]) continue;
-        b->head = b->parent;
-        rates[b->parent] += b->group_n;
-        behind[b->parent] += b->members;
+        b->group.head = b->parent;
+        rates[b->parent] += b->group.n;
+        behind[b->parent] += b->group.members;
     }
     for (int i = 1; i <= bodies; ++i) {
         mbsri_body *b = m->body + i;
-        if (b->head != i) b->head = cut[b->head] ? i : m->body[b->head].head;
+        if (b->group.head != i)
+            b->group.head = cut[b->group.head] ? i : m->body[b->group.head].group.head;
     }
     return true;
 }
@@ -153,16 +154,16 @@ static bool grow_groups(mbsr_model *m, int *work)
 static void list_members(mbsr_model *m, int bodies, int *next)
 {
     int at = 0;
-    for (int i = 1; i <= bodies; ++i) m->body[i].members = 0;
-    for (int i = 1; i <= bodies; ++i) ++m->body[m->body[i].head].members;
+    for (int i = 1; i <= bodies; ++i) m->body[i].group.members = 0;
+    for (int i = 1; i <= bodies; ++i) ++m->body[m->body[i].group.head].group.members;
     for (int i = 1; i <= bodies; ++i) {
         next[i] = at;
-        at += m->body[i].members;
+        at += m->body[i].group.members;
     }
     for (int i = 1; i <= bodies; ++i) {
         mbsri_body *b = m->body + i;
-        b->at = next[b->head]++;
-        m->member[b->at] = i;
+        b->group.at = next[b->group.head]++;
+        m->order.member[b->group.at] = i;
     }
 }
 
@@ -170,27 +171,27 @@ static void list_members(mbsr_model *m, int bodies, int *next)
 static void place_group(mbsr_model *m, int i, mbsri_lengths *used)
 {
     mbsri_body *b = m->body + i;
-    b->group_n = b->group_nq = 0;
-    for (int k = 0; k < b->members; ++k) {
-        mbsri_body *member = m->body + m->member[b->at + k];
-        member->ig = (int)used->rates;
-        member->igq = (int)used->coordinates;
+    b->group.n = b->group.nq = 0;
+    for (int k = 0; k < b->group.members; ++k) {
+        mbsri_body *member = m->body + m->order.member[b->group.at + k];
+        member->group.iu = (int)used->rates;
+        member->group.iq = (int)used->coordinates;
         used->rates += (size_t)member->n;
         used->coordinates += (size_t)member->nq;
-        b->group_n += member->n;
-        b->group_nq += member->nq;
+        b->group.n += member->n;
+        b->group.nq += member->nq;
     }
-    for (int k = 0; k < b->members; ++k) {
-        mbsri_body *member = m->body + m->member[b->at + k];
-        if (k > 0) member->group_n = member->n, member->group_nq = member->nq;
+    for (int k = 0; k < b->group.members; ++k) {
+        mbsri_body *member = m->body + m->order.member[b->group.at + k];
+        if (k > 0) member->group.n = member->n, member->group.nq = member->nq;
         member->nn = used->nn;
         member->dg = used->dg;
-        used->nn += (size_t)member->group_n * (size_t)member->group_n;
-        used->dg += (size_t)member->d * (size_t)member->group_n;
+        used->nn += (size_t)member->group.n * (size_t)member->group.n;
+        used->dg += (size_t)member->d * (size_t)member->group.n;
     }
-    m->grouped = m->grouped || b->members > 1;
-    if (b->group_n > m->max_n) m->max_n = b->group_n;
-    if (b->group_n > m->max_d) m->max_d = b->group_n;
+    m->order.grouped = m->order.grouped || b->group.members > 1;
+    if (b->group.n > m->most.n) m->most.n = b->group.n;
+    if (b->group.n > m->most.d) m->most.d = b->group.n;
 }
 
 /* Vectors by groups and blocks, of groups with bodies in the sweeps first. */
@@ -199,11 +200,11 @@ static void place_all(mbsr_model *m, int bodies, int *seen)
     mbsri_lengths used = {0};
     for (int i = 0; i <= bodies; ++i) seen[i] = 0;
     for (int i = 1; i <= bodies; ++i) {
-        if (m->body[i].in_sweeps) seen[m->body[i].head] = 1;
+        if (m->body[i].in_sweeps) seen[m->body[i].group.head] = 1;
     }
     for (int wanted = 1; wanted >= 0; --wanted) {
         for (int i = 1; i <= bodies; ++i) {
-            if (m->body[i].head == i && seen[i] == wanted) place_group(m, i, &used);
+            if (m->body[i].group.head == i && seen[i] == wanted) place_group(m, i, &used);
         }
         if (wanted == 0) continue;
         m->in_sweeps.rates = used.rates;
@@ -211,22 +212,22 @@ static void place_all(mbsr_model *m, int bodies, int *seen)
         m->in_sweeps.nn = used.nn;
         m->in_sweeps.dg = used.dg;
     }
-    m->size_rates = used.rates;
-    m->size_nn = used.nn;
-    m->size_dg = used.dg;
+    m->size.rates = used.rates;
+    m->size.nn = used.nn;
+    m->size.dg = used.dg;
 }
 
 bool mbsri_groups_build(mbsr_model *m)
 {
     const int bodies = m->bodies;
     int *work = mbsri_allocate(&m->allocator, 5 * ((size_t)bodies + 1) * sizeof *work);
-    m->member = mbsri_allocate(&m->allocator, (size_t)bodies * sizeof *m->member);
-    bool built = work && m->member;
+    m->order.member = mbsri_allocate(&m->allocator, (size_t)bodies * sizeof *m->order.member);
+    bool built = work && m->order.member;
     if (built) {
-        for (int i = 0; i <= bodies; ++i) m->body[i].head = i;
+        for (int i = 0; i <= bodies; ++i) m->body[i].group.head = i;
         list_members(m, bodies, work);
         place_all(m, bodies, work);
-        for (int i = 0; i <= bodies; ++i) m->body[i].members = 1;
+        for (int i = 0; i <= bodies; ++i) m->body[i].group.members = 1;
         for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
         built = grow_groups(m, work);
     }
@@ -242,18 +243,19 @@ bool mbsri_groups_place(mbsr_model *m)
 {
     const int bodies = m->bodies;
     int *old = mbsri_allocate(&m->allocator, 2 * ((size_t)bodies + 1) * sizeof *old);
-    double *scale = m->scale ? mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *scale) : NULL;
-    const bool memory = old && (scale || !m->scale);
+    double *scale =
+        m->typical.inertia ? mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *scale) : NULL;
+    const bool memory = old && (scale || !m->typical.inertia);
     if (memory) {
-        for (int i = 1; i <= bodies; ++i) old[i] = m->body[i].ig;
+        for (int i = 1; i <= bodies; ++i) old[i] = m->body[i].group.iu;
         place_all(m, bodies, old + bodies + 1);
     }
     for (int i = 1; i <= bodies && memory && scale; ++i) {
         const mbsri_body *b = m->body + i;
-        for (int k = 0; k < b->n; ++k) scale[b->ig + k] = m->scale[old[i] + k];
+        for (int k = 0; k < b->n; ++k) scale[b->group.iu + k] = m->typical.inertia[old[i] + k];
     }
     mbsri_release(&m->allocator, old);
-    mbsri_release(&m->allocator, memory ? m->scale : scale);
-    if (memory) m->scale = scale;
+    mbsri_release(&m->allocator, memory ? m->typical.inertia : scale);
+    if (memory) m->typical.inertia = scale;
     return memory;
 }

@@ -100,16 +100,17 @@ static bool find_length(mbsr_model *m)
     const size_t bodies = (size_t)m->bodies, forces = m->forces.count;
     double mass, *x = mbsri_allocate(&m->allocator, (bodies + forces + 1) * sizeof *x);
     if (!x) return false;
-    m->mass = 0.0;
-    for (size_t k = 0; k < bodies; ++k, m->mass += mass) x[k] = radius(m->body + k + 1, &mass);
-    m->length = mean(bodies, x);
+    m->typical.mass = 0.0;
+    for (size_t k = 0; k < bodies; ++k, m->typical.mass += mass)
+        x[k] = radius(m->body + k + 1, &mass);
+    m->typical.length = mean(bodies, x);
     bool found = true;
-    if (m->length == 0.0 && bodies <= MBSRI_MOST_SURVEYED) {
+    if (m->typical.length == 0.0 && bodies <= MBSRI_MOST_SURVEYED) {
         found = find_levers(m, x);
-        m->length = found ? mean(bodies, x) : 0.0;
+        m->typical.length = found ? mean(bodies, x) : 0.0;
     }
     for (size_t k = 0; k < forces; ++k) x[k] = mbsri_force_length(&force[k].def);
-    if (m->length == 0.0) m->length = mean(forces, x);
+    if (m->typical.length == 0.0) m->typical.length = mean(forces, x);
     mbsri_release(&m->allocator, x);
     return found;
 }
@@ -124,8 +125,9 @@ static void find_frequency(mbsr_model *m)
         for (int l = 0; l < 3; ++l) g[l] += force[k].def.param[l];
     }
     const double size = sqrt(mbsri_dot(3, g, g));
-    m->frequency = m->length > 0.0 ? sqrt(size / m->length) / (2.0 * pi) : 0.0;
-    if (m->frequency == 0.0) m->frequency = mbsri_elements_rate(m);
+    m->typical.frequency =
+        m->typical.length > 0.0 ? sqrt(size / m->typical.length) / (2.0 * pi) : 0.0;
+    if (m->typical.frequency == 0.0) m->typical.frequency = mbsri_elements_rate(m);
 }
 
 /* For springs with a law by function, whose derivatives are differences. */
@@ -133,7 +135,7 @@ static void tell_springs(mbsr_model *m)
 {
     mbsri_force *force = m->forces.data;
     for (size_t k = 0; k < m->forces.count; ++k)
-        mbsri_spring_set_rate(&force[k].def, m->length * m->frequency);
+        mbsri_spring_set_rate(&force[k].def, m->typical.length * m->typical.frequency);
 }
 
 /* Whether the library does not know what all coordinates of a joint measure. */
@@ -178,7 +180,7 @@ static bool find_coordinate_spans(mbsr_model *m)
         }
     }
     mbsr_data_destroy(d);
-    m->span = span;
+    m->typical.span = span;
     return true;
 }
 

@@ -12,7 +12,7 @@ static int first_body(const mbsr_model *m, size_t id)
     const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
     int first = 0;
     for (int k = 0; k < force->def.bodies; ++k) {
-        const int body = m->list_index[force->list + (size_t)k];
+        const int body = m->stored.list_index[force->list + (size_t)k];
         if (first == 0 || (body > 0 && body < first)) first = body;
     }
     return first;
@@ -53,19 +53,19 @@ static void order_lists(mbsr_model *m, mbsri_force *sorted, int *lists)
         const size_t list = sorted[k].list;
         sorted[k].list = used;
         for (int b = 0; b < sorted[k].def.bodies; ++b)
-            lists[used++] = m->list_index[list + (size_t)b];
+            lists[used++] = m->stored.list_index[list + (size_t)b];
     }
-    for (size_t k = 0; k < used; ++k) ((int *)m->lists.data)[k] = m->body[lists[k]].id;
+    for (size_t k = 0; k < used; ++k) ((int *)m->stored.lists.data)[k] = m->body[lists[k]].id;
 }
 
 /* The numbers of the elements on one coordinate, which are the last that are evaluated. */
 static void collect_along(mbsr_model *m)
 {
-    mbsri_coordinate_elements *along = &m->along;
+    mbsri_coordinate_elements *along = &m->elements.along;
     const size_t count = mbsri_coordinate_count(along);
     const mbsri_force *force = (const mbsri_force *)m->forces.data + (m->forces.count - count);
     for (size_t k = 0; k < count; ++k) {
-        const mbsri_body *b = m->body + m->list_index[force[k].list];
+        const mbsri_body *b = m->body + m->stored.list_index[force[k].list];
         const mbsr_force_def *def = &force[k].def;
         mbsri_coordinate_element *e = along->element + k;
         for (int l = 0; l < MBSRI_LAW_PARAMS; ++l) e->param[l] = def->param[l];
@@ -78,9 +78,9 @@ static void collect_along(mbsr_model *m)
 int mbsri_order_forces(mbsr_model *m, int N, int *count)
 {
     const size_t forces = m->forces.count;
-    mbsri_coordinate_elements *along = &m->along;
+    mbsri_coordinate_elements *along = &m->elements.along;
     mbsri_force *sorted = mbsri_allocate(&m->allocator, forces * sizeof *sorted);
-    int *lists = mbsri_allocate(&m->allocator, m->lists.count * sizeof *lists);
+    int *lists = mbsri_allocate(&m->allocator, m->stored.lists.count * sizeof *lists);
     along->element = mbsri_allocate(&m->allocator, forces * sizeof *along->element);
     if (!sorted || !lists || !along->element) {
         mbsri_release(&m->allocator, sorted);
@@ -89,23 +89,23 @@ int mbsri_order_forces(mbsr_model *m, int N, int *count)
                           "mbsr_model_finish: no memory");
     }
     size_t placed = sort_law(m, MBSRI_LAW_NONE, N, count, sorted);
-    m->anywhere = count[0];
+    m->elements.anywhere = count[0];
     for (int law = MBSRI_LAW_NONE + 1; law < MBSRI_LAWS; ++law) {
         const size_t here = sort_law(m, law, N, count, sorted + placed);
         along->first[law + 1] = along->first[law] + here;
         placed += here;
     }
-    m->carried = sort_law(m, MBSRI_LAWS, N, count, sorted + placed);
-    const int *bodies = m->lists.data; /* NULL where no element has a list */
+    m->elements.idle = sort_law(m, MBSRI_LAWS, N, count, sorted + placed);
+    const int *bodies = m->stored.lists.data; /* NULL where no element has a list */
     for (size_t k = 0; k < forces; ++k)
         mbsri_force_hold(m, sorted + k, bodies ? bodies + sorted[k].list : NULL);
     order_lists(m, sorted, lists);
     mbsri_release(&m->allocator, m->forces.data);
-    mbsri_release(&m->allocator, m->list_index);
+    mbsri_release(&m->allocator, m->stored.list_index);
     m->forces.data = sorted;
     m->forces.capacity = forces;
     m->forces.count = placed;
-    m->list_index = lists;
+    m->stored.list_index = lists;
     collect_along(m);
     return MBSR_OK;
 }

@@ -7,7 +7,7 @@
 static void place_arrays_of(mbsr_model *m, int i, mbsri_lengths *used)
 {
     mbsri_body *b = m->body + i;
-    const size_t d = (size_t)b->d, d_pred = (size_t)b->d_pred, n = (size_t)b->n;
+    const size_t d = (size_t)b->d, d_pred = (size_t)b->pred.d, n = (size_t)b->n;
     b->p = used->p;
     b->v = used->v;
     b->dd = used->dd;
@@ -22,7 +22,7 @@ static void place_arrays_of(mbsr_model *m, int i, mbsri_lengths *used)
     used->dp += d * d_pred;
     used->dn += d * n;
     if (i > 0 && !(b->joint.table->flags & MBSR_JOINT_UNIT_K)) used->k += d * d;
-    if (b->locks > 0) used->full += (size_t)b->joint.n;
+    if (b->lock.count > 0) used->full += (size_t)b->joint.n;
 }
 
 void mbsri_places_set(mbsr_model *m, int bodies)
@@ -38,24 +38,17 @@ void mbsri_places_set(mbsr_model *m, int bodies)
     for (int i = 1; i <= bodies; ++i) {
         mbsri_body *b = m->body + i;
         const mbsri_body *pred = m->body + b->parent;
-        b->pred_p = pred->p;
-        b->pred_v = pred->v;
-        b->pred_dd = pred->dd;
+        b->pred.p = pred->p;
+        b->pred.v = pred->v;
+        b->pred.dd = pred->dd;
     }
-    m->size_p = used.p;
-    m->size_v = used.v;
-    m->size_dd = used.dd;
-    m->size_dp = used.dp;
-    m->size_dn = used.dn;
-    m->size_k = used.k;
-    m->size_full = used.full;
-    m->size_bodies = used.bodies;
+    m->size = used;
 }
 
 void mbsri_places_see(mbsr_model *m)
 {
-    const mbsri_sweeps *const tree[] = {m->sweeps, m->whole};
-    for (int k = 0; k < 2 && m->sweeps; ++k) {
+    const mbsri_sweeps *const tree[] = {m->tree.plain, m->tree.newton};
+    for (int k = 0; k < 2 && m->tree.plain; ++k) {
         for (int i = 1; i <= m->live; ++i) {
             const int flags = tree[k]->body[i].flags;
             if (!(flags & (MBSRI_BLOCK | MBSRI_LOADED))) continue;

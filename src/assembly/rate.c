@@ -35,7 +35,7 @@ static entries find_entries(const mbsr_force_def *def, const char *name)
 static bool is_of_turn(const mbsr_model *m, const mbsri_force *force, int count, int k)
 {
     const mbsr_force_def *def = &force->def;
-    const mbsri_body *b = m->body + m->list_index[force->list];
+    const mbsri_body *b = m->body + m->stored.list_index[force->list];
     if (count == 3) return true;
     if (count == 6) return k < 3;
     if (count == 9) return k == 8;
@@ -57,7 +57,8 @@ static double mean_of(const mbsr_model *m, const char *name, const char *drive)
         for (int k = 0; k < e.count; ++k) {
             const double value = force->def.param[e.first + k];
             if (!(value > 0.0) || (e.count == 9 && k % 4 != 0)) continue;
-            sum += log(value) + (is_of_turn(m, force, e.count, k) ? 0.0 : 2.0 * log(m->length));
+            sum += log(value) +
+                   (is_of_turn(m, force, e.count, k) ? 0.0 : 2.0 * log(m->typical.length));
             ++found;
         }
     }
@@ -67,8 +68,8 @@ static double mean_of(const mbsr_model *m, const char *name, const char *drive)
 double mbsri_elements_rate(const mbsr_model *m)
 {
     static const double pi = 3.14159265358979323846;
-    const double inertia = m->mass * m->length * m->length;
-    if (!(m->length > 0.0)) return 0.0;
+    const double inertia = m->typical.mass * m->typical.length * m->typical.length;
+    if (!(m->typical.length > 0.0)) return 0.0;
     const double stiffness = mean_of(m, " (stiffness", " (kp"),
                  damping = mean_of(m, " (damping", " (kd");
     if (inertia > 0.0 && stiffness > 0.0) return sqrt(stiffness / inertia) / (2.0 * pi);

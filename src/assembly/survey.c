@@ -65,9 +65,9 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
             *inertia = b->armature[k];
             for (int l = 0; l < b->d; ++l) *inertia += J[k * b->d + l] * own[l] * J[k * b->d + l];
         }
-        for (int k = 0; k < b->d_pred; ++k) {
+        for (int k = 0; k < b->pred.d; ++k) {
             for (int l = 0; l < b->d; ++l)
-                c[b->pred_v + (size_t)k] += H[k * b->d + l] * own[l] * H[k * b->d + l];
+                c[b->pred.v + (size_t)k] += H[k * b->d + l] * own[l] * H[k * b->d + l];
         }
     }
 }
@@ -92,8 +92,8 @@ static void find_largest_inertia(const mbsr_model *m, const double *inertia, dou
         }
     }
     for (int k = 0; k < KINDS; ++k) {
-        const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->length : 1.0,
-                     inertia_of_all = m->mass * length * length;
+        const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->typical.length : 1.0,
+                     inertia_of_all = m->typical.mass * length * length;
         if (!(largest[k] > trace * inertia_of_all))
             largest[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
     }
@@ -108,8 +108,8 @@ static void find_scale(const mbsr_model *m, const double *inertia)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *own = inertia + b->iu;
-        double *s = m->scale + b->ig, largest = 0.0, most = 0.0;
-        const mbsri_group g = mbsri_group_in_model(m, b->head);
+        double *s = m->typical.inertia + b->group.iu, largest = 0.0, most = 0.0;
+        const mbsri_group g = mbsri_group_in_model(m, b->group.head);
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
             if (own[k] > trace * of_kind[(int)kind[k]]) largest = fmax(largest, own[k]);
@@ -170,12 +170,12 @@ static void mark(mbsr_model *m, mbsr_data *d, bool exact, bool *behind)
     behind[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
-        const mbsri_group g = mbsri_group_in_model(m, b->head);
+        const mbsri_group g = mbsri_group_in_model(m, b->group.head);
         const bool lacks = d->rank[i] < b->n;
         b->surveyed_rank = exact && clear_cut(d, &g, given) ? d->rank[i] + 1 : 0;
         behind[i] = behind[b->parent] || lacks;
-        b->coupled = g.members > 1 && mbsri_coupled(m, d, &g);
-        b->whole = b->coupled || (b->n > 1 && behind[i]);
+        b->group.coupled = g.members > 1 && mbsri_coupled(m, d, &g);
+        b->whole = b->group.coupled || (b->n > 1 && behind[i]);
         behind[i] = behind[i] || b->whole;
     }
 }
@@ -184,10 +184,10 @@ static void mark(mbsr_model *m, mbsr_data *d, bool exact, bool *behind)
 static bool may_be_users(const mbsr_model *m, int i)
 {
     const mbsri_body *b = m->body + i;
-    const bool above = b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED;
-    return m->sweeps && i <= m->live && m->sweeps->body[i].flags & MBSRI_BLOCK &&
+    const bool above = b->pred.space == MBSR_SPACE_SPATIAL || b->pred.space == MBSR_SPACE_FIXED;
+    return m->tree.plain && i <= m->live && m->tree.plain->body[i].flags & MBSRI_BLOCK &&
            b->joint.space == MBSR_SPACE_SPATIAL && above && mbsri_embeds_inertia(b) &&
-           b->joint.table->flags & MBSR_JOINT_UNIT_K && b->head == i && b->members <= 1;
+           b->joint.table->flags & MBSR_JOINT_UNIT_K && b->group.head == i && b->group.members <= 1;
 }
 
 static bool any_users(const mbsr_model *m)
@@ -204,14 +204,14 @@ static void mark_users(mbsr_model *m, const mbsr_data *d)
         mbsri_body *b = m->body + i;
         double rho[3];
         b->users = may_be_users(m, i) && !b->whole && d->rank[i] == b->n &&
-                   (b->d_pred == 0 || mbsri_is_translation(d->H + b->dp, rho));
+                   (b->pred.d == 0 || mbsri_is_translation(d->H + b->dp, rho));
     }
 }
 
 /* Whether some joint of several rates, or some group, may lack rank. */
 static bool concerned(const mbsr_model *m)
 {
-    bool some = m->grouped;
+    bool some = m->order.grouped;
     if (m->bodies > MBSRI_MOST_SURVEYED) return false;
     for (int i = 1; i <= m->bodies && !some; ++i) some = !m->body[i].regular && m->body[i].n > 1;
     return some;
@@ -223,18 +223,18 @@ static bool weigh_at_zero(mbsr_model *m, mbsr_data *d, bool ranks)
 {
     double *inertia = d->vec;
     const size_t size = (size_t)m->nu * sizeof(double);
-    if (ranks) m->scale = mbsri_allocate(&m->allocator, size);
-    if (m->rows > 0) m->weight = mbsri_allocate(&m->allocator, size);
-    if ((ranks && !m->scale) || (m->rows > 0 && !m->weight)) return false;
-    for (int k = 0; k < m->nu && m->weight; ++k) m->weight[k] = 1.0;
+    if (ranks) m->typical.inertia = mbsri_allocate(&m->allocator, size);
+    if (m->rows > 0) m->typical.weight = mbsri_allocate(&m->allocator, size);
+    if ((ranks && !m->typical.inertia) || (m->rows > 0 && !m->typical.weight)) return false;
+    for (int k = 0; k < m->nu && m->typical.weight; ++k) m->typical.weight[k] = 1.0;
     if (!mbsri_survey_zero(m, d)) {
-        mbsri_release(&m->allocator, m->scale);
-        m->scale = NULL;
+        mbsri_release(&m->allocator, m->typical.inertia);
+        m->typical.inertia = NULL;
         return true;
     }
     find_inertias(m, d, inertia);
-    if (m->scale) find_scale(m, inertia);
-    if (m->weight) find_weights(m, inertia, m->weight);
+    if (m->typical.inertia) find_scale(m, inertia);
+    if (m->typical.weight) find_weights(m, inertia, m->typical.weight);
     return true;
 }
 
@@ -246,10 +246,11 @@ bool mbsri_survey(mbsr_model *m)
     bool *behind = mbsri_allocate(&m->allocator, (size_t)m->bodies + 1);
     const bool created = mbsr_data_create(m, &d, NULL) == MBSR_OK,
                memory = behind && created && weigh_at_zero(m, d, ranks);
-    const bool wanted = memory && (m->scale || users);
+    const bool wanted = memory && (m->typical.inertia || users);
     if (wanted && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d)) {
-        const bool exact = m->scale && !mbsri_exact_masses(m, d);
-        if (m->scale && (exact || !mbsri_backward_masses(m, d))) mark(m, d, exact, behind);
+        const bool exact = m->typical.inertia && !mbsri_exact_masses(m, d);
+        if (m->typical.inertia && (exact || !mbsri_backward_masses(m, d)))
+            mark(m, d, exact, behind);
         if (users) mark_users(m, d);
     }
     if (created) mbsr_data_destroy(d);

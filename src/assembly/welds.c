@@ -33,7 +33,7 @@ static mbsri_joint joint_of(const mbsr_model *m, int id)
 {
     const mbsri_body_entry *entry = entry_of_body(m, id);
     mbsri_joint joint = entry->joint;
-    if (joint.params > 0) joint.param = (const double *)m->matrices.data + entry->param;
+    if (joint.params > 0) joint.param = (const double *)m->stored.matrices.data + entry->param;
     return joint;
 }
 
@@ -91,7 +91,7 @@ static void mark_acted(choice *c)
         if (mbsri_is_gravity(def) || force[k].resting) continue;
         if (def->table->flags & MBSR_FORCE_EVERY_BODY) c->every = true;
         for (int l = 0; l < def->bodies; ++l) {
-            const int id = ((const int *)m->lists.data)[force[k].list + (size_t)l];
+            const int id = ((const int *)m->stored.lists.data)[force[k].list + (size_t)l];
             if (id >= 0 && id < N) c->acted[id] = true;
         }
     }
@@ -110,8 +110,8 @@ static bool plain_inertia(const choice *c, int id)
     const mbsri_body_entry *entry = entry_of_body(c->m, id);
     const mbsri_body body = {.joint = entry->joint,
                              .inertia = entry->inertia,
-                             .added =
-                                 entry->added > 0 ? (const double *)c->m->matrices.data : NULL};
+                             .added = entry->added > 0 ? (const double *)c->m->stored.matrices.data
+                                                       : NULL};
     return mbsri_embeds_inertia(&body) && !(entry->inertia.kind == MBSR_INERTIA_SPATIAL &&
                                             mbsri_exact_hides_moment(&entry->inertia));
 }
@@ -184,7 +184,7 @@ static void put_welded_last(mbsr_model *m, int N, const mbsri_welds *w, int *ord
 static void mark_resting(mbsr_model *m)
 {
     mbsri_force *force = m->forces.data;
-    const int *lists = m->lists.data; /* NULL where no element has a list */
+    const int *lists = m->stored.lists.data; /* NULL where no element has a list */
     for (size_t k = 0; k < m->forces.count; ++k)
         force[k].resting =
             mbsri_force_rests(m, &force[k].def, lists ? lists + force[k].list : NULL);
@@ -201,10 +201,10 @@ static bool weld_bodies(mbsr_model *m, int N, mbsri_welds *w)
     *w = (mbsri_welds){mbsri_allocate(&m->allocator, bodies * sizeof *w->joint),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->stand),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->left)};
-    m->joint_param =
-        mbsri_allocate(&m->allocator, changed * MBSRI_HELD_PARAMS * sizeof *m->joint_param);
+    m->stored.joint_param =
+        mbsri_allocate(&m->allocator, changed * MBSRI_HELD_PARAMS * sizeof *m->stored.joint_param);
     m->stand = mbsri_allocate(&m->allocator, rigid * sizeof *m->stand);
-    return w->joint && w->stand && w->left && m->joint_param && m->stand;
+    return w->joint && w->stand && w->left && m->stored.joint_param && m->stand;
 }
 
 bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, int *order, bool any,
@@ -217,14 +217,14 @@ bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, i
     choice c = {.m = m, .first = first, .next = next, .w = w, .acted = acted};
     mark_resting(m);
     if (memory) {
-        hold_joints(m, N, m->joint_param, w);
+        hold_joints(m, N, m->stored.joint_param, w);
         for (int id = 0; id < N; ++id) {
             acted[id] = false;
             w->stand[id].host = id;
         }
         mark_acted(&c);
         for (int k = 0; k < N && any; ++k) weld(&c, order[k]);
-        carry_joints(m, N, m->joint_param, w);
+        carry_joints(m, N, m->stored.joint_param, w);
         put_welded_last(m, N, w, order, other);
     }
     mbsri_release(&m->allocator, other);
@@ -258,7 +258,7 @@ void mbsri_welds_list(mbsr_model *m)
 
 bool mbsri_welds_served(const mbsr_model *m)
 {
-    const mbsri_sweeps *const tree[] = {m->sweeps, m->whole, m->evaluated};
+    const mbsri_sweeps *const tree[] = {m->tree.plain, m->tree.newton, m->tree.evaluated};
     bool served = true;
     for (int k = 0; k < 3; ++k) {
         for (int i = m->live; i < m->bodies && tree[k]; ++i) {

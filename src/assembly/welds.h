@@ -19,8 +19,8 @@ typedef struct mbsri_welds {
 } mbsri_welds;
 
 /* first, next: children as in finish.c; order: ids in depth-first order, of which those welded are
- * moved to the end. weld: whether any is. Sets m->live, m->stand, m->joint_param, m->index and
- * which elements rest. False: no memory. */
+ * moved to the end. weld: whether any is. Sets m->live, m->stand, m->stored.joint_param, m->index
+ * and which elements rest. False: no memory. */
 bool mbsri_welds_find(mbsr_model *m, int N, const int *first, const int *next, int *order,
                       bool weld, mbsri_welds *w);
 void mbsri_welds_release(const mbsr_model *m, mbsri_welds *w);

@@ -60,7 +60,7 @@ static bool move_root(const request *r)
         run->r[k] = place[k];
         run->v[k] = V[3 + k];
         run->omega[k] = V[k];
-        run->A[3 + k] -= m->sweeps->gravity[k];
+        run->A[3 + k] -= m->tree.plain->gravity[k];
     }
     return !run->lane || move_lane_roots(r);
 }
@@ -69,7 +69,7 @@ static bool move_root(const request *r)
 static bool move_joints(const request *r)
 {
     double *drive = r->b->run.drive;
-    const mbsri_sweeps *tree = r->m->sweeps;
+    const mbsri_sweeps *tree = r->m->tree.plain;
     for (int k = 0; k < tree->multi; ++k) {
         const mbsri_joint *joint = &tree->joint[k].chain;
         double s[3][MBSRI_MAX_STEPS] = {{0.0}};
@@ -102,7 +102,7 @@ static bool add_joint_forces(const request *r, int l, double sign, double *x)
 static unsigned all_joint_forces(const request *r, int count, unsigned served, double sign,
                                  double *x)
 {
-    if (!r->m->sweeps->joint_forces) return served;
+    if (!r->m->tree.plain->joint_forces) return served;
     for (int l = 0; l < count; ++l) {
         const unsigned bit = 1u << l;
         if ((served & bit) && !add_joint_forces(r, l, sign, x)) served &= ~bit;
@@ -130,7 +130,7 @@ static bool load_lane(const request *r, int l, double sign, double *x)
         lay(lanes, l, m->nu, x, d->tau);
     else
         mbsri_zero((size_t)m->nu, d->tau);
-    if (m->sweeps->joint_forces && mbsri_joint_elements(m, d, d->q, d->u)) return false;
+    if (m->tree.plain->joint_forces && mbsri_joint_elements(m, d, d->q, d->u)) return false;
     if (mbsri_sweeps_loads(lane)) return false;
     for (int k = 0; k < m->nu && sign > 0.0; ++k) x[k * lanes + l] = d->tau[k];
     return true;

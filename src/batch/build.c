@@ -77,7 +77,7 @@ static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_bod
  * hangs on the predecessor, the last has the inertia and the successors. */
 static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *list)
 {
-    const mbsri_sweeps *tree = m->sweeps;
+    const mbsri_sweeps *tree = m->tree.plain;
     const mbsri_sweep_body *whole = tree->body + i;
     if (!(whole->flags & MBSRI_MULTI)) { /* blocks among them */
         *list = *whole;
@@ -105,7 +105,7 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
 /* What the parts of a body have to do with the rest of the tree. */
 static void join_parts_of_body(const mbsr_model *m, int i, int count, mbsri_sweep_body *part)
 {
-    const mbsri_sweeps *tree = m->sweeps;
+    const mbsri_sweeps *tree = m->tree.plain;
     const mbsri_sweep_body *whole = tree->body + i;
     const int above = MBSRI_NEXT | MBSRI_OPENS | MBSRI_TO_BLOCK,
               below = MBSRI_LEAF | MBSRI_BRANCHES | MBSRI_LOADED | MBSRI_PLANE;
@@ -136,7 +136,7 @@ static bool count_parts(const mbsr_model *m, parts *n)
 {
     mbsri_sweep_body list[MBSRI_MAX_STEPS + 1];
     *n = (parts){0, 0, 0};
-    if (!m->sweeps || m->sweeps->blocks == m->bodies) return false;
+    if (!m->tree.plain || m->tree.plain->blocks == m->bodies) return false;
     for (int i = 1; i <= m->live; ++i) {
         const int count = take_apart(m, i, &n->moved, list);
         n->bodies += count;
@@ -151,10 +151,11 @@ static void place_tree(const mbsr_model *m, int *last, mbsri_batch_body *body, i
 {
     mbsri_sweep_body part[MBSRI_MAX_STEPS + 1];
     int moved = 0, next = 1;
-    mbsri_batch_take(m->sweeps->body, 0, body);
+    mbsri_batch_take(m->tree.plain->body, 0, body);
     last[0] = 0;
     for (int i = 1; i <= m->live; ++i) {
-        const int count = take_apart(m, i, &moved, part), parent = last[m->sweeps->body[i].parent];
+        const int count = take_apart(m, i, &moved, part),
+                  parent = last[m->tree.plain->body[i].parent];
         join_parts_of_body(m, i, count, part);
         for (int k = 0; k < count; ++k, ++next) {
             mbsri_batch_take(part + k, k ? next - 1 : parent, body + next);
@@ -185,7 +186,7 @@ static void *next_array(unsigned char *base, size_t *used, size_t size)
 /* Whether some body is looked at state by state. */
 static bool has_seen(const mbsr_model *m)
 {
-    return m->sweeps->body_forces;
+    return m->tree.plain->body_forces;
 }
 
 /* Places the object and its arrays in `base`, or with base == NULL only returns the size. lane:
@@ -205,14 +206,16 @@ static size_t lay_out_batch(const mbsr_model *m, const mbsri_batch_kernels *kern
     b->run.state = next_array(base, &used, N * kernels->state_size);
     b->run.motion = next_array(base, &used, N * kernels->motion_size);
     b->run.ball = next_array(base, &used, (size_t)n.balls * kernels->ball_size);
-    b->run.stack = next_array(base, &used, (size_t)m->sweeps->depth * kernels->stack_size);
+    b->run.stack = next_array(base, &used, (size_t)m->tree.plain->depth * kernels->stack_size);
     b->run.drive = next_array(base, &used, 3 * (size_t)n.moved * sizeof *b->run.drive);
     b->q = next_array(base, &used, (size_t)m->nq * scalar);
     b->u = next_array(base, &used, (size_t)m->nu * scalar);
     b->load = next_array(base, &used, (size_t)m->nu * scalar);
     b->run.out = next_array(base, &used, (size_t)m->nu * scalar);
-    b->q_place = m->in_order ? NULL : next_array(base, &used, (size_t)m->nq * sizeof *b->q_place);
-    b->u_place = m->in_order ? NULL : next_array(base, &used, (size_t)m->nu * sizeof *b->u_place);
+    b->q_place =
+        m->order.as_given ? NULL : next_array(base, &used, (size_t)m->nq * sizeof *b->q_place);
+    b->u_place =
+        m->order.as_given ? NULL : next_array(base, &used, (size_t)m->nu * sizeof *b->u_place);
     if (!has_seen(m)) return used;
     b->run.place = next_array(base, &used, N * kernels->place_size);
     b->run.lane = next_array(base, &used, (size_t)kernels->lanes * sizeof *b->run.lane);
@@ -228,15 +231,15 @@ static int start_lanes(const mbsr_model *m, mbsr_batch *b, unsigned char *memory
     for (int l = 0; l < b->kernels->lanes && !status; ++l) {
         mbsr_data *d;
         status = mbsr_data_init_lean(m, memory + (size_t)l * lean_size(m), lean_size(m), &d, error);
-        if (!status) mbsri_sweeps_attach(b->run.lane + l, m, m->sweeps, d);
+        if (!status) mbsri_sweeps_attach(b->run.lane + l, m, m->tree.plain, d);
     }
     return status;
 }
 
 static void place_coordinates(const mbsr_model *m, mbsr_batch *b)
 {
-    for (int k = 0; k < m->nq && b->q_place; ++k) b->q_place[m->q_of[k]] = k;
-    for (int k = 0; k < m->nu && b->u_place; ++k) b->u_place[m->u_of[k]] = k;
+    for (int k = 0; k < m->nq && b->q_place; ++k) b->q_place[m->order.q_of[k]] = k;
+    for (int k = 0; k < m->nu && b->u_place; ++k) b->u_place[m->order.u_of[k]] = k;
 }
 
 static int begin_batch(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies,
@@ -253,7 +256,7 @@ static int begin_batch(const mbsr_model *m, const mbsri_batch_kernels *kernels, 
     b->share = NULL;
     if (!kernels) return MBSR_OK;
     place_coordinates(m, b);
-    const double length = m->sweeps->length;
+    const double length = m->tree.plain->length;
     b->run.bodies = bodies;
     b->run.body = b->body;
     b->run.q = b->q;

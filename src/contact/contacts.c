@@ -238,10 +238,6 @@ static int find_touch(const mbsr_contacts *c, int a, int b, bool *may, mbsr_erro
     const mbsri_couple *own = mbsri_find_couple(c, a, b);
     *may = (own ? !own->never : mbsri_by_groups(x, y)) && !is_excluded(c, x->body, y->body);
     if (!*may) return MBSR_OK;
-    if (!mbsri_kinds_served(x->kind, y->kind))
-        return mbsri_contact_fail(error, MBSR_ERR_SPACE,
-                                  "%s: %s and %s may touch, but two of these kinds are not served",
-                                  function, x->name, y->name);
     if (!isfinite(mbsri_law_of_shapes(c, a, b).stiffness))
         return mbsri_contact_fail(error, MBSR_ERR_VALUE,
                                   "%s: %s and %s may touch, but neither has a finite stiffness",

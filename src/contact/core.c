@@ -209,6 +209,43 @@ static int make_mesh(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT
     return MBSR_OK;
 }
 
+/* ---- cylinders ---- */
+
+/* A prism whose sides are as far out of round inwards as outwards, for corners and edges over other
+ * shapes; planes and points meet the cylinder itself. */
+static int make_cylinder(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT_SIZE])
+{
+    enum { SIDES = 24 };
+    const double pi = 3.14159265358979323846, least = fmin(from->size[0], from->size[1]),
+                 r = from->rounding > 0.0 ? from->rounding : least / 20.0,
+                 radius = from->size[0] - r, half = from->size[1] - r,
+                 corner = 2.0 * radius / (1.0 + cos(pi / SIDES));
+    double vertex[2 * SIDES][3];
+    int triangle[4 * SIDES - 4][3], used = 0;
+    for (int k = 0; k < SIDES; ++k) {
+        const int next = (k + 1) % SIDES;
+        for (int end = 0; end < 2; ++end) {
+            vertex[k + end * SIDES][0] = corner * cos(2.0 * pi * k / SIDES);
+            vertex[k + end * SIDES][1] = corner * sin(2.0 * pi * k / SIDES);
+            vertex[k + end * SIDES][2] = end ? half : -half;
+        }
+        const int sides[2][3] = {{k, next, next + SIDES}, {k, next + SIDES, k + SIDES}};
+        for (int l = 0; l < 2; ++l) memcpy(triangle[used++], sides[l], sizeof sides[l]);
+        if (k < 1 || k > SIDES - 2) continue;
+        const int ends[2][3] = {{0, k + 1, k}, {SIDES, k + SIDES, k + 1 + SIDES}};
+        for (int l = 0; l < 2; ++l) memcpy(triangle[used++], ends[l], sizeof ends[l]);
+    }
+    mbsr_shape prism = *from;
+    prism.vertices = 2 * SIDES;
+    prism.triangles = used;
+    prism.vertex = vertex[0];
+    prism.triangle = triangle[0];
+    prism.rounding = r;
+    s->core.half[0] = radius;
+    s->core.half[1] = half;
+    return make_mesh(&prism, s, text);
+}
+
 /* ---- all ---- */
 
 /* How many of the sizes a kind has. */
@@ -233,8 +270,9 @@ static int check_sizes(const mbsr_shape *from, char text[MBSR_TEXT_SIZE])
     }
     if (!(from->rounding >= 0.0) || !isfinite(from->rounding))
         return refuse_core(text, MBSR_ERR_VALUE, "rounding is %g", from->rounding);
-    if (from->kind == MBSR_SHAPE_BOX && !(from->rounding < least))
-        return refuse_core(text, MBSR_ERR_VALUE, "rounding is %g, not below the least half edge",
+    const bool edged = from->kind == MBSR_SHAPE_BOX || from->kind == MBSR_SHAPE_CYLINDER;
+    if (edged && !(from->rounding < least))
+        return refuse_core(text, MBSR_ERR_VALUE, "rounding is %g, not below the least size",
                            from->rounding);
     return MBSR_OK;
 }
@@ -253,10 +291,7 @@ int mbsri_core_make(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT_
         s->core.radius = size[0];
         set_box(s, size[0], size[0], size[0] + size[1]);
         return make_points(s, 2, size[1]);
-    case MBSR_SHAPE_CYLINDER:
-        memcpy(s->core.half, size, sizeof s->core.half);
-        set_box(s, size[0], size[0], size[1]);
-        return MBSR_OK;
+    case MBSR_SHAPE_CYLINDER: return make_cylinder(from, s, text);
     case MBSR_SHAPE_ELLIPSOID:
         memcpy(s->core.half, size, sizeof s->core.half);
         set_box(s, size[0], size[1], size[2]);

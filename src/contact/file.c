@@ -117,22 +117,6 @@ static int add_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, do
     return status;
 }
 
-/* Pairs that are not served never touch. */
-static int drop_unserved(mbsr_contacts *c, const tree *t, int first, int *dropped,
-                         mbsr_error *error)
-{
-    int status = MBSR_OK;
-    for (int a = 0; a < c->count && !status; ++a) {
-        for (int b = a < first ? first : a + 1; b < c->count && !status; ++b) {
-            const mbsri_shape *x = c->shape + a, *y = c->shape + b;
-            if (mbsri_kinds_served(x->kind, y->kind) || !mbsri_by_groups(x, y)) continue;
-            status = mbsr_contacts_pair(c, a, b, NULL, error);
-            *dropped += !are_joined(t, x->body, y->body);
-        }
-    }
-    return status;
-}
-
 int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const mbsr_model *model,
                            double stiffness, mbsr_contacts_of_file *told, mbsr_error *error)
 {
@@ -148,7 +132,6 @@ int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const
                                   stiffness);
     tree t = {.bodies = mbsr_model_bodies(model)};
     const size_t count = (size_t)t.bodies + 1;
-    const int first = contacts->count;
     t.parent = calloc(count, sizeof *t.parent);
     t.welded = calloc(count, sizeof *t.welded);
     t.shaped = calloc(count, sizeof *t.shaped);
@@ -159,7 +142,6 @@ int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const
         (void)mbsri_contact_fail(error, status, "%s: the model is not finished", function);
     if (!status) status = add_shapes(contacts, &t, file, stiffness, &done, error);
     if (!status) status = exclude_joined(contacts, &t, file, error);
-    if (!status) status = drop_unserved(contacts, &t, first, &done.unserved, error);
     free(t.parent);
     free(t.welded);
     free(t.shaped);

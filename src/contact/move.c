@@ -8,6 +8,7 @@
 #include "contact/touch.h"
 
 #include "algebra/space3.h"
+#include "contact/round.h"
 
 #include <string.h>
 
@@ -144,6 +145,44 @@ static void ellipsoid_plane(const mbsri_touch *t, const mbsri_motion *by, change
     for (int k = 0; k < 3; ++k) c->pa[k] = by->va[k] + out[k];
 }
 
+/* pa - pb = s n stays so, while pa moves by va - Ka (dn - wa x n), and pb by vb + Kb (dn - wb x n)
+ * or along its line. */
+static void ellipsoid_over(const mbsri_touch *t, const mbsri_motion *by, const double between[3],
+                           change *c)
+{
+    double K[9], Kb[9] = {0.0}, at[3], turn[3], right[3], bent[3];
+    mbsri_support_ellipsoid(t->half, t->Ra, t->n, at, K);
+    mbsri_cross3(by->wa, t->n, turn);
+    mbsri_rotate3(K, turn, right); /* symmetric */
+    mbsri_add3(1.0, between, right);
+    if (t->features == MBSRI_ELLIPSOID_LINE) {
+        double line[3], across[3];
+        mbsri_cross3(by->wb, t->tb, line);
+        mbsri_cross3(t->n, t->tb, across);
+        const double along = -mbsri_dot3(t->n, line);
+        mbsri_rotate3(K, across, bent);
+        const double stiff = mbsri_dot3(across, bent) + t->s,
+                     x = (mbsri_dot3(across, right) - along * mbsri_dot3(bent, t->tb)) / stiff;
+        mbsri_add3(along, t->tb, c->n);
+        mbsri_add3(x, across, c->n);
+    } else {
+        double sum[9];
+        if (t->features == MBSRI_ELLIPSOID_ELLIPSOID) {
+            double other[3], more[3];
+            mbsri_support_ellipsoid(t->half_b, t->Rb, t->n, at, Kb);
+            mbsri_cross3(by->wb, t->n, other);
+            mbsri_rotate3(Kb, other, more);
+            mbsri_add3(1.0, more, right);
+        }
+        for (int k = 0; k < 9; ++k) sum[k] = K[k] + Kb[k];
+        mbsri_solve_across(sum, t->s, t->n, right, c->n);
+    }
+    for (int k = 0; k < 3; ++k) turn[k] = c->n[k] - turn[k];
+    mbsri_rotate3(K, turn, bent);
+    memcpy(c->pa, by->va, sizeof c->pa);
+    mbsri_add3(-1.0, bent, c->pa);
+}
+
 void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved *moved)
 {
     change c = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0};
@@ -170,6 +209,9 @@ void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved
         mbsri_cross3(by->wb, t->n, c.n);
         ellipsoid_plane(t, by, &c);
         break;
+    case MBSRI_ELLIPSOID_LINE:
+    case MBSRI_ELLIPSOID_POINT:
+    case MBSRI_ELLIPSOID_ELLIPSOID: ellipsoid_over(t, by, between, &c); break;
     }
     /* p = pa - s n / 2 + (rb - ra) n / 2 */
     const double half = 0.5 * (t->rb - t->ra - t->s);

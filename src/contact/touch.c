@@ -3,6 +3,7 @@
 #include "contact/touch.h"
 
 #include "algebra/space3.h"
+#include "contact/round.h"
 
 #include <string.h>
 
@@ -354,7 +355,7 @@ static bool is_inside(const mbsri_placed *p, const double x[3])
 {
     const mbsri_core *core = &p->shape->core;
     double local[3];
-    bool inside = p->shape->kind == MBSR_SHAPE_BOX || p->shape->kind == MBSR_SHAPE_MESH;
+    bool inside = p->shape->kind == MBSR_SHAPE_BOX || core->faces > 0;
     inward(p, x, local);
     for (int k = 0; k < 3 && p->shape->kind == MBSR_SHAPE_BOX; ++k)
         inside = inside && fabs(local[k]) <= core->half[k];
@@ -508,18 +509,10 @@ static int ellipsoid_on_plane(const search *w)
 
 /* ---- all of two shapes ---- */
 
-static bool has_corners(mbsr_shape_kind kind)
+static int ellipsoid_over(const search *w)
 {
-    return kind == MBSR_SHAPE_SPHERE || kind == MBSR_SHAPE_CAPSULE || kind == MBSR_SHAPE_BOX ||
-           kind == MBSR_SHAPE_MESH;
-}
-
-bool mbsri_kinds_served(mbsr_shape_kind a, mbsr_shape_kind b)
-{
-    if (a == MBSR_SHAPE_PLANE || b == MBSR_SHAPE_PLANE) return a != b;
-    if (has_corners(a) && has_corners(b)) return true;
-    return (a == MBSR_SHAPE_SPHERE && b == MBSR_SHAPE_CYLINDER) ||
-           (b == MBSR_SHAPE_SPHERE && a == MBSR_SHAPE_CYLINDER);
+    mbsri_touch t;
+    return mbsri_ellipsoid_over(w->a, w->b, &t) ? give(w, &t) : 0;
 }
 
 static int on_plane(const search *w)
@@ -537,6 +530,8 @@ int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, mbsri_touch_fn t
     const mbsr_shape_kind ka = a->shape->kind, kb = b->shape->kind;
     if (kb == MBSR_SHAPE_PLANE) return on_plane(&over);
     if (ka == MBSR_SHAPE_PLANE) return on_plane(&under);
+    if (ka == MBSR_SHAPE_ELLIPSOID) return ellipsoid_over(&over);
+    if (kb == MBSR_SHAPE_ELLIPSOID) return ellipsoid_over(&under);
     if (ka == MBSR_SHAPE_SPHERE) return corners_over(&over);
     if (kb == MBSR_SHAPE_SPHERE) return corners_over(&under);
     int status = corners_over(&over);

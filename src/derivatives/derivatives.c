@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "derivatives/rigid_elements.h"
 #include "forms/momentum.h"
 #include "model/query.h"
 #include "newton/slopes/relation.h"
@@ -25,10 +26,10 @@ static const char inverse_name[] = "mbsr_derivatives_inverse",
 static size_t widest(const mbsri_linear *l)
 {
     const mbsr_model *m = l->model;
-    size_t most = 3 * (size_t)m->max_columns;
+    size_t most = 3 * (size_t)m->most.columns;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const size_t count = (size_t)(l->e[b->parent] + 2 * b->d_pred + b->nq + b->n + l->e[i] +
+        const size_t count = (size_t)(l->e[b->parent] + 2 * b->pred.d + b->nq + b->n + l->e[i] +
                                       2 * b->d + b->nq + b->n);
         if (count > most) most = count;
     }
@@ -44,12 +45,12 @@ static bool place_arrays(mbsr_derivatives *w)
 {
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
-                 most = widest(w->linear), columns = (size_t)m->max_columns;
+                 most = widest(w->linear), columns = (size_t)m->most.columns;
     struct {
         double **at;
         size_t count;
     } const part[] = {{&w->motion, w->linear->motions},
-                      {&w->mu, m->size_v},
+                      {&w->mu, m->size.v},
                       {&w->dq, nq},
                       {&w->torque, nu},
                       {&w->load, 3 * nu},
@@ -92,8 +93,10 @@ int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivati
     if (w) {
         *w = (mbsr_derivatives){.model = model, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         w->linear = mbsri_linear_create(model, true, NULL);
+        if (mbsri_rigid_serves(model)) w->rigid = mbsri_rigid_create(model);
     }
-    if (!w || !w->linear || !place_arrays(w) || mbsr_data_create(model, &w->data, NULL)) {
+    if (!w || !w->linear || (mbsri_rigid_serves(model) && !w->rigid) || !place_arrays(w) ||
+        mbsr_data_create(model, &w->data, NULL)) {
         mbsr_derivatives_destroy(w);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d bodies", name, model->bodies);
@@ -107,6 +110,7 @@ static void forget(mbsr_derivatives *w)
     if (w->open) mbsri_fronts_close(&w->fronts);
     w->open = w->redundant = false;
     w->at = MBSRI_LINEARISED_NOT;
+    w->by_sweeps = false;
 }
 
 void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
@@ -116,6 +120,7 @@ void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
     const mbsr_allocator allocator = w->model->allocator;
     forget(w);
     mbsri_linear_destroy(w->linear);
+    mbsri_rigid_destroy(w->rigid);
     mbsr_data_destroy(w->data);
     if (w->memory) mbsri_release(&allocator, w->memory);
     mbsri_release(&allocator, w);
@@ -172,15 +177,29 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     if (!status && m->rows > 0 && lambda) status = mbsri_closure_jacobians(m, d);
     if (!status) status = mbsri_momentum_derivatives(m, d, lambda, qdot, pdot);
     if (!status) status = mbsri_backward(m, d);
-    if (!status && m->grouped) status = mbsri_backward_apart(m, d);
+    if (!status && m->order.grouped) status = mbsri_backward_apart(m, d);
     if (status) return status;
     (void)mbsri_linear_mark(w->linear, d, NULL);
     mbsri_linear_mark_all(w->linear);
     mbsri_inverse(m, d, udot);
     status = mbsri_linear_keep(w->linear, d);
     if (!status) status = bend(w);
-    if (!status && m->grouped) status = mbsri_backward(m, d);
+    if (!status && m->order.grouped) status = mbsri_backward(m, d);
     return status;
+}
+
+/* At accelerations that the data has found, or has found torques for. */
+static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
+                     const double *udot, bool forward)
+{
+    const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
+    if (w->rigid && w->data->pending == kept) {
+        w->by_sweeps = true;
+        const int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
+        return status || !w->rigid->elements ? status : mbsri_rigid_elements_keep(w);
+    }
+    if (forward) mbsri_copy((size_t)w->model->rows, w->data->loop_lambda, w->lambda);
+    return linearise_inverse(w, t, q, u, udot, forward ? w->lambda : NULL);
 }
 
 static int take_error(mbsr_derivatives *w, int status)
@@ -203,7 +222,7 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
     if (!q || !u || !udot)
         return refuse_call(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
     int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, w->solution);
-    if (!status) status = linearise_inverse(w, t, q, u, udot, NULL);
+    if (!status) status = linearise(w, t, q, u, udot, false);
     if (status) return take_error(w, status);
     if (tau) mbsri_copy((size_t)w->model->nu, w->solution, tau);
     w->at = MBSRI_LINEARISED_INVERSE;
@@ -231,10 +250,7 @@ int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const doub
     if (!q || !u) return refuse_call(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
     const mbsr_model *m = w->model;
     int status = mbsr_forward_dynamics(m, w->data, t, q, u, tau, w->solution);
-    if (!status) {
-        mbsri_copy((size_t)m->rows, w->data->loop_lambda, w->lambda);
-        status = linearise_inverse(w, t, q, u, w->solution, w->lambda);
-    }
+    if (!status) status = linearise(w, t, q, u, w->solution, true);
     if (!status && m->rows > 0) status = factor_loops(w);
     if (status) {
         forget(w);
@@ -311,6 +327,30 @@ static void copy_or_zero(size_t n, const double *from, double *to)
         mbsri_zero(n, to);
 }
 
+/* Those of a tree without loops. */
+static int tangent_by_sweeps(mbsr_derivatives *w, const char *name, const double *dq,
+                             const double *du, const double *dload, double *out)
+{
+    const size_t nu = (size_t)w->model->nu;
+    const int *place = w->model->order.u_of;
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    const mbsri_rigid_kernels *kernels = w->rigid->kernels;
+    double *zero = w->load, *given = zero + nu;
+    mbsri_zero(nu, zero);
+    copy_or_zero(nu, dload, given);
+    dq = dq ? dq : zero;
+    du = du ? du : zero;
+    const size_t more = w->rigid->elements ? nu : 0;
+    if (more > 0) mbsri_rigid_elements_along(w, dq, du);
+    for (size_t k = 0; k < more && forward; ++k) given[place[k]] += w->torque[k];
+    (forward ? kernels->forward_tangent : kernels->tangent)(w->rigid, dq, du, given, w->solution);
+    for (size_t k = 0; k < more && !forward; ++k) w->solution[place[k]] -= w->torque[k];
+    if (!mbsri_finite(nu, w->solution))
+        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+    mbsri_copy(nu, w->solution, out);
+    return MBSR_OK;
+}
+
 int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, const double *du,
                              const double *dload, double *out, double *dlambda)
 {
@@ -325,6 +365,7 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
         return refuse_call(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
     double *rates = w->load, *given = rates + m->nu, *load = given + m->nu, *forces = w->weight;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    if (w->by_sweeps) return tangent_by_sweeps(w, name, dq, du, dload, out);
     copy_or_zero(nu, dq, rates);
     turn_coordinates(w, false, rates, w->dq);
     copy_or_zero(nu, du, rates);
@@ -366,6 +407,26 @@ static void solve_back(mbsr_derivatives *w, const double *by, const double *by_l
     solve_mass(w, by, rigid, w->right, w->rows);
 }
 
+/* Of a tree without loops: dq, du, and du' of inverse dynamics; of forward dynamics `right` is by
+ * tau. */
+static void adjoint_by_sweeps(mbsr_derivatives *w, const double *weights, double *dq, double *du,
+                              double *dudot)
+{
+    mbsri_rigid *r = w->rigid;
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    const double sign = forward ? -1.0 : 1.0, *by = forward ? w->right : weights;
+    if (forward)
+        r->kernels->solve(r, weights, w->right);
+    else
+        r->kernels->move(r, weights);
+    if (r->elements) mbsri_rigid_elements_back(w, by);
+    r->kernels->gradients(r, sign, by, dq, du, forward ? NULL : dudot);
+    for (int k = 0; k < w->model->nu && r->elements; ++k) {
+        dq[k] += sign * r->by_q[k];
+        du[k] += sign * r->by_u[k];
+    }
+}
+
 int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
                              const double *w_lambda, double *by_q, double *by_u, double *by_load)
 {
@@ -381,14 +442,18 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     double *weights = w->load, *du = weights + m->nu, *dudot = du + m->nu;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     copy_or_zero(nu, w_out, weights);
-    mbsri_zero(rows, w->rows);
-    mbsri_zero(rows, w->weight);
-    if (forward) {
-        solve_back(w, weights, w_lambda);
-        for (int k = 0; k < m->nu; ++k) weights[k] = -w->right[k];
+    if (w->by_sweeps) {
+        adjoint_by_sweeps(w, weights, w->solution, du, dudot);
+    } else {
+        mbsri_zero(rows, w->rows);
+        mbsri_zero(rows, w->weight);
+        if (forward) {
+            solve_back(w, weights, w_lambda);
+            for (int k = 0; k < m->nu; ++k) weights[k] = -w->right[k];
+        }
+        mbsri_derivatives_adjoint(w, weights, w->dq, du, dudot);
+        turn_coordinates(w, true, w->dq, w->solution);
     }
-    mbsri_derivatives_adjoint(w, weights, w->dq, du, dudot);
-    turn_coordinates(w, true, w->dq, w->solution);
     const double *of_load = forward ? w->right : dudot;
     if (!mbsri_finite(nu, w->solution) || !mbsri_finite(nu, du) || !mbsri_finite(nu, of_load))
         return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");

@@ -71,8 +71,8 @@ static void move_along(mbsr_derivatives *w, int i, const double *dq, const doubl
     for (int j = 0; j < b->n; ++j) load[b->u + j] = b->armature[j] * dudot[b->u + j];
     rows_times(3 * b->n, 2 * b->n, b->n, s.columns, k.own, z, load + b->u);
     if (s.below)
-        rows_times(3 * b->d_pred, 2 * b->d_pred, b->d_pred, s.columns, k.below, z,
-                   w->mu + b->pred_v);
+        rows_times(3 * b->pred.d, 2 * b->pred.d, b->pred.d, s.columns, k.below, z,
+                   w->mu + b->pred.v);
 }
 
 static void react_to(mbsr_derivatives *w, int i, double *load)
@@ -85,7 +85,7 @@ static void react_to(mbsr_derivatives *w, int i, double *load)
                mu);
     for (int j = 0; j < b->n; ++j) load[b->u + j] -= w->torque[b->iu + j];
     mbsri_atx(b->d, b->n, 1.0, k.J, mu, load + b->u);
-    mbsri_atx(b->d, b->d_pred, -1.0, k.H, mu, w->mu + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, k.H, mu, w->mu + b->pred.v);
 }
 
 /* z of an element in the call of body i; its bodies. */
@@ -107,11 +107,12 @@ static int read_element(const mbsr_derivatives *w, size_t k, int i, const double
     return bodies;
 }
 
-static void add_elements_along(mbsr_derivatives *w, const double *dq, const double *du)
+void mbsri_derivatives_elements(mbsr_derivatives *w, const double *dq, const double *du)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last, rows, columns;
+        if (w->by_sweeps && mbsri_linear_is_plain(l->model, k)) continue;
         mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
@@ -220,10 +221,10 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
 {
     const mbsr_model *m = w->model;
     mbsri_zero((size_t)mbsri_linear_motions(w->linear, 0), w->motion);
-    mbsri_zero(m->size_v, w->mu);
+    mbsri_zero(m->size.v, w->mu);
     mbsri_zero((size_t)m->nu, w->torque);
     for (int i = 1; i <= m->bodies; ++i) move_along(w, i, dq, du, dudot, load);
-    add_elements_along(w, dq, du);
+    mbsri_derivatives_elements(w, dq, du);
     add_closures_along(w, dq, du, dudot);
     for (int i = m->bodies; i >= 1; --i) react_to(w, i, load);
 }
@@ -240,7 +241,7 @@ static void unact(mbsr_derivatives *w, int i, const double *load)
     double *mu = w->mu + b->v;
     mbsri_zero((size_t)b->d, mu);
     mbsri_ax(b->d, b->n, 1.0, k.J, load + b->u, mu);
-    mbsri_ax(b->d, b->d_pred, -1.0, k.H, w->mu + b->pred_v, mu);
+    mbsri_ax(b->d, b->pred.d, -1.0, k.H, w->mu + b->pred.v, mu);
     mbsri_zero((size_t)x, w->motion + l->motion[i]);
     rows_transposed(3 * b->d, 2 * b->d, b->d, x, k.P, mu, w->motion + l->motion[i]);
 }
@@ -257,8 +258,8 @@ static void unmove(mbsr_derivatives *w, int i, const double *load, double *dq, d
     mbsri_atx(s.x, s.columns, 1.0, k.x, x, z);
     rows_transposed(3 * b->n, 2 * b->n, b->n, s.columns, k.own, load + b->u, z);
     if (s.below)
-        rows_transposed(3 * b->d_pred, 2 * b->d_pred, b->d_pred, s.columns, k.below,
-                        w->mu + b->pred_v, z);
+        rows_transposed(3 * b->pred.d, 2 * b->pred.d, b->pred.d, s.columns, k.below,
+                        w->mu + b->pred.v, z);
     for (int j = 0; j < b->n; ++j) dudot[b->u + j] += b->armature[j] * load[b->u + j];
     mbsri_atx(b->d, b->n, -1.0, k.J, x + l->e[i] + b->d, dudot + b->u);
     for (int j = 0; j < s.pred && s.below; ++j) pred[j] += z[j];
@@ -266,11 +267,13 @@ static void unmove(mbsr_derivatives *w, int i, const double *load, double *dq, d
     for (int j = 0; j < b->n; ++j) du[b->u + j] += z[s.pred + b->nq + j];
 }
 
-static void unadd_elements(mbsr_derivatives *w, const double *load, double *dq, double *du)
+void mbsri_derivatives_elements_back(mbsr_derivatives *w, const double *load, double *dq,
+                                     double *du)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last, rows, columns;
+        if (w->by_sweeps && mbsri_linear_is_plain(l->model, k)) continue;
         mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
@@ -371,7 +374,7 @@ void mbsri_derivatives_adjoint(mbsr_derivatives *w, const double *load, double *
     mbsri_zero((size_t)m->nu, du);
     mbsri_zero((size_t)m->nu, dudot);
     for (int i = 1; i <= m->bodies; ++i) unact(w, i, load);
-    unadd_elements(w, load, dq, du);
+    mbsri_derivatives_elements_back(w, load, dq, du);
     unadd_closures(w, load, dq, du, dudot);
     for (int i = m->bodies; i >= 1; --i) unmove(w, i, load, dq, du, dudot);
 }

@@ -3,6 +3,7 @@
 #ifndef MBSRI_DERIVATIVES_RECORD_H
 #define MBSRI_DERIVATIVES_RECORD_H
 
+#include "derivatives/rigid.h"
 #include "fronts/fronts.h"
 #include "newton/linear/linear.h"
 
@@ -19,7 +20,9 @@ struct mbsr_derivatives {
     mbsr_data *data; /* with the factors, as long as there are derivatives */
     mbsr_error error;
     mbsri_linear *linear; /* all bodies deep */
+    mbsri_rigid *rigid;   /* NULL: the model is none */
     mbsri_linearised at;
+    bool by_sweeps; /* of `rigid` */
     bool open;      /* `fronts` have been factored */
     bool redundant; /* and some rows depend on others */
     mbsri_fronts fronts;
@@ -44,5 +47,11 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
  * adds nothing: writes dq (nq), du, du' (nu). */
 void mbsri_derivatives_adjoint(mbsr_derivatives *w, const double *load, double *dq, double *du,
                                double *dudot);
+
+/* Of these the part of force elements, by sweeps but for plain ones (mbsri_linear_is_plain): from x
+ * of bodies to mu and `torque`; and from weights in mu and load, added. */
+void mbsri_derivatives_elements(mbsr_derivatives *w, const double *dq, const double *du);
+void mbsri_derivatives_elements_back(mbsr_derivatives *w, const double *load, double *dq,
+                                     double *du);
 
 #endif

@@ -21,7 +21,7 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
                           "mbsr_body_rank: there is no body %d", body);
     }
     const mbsri_body *b = model->body + i;
-    const mbsri_group g = mbsri_group_of(model, data, data->single ? i : b->head);
+    const mbsri_group g = mbsri_group_of(model, data, data->single ? i : b->group.head);
     const double *lambda = data->judged + g.ig;
     const int rank = mbsri_group_rank(data, &g);
     *info = (mbsr_rank_info){.n = b->n,
@@ -58,13 +58,13 @@ int mbsr_rank_watch_exchange(const mbsr_model *model, mbsr_data *data, int *on, 
                               rank[b->id], b->n);
         }
     }
-    const int was_on = data->watching;
-    data->watching = *on != 0;
+    const int was_on = data->watch.active;
+    data->watch.active = *on != 0;
     *on = was_on;
     for (int i = 1; i <= model->bodies; ++i) {
         int *given = rank + model->body[i].id;
-        const int watched = was_on ? data->watched[i] : 0;
-        data->watched[i] = *given;
+        const int watched = was_on ? data->watch.rank[i] : 0;
+        data->watch.rank[i] = *given;
         *given = watched;
     }
     return MBSR_OK;
@@ -75,7 +75,7 @@ int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on)
     const mbsri_stage needed = on ? MBSRI_STAGE_BACKWARD : MBSRI_STAGE_NONE;
     const int status = mbsri_enter(model, data, true, needed, "mbsr_rank_watch");
     if (status) return status;
-    data->watching = on != 0;
-    for (int i = 1; i <= model->bodies && on; ++i) data->watched[i] = data->rank[i];
+    data->watch.active = on != 0;
+    for (int i = 1; i <= model->bodies && on; ++i) data->watch.rank[i] = data->rank[i];
     return MBSR_OK;
 }

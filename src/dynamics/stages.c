@@ -97,8 +97,8 @@ int mbsr_stage_accelerations(const mbsr_model *model, mbsr_data *data, const dou
     if (!status) status = mbsri_check_input(d, (size_t)m->nu, udot, name, "udot");
     if (status) return status;
     mbsri_inverse(m, d, udot);
-    status = mbsri_check_result(m, d, m->size_v, d->A, name);
-    if (!status) status = mbsri_check_result(m, d, m->size_v, d->mu, name);
+    status = mbsri_check_result(m, d, m->size.v, d->A, name);
+    if (!status) status = mbsri_check_result(m, d, m->size.v, d->mu, name);
     if (status) d->accelerated = false;
     return status;
 }

@@ -44,7 +44,8 @@ static int first_load(const mbsri_fe_body *body, int marker)
     return body->marker[marker].turns ? 0 : 3;
 }
 
-int mbsri_fe_count_loads(const mbsri_fe_body *body)
+/* Unit loads at markers that are loaded. */
+static int fe_count_loads(const mbsri_fe_body *body)
 {
     int count = 0;
     for (int k = 0; k < body->markers; ++k)
@@ -207,7 +208,7 @@ int mbsri_fe_make_basis(mbsri_fe_statics *s, const mbsri_fe_modes *modes, mbsri_
     const double cutoff = body->def->cutoff;
     int normal = modes->count;
     stage t = {.s = s, .body = body, .n = (size_t)body->n};
-    *b = (mbsri_fe_basis){.loads = mbsri_fe_count_loads(body)};
+    *b = (mbsri_fe_basis){.loads = fe_count_loads(body)};
     /* the highest normal mode keeps its mass, whatever rounding does */
     b->cutoff = cutoff > 0.0 ? cutoff : normal > 0 ? modes->omega[normal - 1] * (1.0 + 1e-6) : 0.0;
     const size_t most = (size_t)(normal + b->loads);

@@ -14,9 +14,6 @@ typedef struct mbsri_fe_basis {
     int loads, dependent;
 } mbsri_fe_basis;
 
-/* Unit loads at markers that are loaded. */
-int mbsri_fe_count_loads(const mbsri_fe_body *body);
-
 /* From the normal modes, which are used up. */
 int mbsri_fe_make_basis(mbsri_fe_statics *statics, const mbsri_fe_modes *modes,
                         mbsri_fe_basis *basis);

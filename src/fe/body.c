@@ -8,7 +8,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-int mbsri_fe_id(const mbsri_fe_body *body, int node)
+/* Id of the node at a place. */
+static int fe_id(const mbsri_fe_body *body, int node)
 {
     return body->def->id ? body->def->id[node] : node;
 }
@@ -16,7 +17,7 @@ int mbsri_fe_id(const mbsri_fe_body *body, int node)
 const char *mbsri_fe_label(const mbsri_fe_body *body, int dof, char *buffer)
 {
     snprintf(buffer, MBSRI_FE_LABEL, "dof %d (node %d, direction %d)", dof,
-             mbsri_fe_id(body, body->node[dof]), body->direction[dof]);
+             fe_id(body, body->node[dof]), body->direction[dof]);
     return buffer;
 }
 
@@ -62,8 +63,7 @@ static int check_nodes(mbsri_fe_body *body, place **sorted)
     for (int k = 0; k < body->nodes; ++k) {
         const double *x = def->x + 3 * (size_t)k;
         if (!isfinite(x[0]) || !isfinite(x[1]) || !isfinite(x[2]))
-            return MBSRI_FE_REFUSE("node %d is at (%g, %g, %g)", mbsri_fe_id(body, k), x[0], x[1],
-                                   x[2]);
+            return MBSRI_FE_REFUSE("node %d is at (%g, %g, %g)", fe_id(body, k), x[0], x[1], x[2]);
     }
     if (!def->id) return MBSR_OK;
     *sorted = mbsri_arena_take(body->arena, (size_t)body->nodes * sizeof **sorted);
@@ -110,7 +110,7 @@ static int map_dofs(mbsri_fe_body *body)
         int *at = body->dof + 6 * (size_t)body->node[k] + body->direction[k];
         if (*at >= 0)
             return MBSRI_FE_REFUSE("dofs %d and %d are both direction %d of node %d", *at, k,
-                                   body->direction[k], mbsri_fe_id(body, body->node[k]));
+                                   body->direction[k], fe_id(body, body->node[k]));
         *at = k;
     }
     for (int k = 0; k < body->nodes; ++k) {
@@ -124,7 +124,7 @@ static int map_dofs(mbsri_fe_body *body)
             if (count == 3 || (count == 0 && (half == 3 || at[3] < 0))) continue;
             return MBSRI_FE_REFUSE("node %d has no dof of direction %d, but others; K is wanted "
                                    "of the free body, without dofs that are held",
-                                   mbsri_fe_id(body, k), missing);
+                                   fe_id(body, k), missing);
         }
     }
     return MBSR_OK;

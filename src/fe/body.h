@@ -44,7 +44,4 @@ void mbsri_fe_load(const mbsri_fe_body *body, int marker, const double load[6], 
 enum { MBSRI_FE_LABEL = 80 };
 const char *mbsri_fe_label(const mbsri_fe_body *body, int dof, char *buffer);
 
-/* Id of the node at a place. */
-int mbsri_fe_id(const mbsri_fe_body *body, int node);
-
 #endif

@@ -13,7 +13,8 @@ const char *mbsri_mjcf_name(const mbsri_element *e)
     return name ? name : "";
 }
 
-mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name)
+/* The class of that name, NULL for the main one; NULL: none. */
+static mbsri_class *mjcf_class(const mbsri_mjcf *m, const char *name)
 {
     mbsri_class *c = m->classes;
     while (c && (name && c->name ? strcmp(c->name, name) != 0 : c->name != name)) c = c->next;
@@ -22,7 +23,7 @@ mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name)
 
 mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_class *parent)
 {
-    mbsri_class *class = mbsri_mjcf_class(m, name);
+    mbsri_class *class = mjcf_class(m, name);
     if (class) return class;
     class = mbsri_arena_take(m->s->arena, sizeof *class);
     if (!class) return NULL;
@@ -37,7 +38,7 @@ bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
     const char *class = mbsri_attribute(e, "class");
     if (!class) class = childclass;
     if (class && strcmp(class, "main") == 0) class = NULL;
-    *node = (mbsri_node){e, kind, mbsri_mjcf_class(m, class), NULL};
+    *node = (mbsri_node){e, kind, mjcf_class(m, class), NULL};
     return !class || node->class || mbsri_file_refuse(m->s, e, "there is no class '%.50s'", class);
 }
 

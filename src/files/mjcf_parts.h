@@ -92,10 +92,7 @@ typedef struct mbsri_node {
         *alike; /* kinds whose defaults count, too, NULL behind the last; NULL: none */
 } mbsri_node;
 
-/* The class of that name, NULL for the main one; NULL: none. */
-mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name);
-
-/* The same, made where there is none; NULL: no memory. */
+/* The class of that name, NULL for the main one, made where there is none; NULL: no memory. */
 mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_class *parent);
 
 /* A class that says nothing. */

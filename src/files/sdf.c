@@ -182,7 +182,8 @@ static bool add_model(mbsri_sdf *f, const mbsri_element *e, const mbsri_element 
     return true;
 }
 
-bool mbsri_sdf_collect(mbsri_sdf *f, const mbsri_element *root)
+/* The nodes of a file, with those that it includes. */
+static bool sdf_collect(mbsri_sdf *f, const mbsri_element *root)
 {
     const mbsri_element *world = mbsri_child(root, "world"), *only = mbsri_child(root, "model");
     if (!has_version(f->s, root)) return false;
@@ -204,5 +205,5 @@ bool mbsri_sdf_read(mbsri_scene *s, const mbsri_element *root)
     const mbsri_element *world = mbsri_child(root, "world"),
                         *named = world ? world : mbsri_child(root, "model");
     s->name = named ? mbsri_attribute(named, "name") : NULL;
-    return mbsri_sdf_collect(&f, root) && mbsri_sdf_tree(&f) && mbsri_sdf_relations(&f);
+    return sdf_collect(&f, root) && mbsri_sdf_tree(&f) && mbsri_sdf_relations(&f);
 }

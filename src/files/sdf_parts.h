@@ -79,9 +79,6 @@ bool mbsri_sdf_link(mbsri_sdf *f, const mbsri_element *e, int model, const char 
 
 /* ---- the parts ---- */
 
-/* The nodes of a file, with those that it includes. */
-bool mbsri_sdf_collect(mbsri_sdf *f, const mbsri_element *root);
-
 /* The joints of a node into the scene, for the body with that frame in the world, which it carries.
  */
 bool mbsri_sdf_joints(mbsri_sdf *f, int node, const mbsr_frame *body);

@@ -14,7 +14,7 @@ mbsri_result mbsri_set_up(mbsri_instance *in, const char *function, double toler
     if (!(tolerance >= 0.0 && tolerance < 1.0))
         return mbsri_say(in, MBSRI_ERROR, "%s: the tolerance is %g, must lie between 0 and 1",
                          function, tolerance);
-    in->t = in->t_start = start;
+    in->t = in->start.t = start;
     in->tolerance = tolerance;
     return MBSRI_OK;
 }

@@ -91,7 +91,7 @@ mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool 
     if ((unknowns > 0 && !unknown) || (knowns > 0 && !known) || !seed || !sensitivity)
         return mbsri_say(in, MBSRI_ERROR, "%s: an argument is NULL", function);
     mbsri_result result = in->started ? MBSRI_OK : mbsri_find_start(in);
-    if (!result && in->exchange && !in->ode) result = mbsri_make_solver(in);
+    if (!result && in->exchange && !in->solver.ode) result = mbsri_make_solver(in);
     if (!result) result = check_references(&d);
     if (result) return result;
     d.base = calloc(2 * knowns + 3 * unknowns + 1, sizeof *d.base);

@@ -27,7 +27,7 @@ static bool fits(mbsri_instance *in, const char *function, const void *to, size_
 /* The ODE of the state; in initialization mode, before there is one, that of the start. */
 static mbsri_result have_ode(mbsri_instance *in)
 {
-    if (in->ode && in->started) return MBSRI_OK;
+    if (in->solver.ode && in->started) return MBSRI_OK;
     const mbsri_result result = in->started ? MBSRI_OK : mbsri_find_start(in);
     return result ? result : mbsri_make_solver(in);
 }
@@ -35,16 +35,16 @@ static mbsri_result have_ode(mbsri_instance *in)
 /* x'; where the number of massless directions has changed, by the equations of the new ones. */
 static int find_derivatives(mbsri_instance *in, double *xdot)
 {
-    int status = mbsr_ode_rhs(in->ode, in->t, in->x, xdot);
+    int status = mbsr_ode_rhs(in->solver.ode, in->t, in->x, xdot);
     if (status != MBSR_RANK_CHANGED) return status;
-    mbsri_tell(in, "ranks change at t = %.9g: %s", in->t, mbsr_data_error(in->data)->text);
+    mbsri_tell(in, "ranks change at t = %.9g: %s", in->t, mbsr_data_error(in->solver.data)->text);
     mbsr_ode *made;
     memcpy(in->q, in->x, (size_t)in->plan.nq * sizeof *in->q);
-    status = mbsr_ode_create(in->built.model, in->data, in->t, in->q, in->u, &made);
+    status = mbsr_ode_create(in->built.model, in->solver.data, in->t, in->q, in->u, &made);
     if (status) return status;
-    mbsr_ode_destroy(in->ode);
-    in->ode = made;
-    return mbsr_ode_rhs(in->ode, in->t, in->x, xdot);
+    mbsr_ode_destroy(in->solver.ode);
+    in->solver.ode = made;
+    return mbsr_ode_rhs(in->solver.ode, in->t, in->x, xdot);
 }
 
 mbsri_result mbsri_get_states(mbsri_instance *in, const char *function, double *x, size_t count)
@@ -78,8 +78,8 @@ mbsri_result mbsri_get_derivatives(mbsri_instance *in, const char *function, dou
     const int status = find_derivatives(in, xdot);
     if (status > 0)
         return mbsri_say(in, MBSRI_DISCARD, "%s at t = %.9g: %s", function, in->t,
-                         mbsr_data_error(in->data)->text);
-    return status ? mbsri_failed(in, function, status, mbsr_data_error(in->data)) : MBSRI_OK;
+                         mbsr_data_error(in->solver.data)->text);
+    return status ? mbsri_failed(in, function, status, mbsr_data_error(in->solver.data)) : MBSRI_OK;
 }
 
 mbsri_result mbsri_get_nominals(mbsri_instance *in, const char *function, double *x, size_t count)
@@ -96,8 +96,9 @@ mbsri_result mbsri_get_indicators(mbsri_instance *in, const char *function, doub
     if (count == 0) return MBSRI_OK;
     const mbsri_result result = mbsri_evaluate(in);
     if (result) return result;
-    const int status = mbsri_indicate(in, in->event_data, in->t, in->q, in->u, value);
-    return status ? mbsri_failed(in, function, status, mbsr_data_error(in->event_data)) : MBSRI_OK;
+    const int status = mbsri_indicate(in, in->solver.event_data, in->t, in->q, in->u, value);
+    return status ? mbsri_failed(in, function, status, mbsr_data_error(in->solver.event_data))
+                  : MBSRI_OK;
 }
 
 mbsri_result mbsri_set_time(mbsri_instance *in, const char *function, double t)
@@ -121,14 +122,15 @@ int mbsri_state_value(mbsri_instance *in, const mbsri_variable *v, double *value
 {
     const mbsr_model *m = in->built.model;
     double *y = in->work, *zero = y + in->size, *F = zero + in->size;
-    int status = mbsr_dae_pack(m, in->data, MBSR_DAE_MOMENTUM, in->t, in->q, in->u, y);
+    int status = mbsr_dae_pack(m, in->solver.data, MBSR_DAE_MOMENTUM, in->t, in->q, in->u, y);
     in->evaluated = false;
     if (!status && v->kind == MBSRI_P) {
         *value = y[in->plan.nq + v->of];
         return MBSR_OK;
     }
     memset(zero, 0, (size_t)in->size * sizeof *zero);
-    if (!status) status = mbsr_dae_residual(m, in->data, MBSR_DAE_MOMENTUM, in->t, y, zero, F);
+    if (!status)
+        status = mbsr_dae_residual(m, in->solver.data, MBSR_DAE_MOMENTUM, in->t, y, zero, F);
     *value = -F[(v->kind == MBSRI_QDOT ? 0 : in->plan.nq) + v->of];
     return status;
 }

@@ -46,8 +46,8 @@ const char *fmi2GetVersion(void)
 static void send_fmi2(mbsri_instance *in, mbsri_result result, const char *category,
                       const char *text)
 {
-    const fmi2CallbackLogger logger = (fmi2CallbackLogger)in->callback;
-    logger(in->environment, in->name, (fmi2Status)result, category, "%s", text);
+    const fmi2CallbackLogger logger = (fmi2CallbackLogger)in->importer.callback;
+    logger(in->importer.environment, in->name, (fmi2Status)result, category, "%s", text);
 }
 
 static int digit(char c)
@@ -87,13 +87,13 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
 {
     mbsri_instance as = {.name = (char *)(name ? name : ""),
                          .exchange = type == fmi2ModelExchange,
-                         .log = logging ? MBSRI_LOG_ALL : 0u,
+                         .importer.log = logging ? MBSRI_LOG_ALL : 0u,
                          .mode = MBSRI_INSTANTIATED};
     (void)visible;
     if (functions && functions->logger) {
-        as.logger = send_fmi2;
-        as.callback = (void (*)(void))functions->logger;
-        as.environment = functions->componentEnvironment;
+        as.importer.logger = send_fmi2;
+        as.importer.callback = (void (*)(void))functions->logger;
+        as.importer.environment = functions->componentEnvironment;
     }
     if (!name || !*name || !guid || !resources ||
         (type != fmi2ModelExchange && type != fmi2CoSimulation)) {

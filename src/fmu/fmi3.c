@@ -26,17 +26,18 @@ typedef struct callbacks {
 static void send_fmi3(mbsri_instance *in, mbsri_result result, const char *category,
                       const char *text)
 {
-    const fmi3LogMessageCallback log = (fmi3LogMessageCallback)in->callback;
-    log(in->environment, (fmi3Status)result, category, text);
+    const fmi3LogMessageCallback log = (fmi3LogMessageCallback)in->importer.callback;
+    log(in->importer.environment, (fmi3Status)result, category, text);
 }
 
 static void update(mbsri_instance *in, double t, bool *early, double *time)
 {
-    const fmi3IntermediateUpdateCallback call = (fmi3IntermediateUpdateCallback)in->updater;
+    const fmi3IntermediateUpdateCallback call =
+        (fmi3IntermediateUpdateCallback)in->importer.updater;
     const mbsri_mode mode = in->mode;
     in->mode = MBSRI_INTERMEDIATE;
-    call(in->environment, t, true, true, true, in->early_return, early, time);
-    *early = *early && in->early_return;
+    call(in->importer.environment, t, true, true, true, in->importer.early_return, early, time);
+    *early = *early && in->importer.early_return;
     if (in->mode == MBSRI_INTERMEDIATE) in->mode = mode;
 }
 
@@ -46,12 +47,12 @@ static fmi3Instance instantiate(mbsri_instance as, fmi3String name, fmi3String t
     as.name = (char *)(name ? name : "");
     as.mode = MBSRI_INSTANTIATED;
     if (given.log) {
-        as.logger = send_fmi3;
-        as.callback = (void (*)(void))given.log;
+        as.importer.logger = send_fmi3;
+        as.importer.callback = (void (*)(void))given.log;
     }
     if (given.update) {
-        as.intermediate = update;
-        as.updater = (void (*)(void))given.update;
+        as.importer.intermediate = update;
+        as.importer.updater = (void (*)(void))given.update;
     }
     if (name && *name && token && resources) return mbsri_instance_create(&as, resources, token);
     mbsri_say(&as, MBSRI_ERROR, "%s: %s", function,
@@ -67,8 +68,9 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
                                           fmi3LogMessageCallback logMessage)
 {
     (void)visible;
-    const mbsri_instance as = {
-        .exchange = true, .log = logging ? MBSRI_LOG_ALL : 0u, .environment = environment};
+    const mbsri_instance as = {.exchange = true,
+                               .importer.log = logging ? MBSRI_LOG_ALL : 0u,
+                               .importer.environment = environment};
     return instantiate(as, name, token, resources, (callbacks){logMessage, NULL}, __func__);
 }
 
@@ -83,10 +85,10 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     (void)visible;
     (void)required;
     (void)requiredCount;
-    const mbsri_instance as = {.log = logging ? MBSRI_LOG_ALL : 0u,
-                               .event_mode = eventModeUsed,
-                               .early_return = earlyReturnAllowed,
-                               .environment = environment};
+    const mbsri_instance as = {.importer.log = logging ? MBSRI_LOG_ALL : 0u,
+                               .importer.event_mode = eventModeUsed,
+                               .importer.early_return = earlyReturnAllowed,
+                               .importer.environment = environment};
     mbsri_instance *in = instantiate(as, name, token, resources,
                                      (callbacks){logMessage, intermediateUpdate}, __func__);
     if (!in || !eventModeUsed || mbsri_has_events(in)) return in;
@@ -138,14 +140,14 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     ENTER(MBSRI_INITIALIZATION);
-    const bool events = in->exchange || in->event_mode;
+    const bool events = in->exchange || in->importer.event_mode;
     return (fmi3Status)mbsri_initialized(in, __func__, events ? MBSRI_EVENT_MODE : MBSRI_STEP);
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     ENTER(MBSRI_CONTINUOUS | MBSRI_STEP);
-    if (!in->exchange && !in->event_mode)
+    if (!in->exchange && !in->importer.event_mode)
         return (fmi3Status)mbsri_say(in, MBSRI_ERROR, "%s: event mode is not used", __func__);
     in->mode = MBSRI_EVENT_MODE;
     return fmi3OK;

@@ -13,7 +13,7 @@ static void send(mbsri_instance *in, mbsri_result result, const char *format, va
                                              "logStatusError", "logStatusError"};
     char text[768], escaped[2 * sizeof text];
     const unsigned bit = 1u << (result > MBSRI_ERROR ? MBSRI_ERROR : result);
-    if (!in->logger || (!(in->log & bit) && result < MBSRI_ERROR)) return;
+    if (!in->importer.logger || (!(in->importer.log & bit) && result < MBSRI_ERROR)) return;
     mbsri_vprint(text, sizeof text, format, arguments);
     char *to = escaped;
     for (const char *from = text; *from; ++from) {
@@ -21,7 +21,7 @@ static void send(mbsri_instance *in, mbsri_result result, const char *format, va
         *to++ = *from;
     }
     *to = '\0';
-    in->logger(in, result, categories[result], escaped);
+    in->importer.logger(in, result, categories[result], escaped);
 }
 
 void mbsri_tell(mbsri_instance *in, const char *format, ...)
@@ -75,9 +75,9 @@ bool mbsri_set_log(mbsri_instance *in, bool on, size_t count, const char *const 
         chosen |= l == 4 ? MBSRI_LOG_ALL : 1u << l;
     }
     if (count == 0)
-        in->log = on ? MBSRI_LOG_ALL : 0u;
+        in->importer.log = on ? MBSRI_LOG_ALL : 0u;
     else
-        in->log = on ? in->log | chosen : in->log & ~chosen;
+        in->importer.log = on ? in->importer.log | chosen : in->importer.log & ~chosen;
     return true;
 }
 

@@ -64,35 +64,41 @@ typedef void (*mbsri_intermediate)(mbsri_instance *in, double t, bool *early, do
 struct mbsri_instance {
     char *name;
     bool exchange; /* model exchange */
-    unsigned log;  /* categories */
-    mbsri_logger logger;
-    void *environment; /* the importer's environment */
-    void (*callback)(void),
-        (*updater)(void);            /* the importer's functions, to be cast to their types */
-    mbsri_intermediate intermediate; /* NULL: none is wanted */
-    bool event_mode, early_return;   /* the importer handles them */
     mbsri_mode mode;
-
-    unsigned char *resource; /* the plan as bytes */
-    size_t resource_size;
+    struct {
+        unsigned log; /* categories that it wants */
+        mbsri_logger logger;
+        void *environment;
+        void (*callback)(void), (*updater)(void); /* its functions, to be cast to their types */
+        mbsri_intermediate intermediate;          /* NULL: none is wanted */
+        bool event_mode, early_return;            /* whether it handles them */
+    } importer;
+    struct {
+        unsigned char *bytes; /* the plan */
+        size_t size;
+    } resources;
     mbsri_plan plan;
     mbsri_variables variables;
 
     mbsri_built built;
     bool stale; /* parameters have changed since */
-    mbsr_data *data, *event_data;
-    mbsr_completion *completion;
-    mbsr_ida *ida;         /* driver of co-simulation with steps by the error */
-    mbsr_stepper *stepper; /* with fixed ones */
-    mbsr_ode *ode;         /* right-hand side of model exchange */
+    struct {
+        mbsr_data *data, *event_data;
+        mbsr_completion *completion;
+        mbsr_ida *ida;         /* driver of co-simulation with steps by the error */
+        mbsr_stepper *stepper; /* with fixed ones */
+        mbsr_ode *ode;         /* right-hand side of model exchange */
+    } solver;
 
-    double t, t_start, tolerance; /* tolerance 0: that of the plan */
-    double *input;                /* as many as the plan has */
-    double *t_motion;             /* when those of each motion were set */
-    bool inputs_changed;          /* since the last step */
-    double *q0, *u0;              /* start asked for: nq, nu */
-    double *q, *u, *udot, *lambda, *x, *y, *yp,
-        *work;      /* work: three times y, and an indicator for each element */
+    struct {
+        double t, *q, *u; /* asked for: nq, nu */
+    } start;
+    double t, tolerance;                        /* tolerance 0: that of the plan */
+    double *input;                              /* as many as the plan has */
+    double *t_motion;                           /* when those of each motion were set */
+    bool inputs_changed;                        /* since the last step */
+    double *q, *u, *udot, *lambda, *x, *y, *yp; /* the state, and what is evaluated there */
+    double *work;   /* three times y, and an indicator for each element */
     int size, rows; /* lengths of y and of lambda */
     bool started;   /* y and yp are a state that the solvers may start from */
     bool evaluated; /* udot, lambda and the data are of q, u, t and the inputs */

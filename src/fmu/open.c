@@ -43,12 +43,12 @@ static bool read_resource(mbsri_instance *in, const char *folder)
     mbsri_fmu_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
     FILE *from = fopen(path, "rb");
     if (from) {
-        in->resource = read_all(from, &in->resource_size);
+        in->resources.bytes = read_all(from, &in->resources.size);
         fclose(from);
     }
-    if (!in->resource) mbsri_say(in, MBSRI_ERROR, "%s: the model cannot be read", path);
+    if (!in->resources.bytes) mbsri_say(in, MBSRI_ERROR, "%s: the model cannot be read", path);
     free(path);
-    return in->resource != NULL;
+    return in->resources.bytes != NULL;
 }
 
 /* ---- the plan ---- */
@@ -57,13 +57,13 @@ static bool take_arrays(mbsri_instance *in)
 {
     const size_t nq = (size_t)in->plan.nq, nu = (size_t)in->plan.nu;
     in->input = calloc((size_t)(in->plan.inputs + in->plan.motions) + 1, sizeof *in->input);
-    in->q0 = calloc(nq + nu + 1, sizeof *in->q0);
-    if (!in->input || !in->q0) return false;
+    in->start.q = calloc(nq + nu + 1, sizeof *in->start.q);
+    if (!in->input || !in->start.q) return false;
     in->t_motion = in->input + in->plan.inputs;
-    in->u0 = in->q0 + nq;
+    in->start.u = in->start.q + nq;
     for (int k = 0; k < in->plan.inputs; ++k) in->input[k] = in->plan.input[k].start;
-    for (size_t k = 0; k < nq; ++k) in->q0[k] = in->plan.q[k].start;
-    for (size_t k = 0; k < nu; ++k) in->u0[k] = in->plan.u[k].start;
+    for (size_t k = 0; k < nq; ++k) in->start.q[k] = in->plan.q[k].start;
+    for (size_t k = 0; k < nu; ++k) in->start.u[k] = in->plan.u[k].start;
     return true;
 }
 
@@ -72,7 +72,7 @@ static bool open_plan(mbsri_instance *in)
     const mbsr_allocator standard = {NULL, NULL, NULL};
     mbsr_error error;
     mbsri_plan_open(&in->plan, &standard);
-    if (mbsri_plan_read(&in->plan, in->resource, in->resource_size, &error)) {
+    if (mbsri_plan_read(&in->plan, in->resources.bytes, in->resources.size, &error)) {
         mbsri_say(in, MBSRI_ERROR, "the model in the resources cannot be read: %s", error.text);
         return false;
     }
@@ -95,8 +95,8 @@ static void close_plan(mbsri_instance *in)
 {
     mbsri_drop_model(in);
     free(in->input);
-    free(in->q0);
-    in->input = in->q0 = in->u0 = NULL;
+    free(in->start.q);
+    in->input = in->start.q = in->start.u = NULL;
     mbsri_plan_close(&in->plan);
     in->plan = (mbsri_plan){.name = ""};
     in->variables = (mbsri_variables){.list = NULL};
@@ -120,7 +120,7 @@ mbsri_instance *mbsri_instance_create(const mbsri_instance *as, const char *fold
     memcpy(in->name, as->name, strlen(as->name) + 1);
     bool good = read_resource(in, folder);
     if (good) {
-        mbsri_plan_token(in->resource, in->resource_size, own);
+        mbsri_plan_token(in->resources.bytes, in->resources.size, own);
         good = strcmp(own, token) == 0;
         if (!good)
             mbsri_say(in, MBSRI_ERROR,
@@ -137,7 +137,7 @@ void mbsri_instance_destroy(mbsri_instance *in)
 {
     if (!in) return;
     close_plan(in);
-    free(in->resource);
+    free(in->resources.bytes);
     free(in->name);
     free(in);
 }
@@ -145,7 +145,7 @@ void mbsri_instance_destroy(mbsri_instance *in)
 mbsri_result mbsri_instance_reset(mbsri_instance *in)
 {
     close_plan(in);
-    in->t = in->t_start = in->tolerance = 0.0;
+    in->t = in->start.t = in->tolerance = 0.0;
     in->inputs_changed = in->started = in->evaluated = in->fresh = in->stale = false;
     return open_plan(in) ? MBSRI_OK : MBSRI_FATAL;
 }

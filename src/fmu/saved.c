@@ -42,13 +42,13 @@ static int pass_dropped(mbsri_instance *in, bool save, double *at)
     const mbsr_model *m = in->built.model;
     int *dropped = calloc((size_t)in->rows + 1, sizeof *dropped);
     if (!dropped) return MBSR_ERR_NO_MEMORY;
-    int status = save ? mbsr_closures_redundant(m, in->data, dropped) : MBSR_OK;
+    int status = save ? mbsr_closures_redundant(m, in->solver.data, dropped) : MBSR_OK;
     for (int k = 0; k < in->rows; ++k)
         if (save)
             at[k] = dropped[k];
         else
             dropped[k] = at[k] != 0.0;
-    if (!save) status = mbsr_closures_set_redundant(m, in->data, dropped);
+    if (!save) status = mbsr_closures_set_redundant(m, in->solver.data, dropped);
     free(dropped);
     return status;
 }
@@ -58,7 +58,7 @@ static void pass_arrays(mbsri_instance *in, bool save, double *at)
 {
     const size_t nq = (size_t)in->plan.nq, nu = (size_t)in->plan.nu;
     pass_array(save, &at, in->input, (size_t)(in->plan.inputs + in->plan.motions));
-    pass_array(save, &at, in->q0, nq + nu);
+    pass_array(save, &at, in->start.q, nq + nu);
     pass_array(save, &at, in->q, nq);
     pass_array(save, &at, in->u, nu);
     pass_array(save, &at, in->x, nq + nu);
@@ -72,16 +72,16 @@ static mbsri_result take_state(mbsri_instance *in)
 {
     int status = MBSR_OK;
     const mbsr_error *error = NULL;
-    if (in->ida && !in->fresh) {
-        status = mbsr_ida_state(in->ida, NULL, in->y, in->yp);
-        error = mbsr_ida_error(in->ida);
+    if (in->solver.ida && !in->fresh) {
+        status = mbsr_ida_state(in->solver.ida, NULL, in->y, in->yp);
+        error = mbsr_ida_error(in->solver.ida);
     }
-    if (in->stepper && !in->fresh) {
-        status = mbsr_stepper_state(in->stepper, NULL, in->y, in->yp);
-        error = mbsr_stepper_error(in->stepper);
+    if (in->solver.stepper && !in->fresh) {
+        status = mbsr_stepper_state(in->solver.stepper, NULL, in->y, in->yp);
+        error = mbsr_stepper_error(in->solver.stepper);
     }
     if (status) return mbsri_failed(in, "no state to be kept", status, error);
-    in->fresh = in->ida || in->stepper;
+    in->fresh = in->solver.ida || in->solver.stepper;
     in->evaluated = false;
     return MBSRI_OK;
 }
@@ -100,9 +100,14 @@ mbsri_result mbsri_save(mbsri_instance *in, const char *function, mbsri_saved **
     if (!to) to = calloc(1, sizeof *to + count * sizeof *to->number);
     if (!to) return mbsri_say(in, MBSRI_ERROR, "%s: no memory", function);
     to->count = count;
-    const double flags[FLAGS] = {
-        in->t,       in->t_start,        in->tolerance,   (double)in->mode,
-        in->started, in->inputs_changed, in->ode != NULL, in->ida || in->stepper};
+    const double flags[FLAGS] = {in->t,
+                                 in->start.t,
+                                 in->tolerance,
+                                 (double)in->mode,
+                                 in->started,
+                                 in->inputs_changed,
+                                 in->solver.ode != NULL,
+                                 in->solver.ida || in->solver.stepper};
     memcpy(to->number, flags, sizeof flags);
     double *at = to->number + FLAGS;
     for (int k = 1; k <= in->variables.parameters; ++k) *at++ = *in->variables.list[k].place;
@@ -146,14 +151,14 @@ mbsri_result mbsri_restore(mbsri_instance *in, const char *function, const mbsri
     const int status = pass_dropped(in, false, (double *)saved->number + saved->count - in->rows);
     if (status) return mbsri_failed(in, function, status, NULL);
     in->t = flags[0];
-    in->t_start = flags[1];
+    in->start.t = flags[1];
     in->tolerance = flags[2];
     in->started = flags[4] != 0.0;
     in->inputs_changed = flags[5] != 0.0;
     in->evaluated = false;
     in->mode = (mbsri_mode)(int)flags[3];
     const bool wanted = flags[6] != 0.0 || flags[7] != 0.0,
-               there = in->ode || in->ida || in->stepper;
+               there = in->solver.ode || in->solver.ida || in->solver.stepper;
     if (wanted && (!there || tolerance)) {
         const bool changed = in->inputs_changed;
         const mbsri_result made = mbsri_make_solver(in);
@@ -179,7 +184,7 @@ size_t mbsri_saved_size(const mbsri_saved *saved)
 
 static void token_of(const mbsri_instance *in, char token[MBSRI_TOKEN])
 {
-    mbsri_plan_token(in->resource, in->resource_size, token);
+    mbsri_plan_token(in->resources.bytes, in->resources.size, token);
 }
 
 mbsri_result mbsri_serialize(mbsri_instance *in, const char *function, const mbsri_saved *saved,

@@ -51,9 +51,10 @@ static bool take_state(mbsri_instance *in)
 static mbsri_result take_data(mbsri_instance *in)
 {
     mbsr_error error = {.text = ""};
-    int status = mbsr_data_create(in->built.model, &in->data, &error);
-    if (!status) status = mbsr_data_create(in->built.model, &in->event_data, &error);
-    if (!status) status = mbsr_completion_create(in->built.model, NULL, &in->completion, &error);
+    int status = mbsr_data_create(in->built.model, &in->solver.data, &error);
+    if (!status) status = mbsr_data_create(in->built.model, &in->solver.event_data, &error);
+    if (!status)
+        status = mbsr_completion_create(in->built.model, NULL, &in->solver.completion, &error);
     if (status) return mbsri_failed(in, "no data for the model", status, &error);
     if (!take_state(in)) return mbsri_failed(in, "the model", MBSR_ERR_NO_MEMORY, NULL);
     return MBSRI_OK;
@@ -76,22 +77,22 @@ mbsri_result mbsri_make_model(mbsri_instance *in)
 
 static void drop_solver(mbsri_instance *in)
 {
-    mbsr_ida_destroy(in->ida);
-    mbsr_stepper_destroy(in->stepper);
-    mbsr_ode_destroy(in->ode);
-    in->ida = NULL;
-    in->stepper = NULL;
-    in->ode = NULL;
+    mbsr_ida_destroy(in->solver.ida);
+    mbsr_stepper_destroy(in->solver.stepper);
+    mbsr_ode_destroy(in->solver.ode);
+    in->solver.ida = NULL;
+    in->solver.stepper = NULL;
+    in->solver.ode = NULL;
 }
 
 void mbsri_drop_model(mbsri_instance *in)
 {
     drop_solver(in);
-    mbsr_completion_destroy(in->completion);
-    mbsr_data_destroy(in->data);
-    mbsr_data_destroy(in->event_data);
-    in->completion = NULL;
-    in->data = in->event_data = NULL;
+    mbsr_completion_destroy(in->solver.completion);
+    mbsr_data_destroy(in->solver.data);
+    mbsr_data_destroy(in->solver.event_data);
+    in->solver.completion = NULL;
+    in->solver.data = in->solver.event_data = NULL;
     free(in->q);
     in->q = NULL;
     mbsri_built_destroy(&in->built);
@@ -108,16 +109,18 @@ mbsri_result mbsri_find_start(mbsri_instance *in)
     }
     const mbsr_model *m = in->built.model;
     drop_solver(in);
-    in->t = in->t_start;
+    in->t = in->start.t;
     for (int k = 0; k < in->plan.motions; ++k) in->t_motion[k] = in->t;
     in->evaluated = false;
-    int status = mbsr_dae_pack(m, in->data, MBSR_DAE_MOMENTUM, in->t_start, in->q0, in->u0, in->y);
+    int status = mbsr_dae_pack(m, in->solver.data, MBSR_DAE_MOMENTUM, in->start.t, in->start.q,
+                               in->start.u, in->y);
     if (!status)
-        status = mbsr_dae_consistent(m, in->data, MBSR_DAE_MOMENTUM, in->t_start, in->y, in->yp,
-                                     NULL, NULL);
+        status = mbsr_dae_consistent(m, in->solver.data, MBSR_DAE_MOMENTUM, in->start.t, in->y,
+                                     in->yp, NULL, NULL);
     if (!status)
-        status = mbsr_dae_unpack(m, in->data, MBSR_DAE_MOMENTUM, in->t_start, in->y, in->q, in->u);
-    if (status) return mbsri_failed(in, "no start", status, mbsr_data_error(in->data));
+        status = mbsr_dae_unpack(m, in->solver.data, MBSR_DAE_MOMENTUM, in->start.t, in->y, in->q,
+                                 in->u);
+    if (status) return mbsri_failed(in, "no start", status, mbsr_data_error(in->solver.data));
     in->started = true;
     return MBSRI_OK;
 }
@@ -130,8 +133,9 @@ static int events_of_driver(void *user, double t, const double *y, const double 
     const mbsr_model *m = in->built.model;
     double *u = in->work + in->plan.nq; /* together fewer than y */
     (void)yp;
-    const int status = mbsr_dae_unpack(m, in->event_data, MBSR_DAE_MOMENTUM, t, y, in->work, u);
-    return status ? status : mbsri_indicate(in, in->event_data, t, in->work, u, value);
+    const int status =
+        mbsr_dae_unpack(m, in->solver.event_data, MBSR_DAE_MOMENTUM, t, y, in->work, u);
+    return status ? status : mbsri_indicate(in, in->solver.event_data, t, in->work, u, value);
 }
 
 /* With intermediate updates the driver pauses after each of its steps. */
@@ -148,16 +152,16 @@ static mbsri_result make_driver(mbsri_instance *in)
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.rtol = in->tolerance > 0.0 ? in->tolerance : in->plan.rtol;
     opt.atol = in->plan.atol;
-    if (in->event_mode && in->early_return && in->variables.indicators > 0) {
+    if (in->importer.event_mode && in->importer.early_return && in->variables.indicators > 0) {
         opt.events = in->variables.indicators;
         opt.event = events_of_driver;
         opt.event_user = in;
     }
-    if (in->intermediate) opt.progress = pause_driver;
-    int status = mbsr_ida_create(in->built.model, in->data, &opt, &in->ida, &error);
+    if (in->importer.intermediate) opt.progress = pause_driver;
+    int status = mbsr_ida_create(in->built.model, in->solver.data, &opt, &in->solver.ida, &error);
     if (!status) {
-        status = mbsr_ida_start(in->ida, in->t, in->y, in->yp);
-        error = *mbsr_ida_error(in->ida);
+        status = mbsr_ida_start(in->solver.ida, in->t, in->y, in->yp);
+        error = *mbsr_ida_error(in->solver.ida);
     }
     return status ? mbsri_failed(in, "the driver does not start", status, &error) : MBSRI_OK;
 }
@@ -168,10 +172,11 @@ static mbsri_result make_stepper(mbsri_instance *in)
     mbsr_stepper_opt opt = mbsr_default_stepper_opt();
     opt.h = in->plan.fixed_step;
     opt.order = in->plan.order;
-    int status = mbsr_stepper_create(in->built.model, in->data, &opt, &in->stepper, &error);
+    int status =
+        mbsr_stepper_create(in->built.model, in->solver.data, &opt, &in->solver.stepper, &error);
     if (!status) {
-        status = mbsr_stepper_resume(in->stepper, in->t, in->y, in->yp);
-        error = *mbsr_stepper_error(in->stepper);
+        status = mbsr_stepper_resume(in->solver.stepper, in->t, in->y, in->yp);
+        error = *mbsr_stepper_error(in->solver.stepper);
     }
     return status ? mbsri_failed(in, "the stepper does not start", status, &error) : MBSRI_OK;
 }
@@ -181,9 +186,10 @@ mbsri_result mbsri_make_solver(mbsri_instance *in)
     drop_solver(in);
     in->inputs_changed = in->fresh = false;
     if (!in->exchange) return in->plan.fixed_step > 0.0 ? make_stepper(in) : make_driver(in);
-    int status = mbsr_ode_create(in->built.model, in->data, in->t, in->q, in->u, &in->ode);
-    if (!status) status = mbsr_ode_pack(in->ode, in->t, in->q, in->u, in->x);
-    return status ? mbsri_failed(in, "no derivatives", status, mbsr_data_error(in->data))
+    int status =
+        mbsr_ode_create(in->built.model, in->solver.data, in->t, in->q, in->u, &in->solver.ode);
+    if (!status) status = mbsr_ode_pack(in->solver.ode, in->t, in->q, in->u, in->x);
+    return status ? mbsri_failed(in, "no derivatives", status, mbsr_data_error(in->solver.data))
                   : MBSRI_OK;
 }
 
@@ -192,29 +198,29 @@ mbsri_result mbsri_make_solver(mbsri_instance *in)
 /* The state of what steps, or that of x. */
 static int find_stepped_state(mbsri_instance *in, const mbsr_error **error)
 {
-    *error = mbsr_data_error(in->data);
-    if (in->ode) {
+    *error = mbsr_data_error(in->solver.data);
+    if (in->solver.ode) {
         memcpy(in->q, in->x, (size_t)in->plan.nq * sizeof *in->q);
-        return mbsr_ode_velocities(in->ode, in->t, in->x, in->u);
+        return mbsr_ode_velocities(in->solver.ode, in->t, in->x, in->u);
     }
-    if (in->stepper && !in->fresh) {
-        *error = mbsr_stepper_error(in->stepper);
-        return mbsr_stepper_motion(in->stepper, NULL, in->q, in->u);
+    if (in->solver.stepper && !in->fresh) {
+        *error = mbsr_stepper_error(in->solver.stepper);
+        return mbsr_stepper_motion(in->solver.stepper, NULL, in->q, in->u);
     }
     if (in->fresh)
-        return mbsr_dae_unpack(in->built.model, in->data, MBSR_DAE_MOMENTUM, in->t, in->y, in->q,
-                               in->u);
+        return mbsr_dae_unpack(in->built.model, in->solver.data, MBSR_DAE_MOMENTUM, in->t, in->y,
+                               in->q, in->u);
     return MBSR_OK;
 }
 
 static int find_accelerations(mbsri_instance *in)
 {
     const mbsr_model *m = in->built.model;
-    int status = mbsr_stage_positions(m, in->data, in->t, in->q);
-    if (!status) status = mbsr_stage_velocities(m, in->data, in->u);
-    if (!status && in->rows > 0) status = mbsr_closures_set_lambda(m, in->data, in->lambda);
-    if (!status) status = mbsr_stage_forces(m, in->data, NULL);
-    return status ? status : mbsr_stage_accelerations(m, in->data, in->udot);
+    int status = mbsr_stage_positions(m, in->solver.data, in->t, in->q);
+    if (!status) status = mbsr_stage_velocities(m, in->solver.data, in->u);
+    if (!status && in->rows > 0) status = mbsr_closures_set_lambda(m, in->solver.data, in->lambda);
+    if (!status) status = mbsr_stage_forces(m, in->solver.data, NULL);
+    return status ? status : mbsr_stage_accelerations(m, in->solver.data, in->udot);
 }
 
 mbsri_result mbsri_evaluate(mbsri_instance *in)
@@ -226,9 +232,9 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
         if (found) return found;
     }
     int status;
-    if (in->ida && !in->fresh) {
-        error = mbsr_ida_error(in->ida);
-        status = mbsr_ida_motion(in->ida, in->q, in->u, in->udot, in->lambda);
+    if (in->solver.ida && !in->fresh) {
+        error = mbsr_ida_error(in->solver.ida);
+        status = mbsr_ida_motion(in->solver.ida, in->q, in->u, in->udot, in->lambda);
         if (status || !in->inputs_changed) {
             in->evaluated = !status;
             return status ? mbsri_failed(in, "no state", status, error) : MBSRI_OK;
@@ -236,12 +242,14 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
     }
     status = find_stepped_state(in, &error);
     if (status) return mbsri_failed(in, "no state", status, error);
-    status = mbsr_completion_dynamics(in->completion, in->data, in->t, in->q, in->u, NULL, in->udot,
-                                      in->lambda);
+    status = mbsr_completion_dynamics(in->solver.completion, in->solver.data, in->t, in->q, in->u,
+                                      NULL, in->udot, in->lambda);
     if (status)
-        return mbsri_failed(in, "no accelerations", status, mbsr_completion_error(in->completion));
+        return mbsri_failed(in, "no accelerations", status,
+                            mbsr_completion_error(in->solver.completion));
     status = find_accelerations(in);
-    if (status) return mbsri_failed(in, "no accelerations", status, mbsr_data_error(in->data));
+    if (status)
+        return mbsri_failed(in, "no accelerations", status, mbsr_data_error(in->solver.data));
     in->evaluated = true;
     return MBSRI_OK;
 }

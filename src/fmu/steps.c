@@ -17,11 +17,11 @@ static mbsri_result begin_anew(mbsri_instance *in)
 {
     int status = MBSR_OK;
     if (in->inputs_changed)
-        status = mbsr_completion_solve(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y,
-                                       in->yp);
+        status = mbsr_completion_solve(in->solver.completion, in->solver.data, MBSR_DAE_MOMENTUM,
+                                       in->t, in->y, in->yp);
     if (!status) return mbsri_make_solver(in);
     return mbsri_failed(in, "no state for the inputs", status,
-                        mbsr_completion_error(in->completion));
+                        mbsr_completion_error(in->solver.completion));
 }
 
 /* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless
@@ -29,12 +29,12 @@ static mbsri_result begin_anew(mbsri_instance *in)
 static int change_ranks(mbsri_instance *in)
 {
     double t;
-    mbsri_tell(in, "ranks change after t = %.9g: %s", in->t, mbsr_ida_error(in->ida)->text);
-    int status = mbsr_ida_state(in->ida, &t, in->y, in->yp);
+    mbsri_tell(in, "ranks change after t = %.9g: %s", in->t, mbsr_ida_error(in->solver.ida)->text);
+    int status = mbsr_ida_state(in->solver.ida, &t, in->y, in->yp);
     if (!status)
-        status = mbsr_dae_consistent(in->built.model, in->data, MBSR_DAE_MOMENTUM, t, in->y, in->yp,
-                                     NULL, NULL);
-    if (!status) status = mbsr_ida_start(in->ida, t, in->y, in->yp);
+        status = mbsr_dae_consistent(in->built.model, in->solver.data, MBSR_DAE_MOMENTUM, t, in->y,
+                                     in->yp, NULL, NULL);
+    if (!status) status = mbsr_ida_start(in->solver.ida, t, in->y, in->yp);
     if (!status) in->t = t;
     return status;
 }
@@ -47,7 +47,7 @@ static bool update(mbsri_instance *in, double t, double *t_end)
     double wanted = t;
     in->t = t;
     in->evaluated = false;
-    in->intermediate(in, t, &early, &wanted);
+    in->importer.intermediate(in, t, &early, &wanted);
     if (early && wanted > t) *t_end = fmin(wanted, *t_end);
     return in->mode != MBSRI_TERMINATED && !(early && wanted <= t);
 }
@@ -56,11 +56,11 @@ static bool update(mbsri_instance *in, double t, double *t_end)
 static int resume_driver(mbsri_instance *in, double *t_end, bool *done)
 {
     double t;
-    int status = mbsr_ida_state(in->ida, &t, NULL, NULL);
+    int status = mbsr_ida_state(in->solver.ida, &t, NULL, NULL);
     in->inputs_changed = false;
     if (status || t >= *t_end) return status;
     *done = !update(in, t, t_end);
-    return in->inputs_changed ? mbsr_ida_jump(in->ida) : MBSR_OK;
+    return in->inputs_changed ? mbsr_ida_jump(in->solver.ida) : MBSR_OK;
 }
 
 static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
@@ -70,25 +70,25 @@ static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
     const bool sampled = in->inputs_changed;
     bool done = false;
     while (!done) {
-        status = sampled ? mbsr_ida_sample(in->ida, t_end, NULL, NULL, NULL)
-                         : mbsr_ida_advance(in->ida, t_end, NULL, NULL, NULL);
+        status = sampled ? mbsr_ida_sample(in->solver.ida, t_end, NULL, NULL, NULL)
+                         : mbsr_ida_advance(in->solver.ida, t_end, NULL, NULL, NULL);
         if (!status) in->t = t_end;
         *event = status == MBSR_EVENT;
-        if (*event) status = mbsr_ida_state(in->ida, &in->t, NULL, NULL);
+        if (*event) status = mbsr_ida_state(in->solver.ida, &in->t, NULL, NULL);
         done = *event || !status;
         if (status == MBSRI_PAUSE) status = resume_driver(in, &t_end, &done);
         if (status == MBSR_RANK_CHANGED && ++changes < MOST_CHANGES) status = change_ranks(in);
         done = done || status;
     }
-    return status ? mbsri_failed(in, "the step", status, mbsr_ida_error(in->ida)) : MBSRI_OK;
+    return status ? mbsri_failed(in, "the step", status, mbsr_ida_error(in->solver.ida)) : MBSRI_OK;
 }
 
 /* ---- fixed ones ---- */
 
 static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 {
-    const mbsr_error error = *mbsr_stepper_error(in->stepper);
-    if (mbsr_stepper_resume(in->stepper, t, in->y, in->yp) || status < 0)
+    const mbsr_error error = *mbsr_stepper_error(in->solver.stepper);
+    if (mbsr_stepper_resume(in->solver.stepper, t, in->y, in->yp) || status < 0)
         return mbsri_failed(in, "the step", status, &error);
     in->t = t;
     return mbsri_say(in, MBSRI_DISCARD, "the step from t = %.9g is refused: %s", t, error.text);
@@ -97,16 +97,16 @@ static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 static mbsri_result march(mbsri_instance *in, double t_end)
 {
     const double t = in->t, h = t_end - t, count = fmax(1.0, ceil(h / in->plan.fixed_step - 1e-9));
-    int status = in->fresh ? mbsr_stepper_resume(in->stepper, t, in->y, in->yp)
-                           : mbsr_stepper_state(in->stepper, NULL, in->y, in->yp);
+    int status = in->fresh ? mbsr_stepper_resume(in->solver.stepper, t, in->y, in->yp)
+                           : mbsr_stepper_state(in->solver.stepper, NULL, in->y, in->yp);
     in->fresh = false;
-    if (status) return mbsri_failed(in, "the step", status, mbsr_stepper_error(in->stepper));
+    if (status) return mbsri_failed(in, "the step", status, mbsr_stepper_error(in->solver.stepper));
     for (double k = 1.0; k <= count && in->t < t_end; k += 1.0) {
         const double to = k < count ? t + h * (k / count) : t_end;
-        status = mbsr_stepper_to(in->stepper, fmin(to, t_end));
+        status = mbsr_stepper_to(in->solver.stepper, fmin(to, t_end));
         if (status) return refuse_step(in, t, status);
         in->t = fmin(to, t_end);
-        if (in->intermediate && in->t < t_end && !update(in, in->t, &t_end)) break;
+        if (in->importer.intermediate && in->t < t_end && !update(in, in->t, &t_end)) break;
     }
     return MBSRI_OK;
 }
@@ -114,7 +114,7 @@ static mbsri_result march(mbsri_instance *in, double t_end)
 mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event)
 {
     *event = false;
-    const mbsri_result result = in->stepper ? march(in, t_end) : drive(in, t_end, event);
+    const mbsri_result result = in->solver.stepper ? march(in, t_end) : drive(in, t_end, event);
     in->evaluated = false;
     in->inputs_changed = false;
     return in->mode == MBSRI_TERMINATED ? MBSRI_ERROR : result; /* by a call within the step */

@@ -18,12 +18,12 @@ static int value_of_site(mbsri_instance *in, const mbsri_variable *v, double *va
     const mbsr_space space = in->plan.body[site->body].def.joint.space;
     double pose[MBSR_POSE_SIZE + MBSR_MAX_D], x[3], e[4];
     if (v->component < 3) {
-        const int status =
-            mbsr_body_point(in->built.model, in->data, site->body, site->frame.x, x, NULL, NULL);
+        const int status = mbsr_body_point(in->built.model, in->solver.data, site->body,
+                                           site->frame.x, x, NULL, NULL);
         if (!status) *value = x[v->component];
         return status;
     }
-    int status = mbsr_body_pose(in->built.model, in->data, site->body, pose);
+    int status = mbsr_body_pose(in->built.model, in->solver.data, site->body, pose);
     if (status) return status;
     mbsr_frame turned = mbsr_frame_identity();
     if (space == MBSR_SPACE_PLANAR) {
@@ -42,20 +42,21 @@ static int value_of_site(mbsri_instance *in, const mbsri_variable *v, double *va
 static int value_of_force(mbsri_instance *in, const mbsri_variable *v, double *value)
 {
     double f[MBSR_MAX_D], tau[MBSR_MAX_D];
-    const int status = mbsr_force_load(in->built.model, in->data, v->of, 0, f, tau);
+    const int status = mbsr_force_load(in->built.model, in->solver.data, v->of, 0, f, tau);
     if (!status) *value = v->kind == MBSRI_FORCE ? f[v->component] : tau[v->component];
     return status;
 }
 
 static int value_of_energy(mbsri_instance *in, bool kinetic, double *value)
 {
-    return mbsr_energy(in->built.model, in->data, kinetic ? value : NULL, kinetic ? NULL : value);
+    return mbsr_energy(in->built.model, in->solver.data, kinetic ? value : NULL,
+                       kinetic ? NULL : value);
 }
 
 static int value_of_reaction(mbsri_instance *in, const mbsri_variable *v, double *value)
 {
     double f[MBSR_MAX_D];
-    const int status = mbsr_joint_reaction(in->built.model, in->data, v->of, f);
+    const int status = mbsr_joint_reaction(in->built.model, in->solver.data, v->of, f);
     if (!status) *value = f[v->component];
     return status;
 }
@@ -63,7 +64,7 @@ static int value_of_reaction(mbsri_instance *in, const mbsri_variable *v, double
 static int value_of_indicator(mbsri_instance *in, const mbsri_variable *v, double *value)
 {
     const int at = (int)(v - in->variables.list) - in->variables.indicators_at;
-    const int status = mbsri_indicate(in, in->event_data, in->t, in->q, in->u, in->work);
+    const int status = mbsri_indicate(in, in->solver.event_data, in->t, in->q, in->u, in->work);
     if (!status) *value = in->work[at];
     return status;
 }
@@ -95,8 +96,8 @@ static bool value_given(const mbsri_instance *in, const mbsri_variable *v, doubl
     case MBSRI_TIME: *value = in->t; return true;
     case MBSRI_PARAMETER: *value = *v->place; return true;
     case MBSRI_INPUT: *value = in->input[v->of]; return true;
-    case MBSRI_Q: *value = in->q0[v->of]; return start;
-    case MBSRI_U: *value = in->u0[v->of]; return start;
+    case MBSRI_Q: *value = in->start.q[v->of]; return start;
+    case MBSRI_U: *value = in->start.u[v->of]; return start;
     default: return false;
     }
 }
@@ -125,7 +126,7 @@ mbsri_result mbsri_get(mbsri_instance *in, const char *function, const unsigned 
         const mbsri_result result = mbsri_evaluate(in);
         if (result) return result;
         const int status = value_here(in, v, value + k);
-        if (status) return mbsri_failed(in, v->name, status, mbsr_data_error(in->data));
+        if (status) return mbsri_failed(in, v->name, status, mbsr_data_error(in->solver.data));
     }
     return MBSRI_OK;
 }
@@ -168,8 +169,8 @@ static void set_one(mbsri_instance *in, const mbsri_variable *v, double value)
         *v->place = value;
         in->stale = true;
         break;
-    case MBSRI_Q: in->q0[v->of] = value; break;
-    default: in->u0[v->of] = value; break;
+    case MBSRI_Q: in->start.q[v->of] = value; break;
+    default: in->start.u[v->of] = value; break;
     }
     in->evaluated = false;
     if (in->mode == MBSRI_INITIALIZATION) in->started = false;

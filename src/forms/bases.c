@@ -24,21 +24,21 @@
 
 int mbsri_frame_renew(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u)
 {
-    const bool used = d->use_frame;
-    d->use_frame = false;
+    const bool used = d->frame.used;
+    d->frame.used = false;
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = mbsri_backward_masses(m, d);
-    d->use_frame = used;
+    d->frame.used = used;
     if (status) return status;
     mbsri_copy((size_t)m->nu, d->s, d->s_frame);
-    mbsri_copy(m->size_nn, d->X, d->X_frame);
+    mbsri_copy(m->size.nn, d->X, d->X_frame);
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
-        d->frame_rank[i] = mbsri_group_rank(d, &g);
+        d->frame.rank[i] = mbsri_group_rank(d, &g);
     }
-    d->framed = true;
+    d->frame.known = true;
     return MBSR_OK;
 }
 
@@ -71,7 +71,7 @@ int mbsri_frame_align(const mbsr_model *m, mbsr_data *d)
 {
     static const double least = 0.05; /* cosine of 87 degrees */
     char label[MBSRI_LABEL];
-    d->alignment = 1.0;
+    d->frame.alignment = 1.0;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_body *b = m->body + i;
@@ -79,10 +79,10 @@ int mbsri_frame_align(const mbsr_model *m, mbsr_data *d)
         const int n = g.n, r = mbsri_group_rank(d, &g);
         double *X = d->X + b->nn;
         const double *X_ref = d->X_frame + b->nn;
-        if (r != d->frame_rank[i]) {
+        if (r != d->frame.rank[i]) {
             return mbsri_fail(&d->error, MBSR_RANK_CHANGED, b->id, MBSR_NONE,
                               "%s: the rank of its joint changes from %d to %d (of %d) at t = %g",
-                              mbsri_body_label(m, i, label), d->frame_rank[i], r, n, d->t);
+                              mbsri_body_label(m, i, label), d->frame.rank[i], r, n, d->t);
         }
         if (r == n || r == 0) {
             mbsri_copy((size_t)n * (size_t)n, X_ref, X); /* the whole space does not turn */
@@ -90,8 +90,8 @@ int mbsri_frame_align(const mbsr_model *m, mbsr_data *d)
         }
         const double range = turn_towards(n, r, X, X_ref, d->scratch);
         const double null = turn_towards(n, n - r, X + r * n, X_ref + r * n, d->scratch);
-        d->alignment = fmin(d->alignment, fmin(range, null));
-        if (d->alignment < least) {
+        d->frame.alignment = fmin(d->frame.alignment, fmin(range, null));
+        if (d->frame.alignment < least) {
             return mbsri_fail(
                 &d->error, MBSR_FRAME_TURNED, b->id, MBSR_NONE,
                 "%s: its massless directions have turned by about 90 degrees from the "
@@ -193,7 +193,7 @@ static void block_rates(const mbsri_body *b, const mbsri_group *g, const mbsr_da
 static void place_block_rates(const mbsri_body *row, const mbsri_body *column, const mbsri_group *g,
                               const mbsr_data *d, const double *F, const double *Fdot, double *Ddot)
 {
-    const int r = row->ig - g->ig, c = column->ig - g->ig;
+    const int r = row->group.iu - g->ig, c = column->group.iu - g->ig;
     for (int j = 0; j < column->n; ++j) {
         const double *f = F + (size_t)(j * row->d), *fdot = Fdot + (size_t)(j * row->d);
         for (int k = 0; k < row->n; ++k) {
@@ -216,7 +216,7 @@ static void products(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
     mbsri_zero((size_t)g->n * (size_t)g->n, Ddot);
     for (int l = 0; l < g->members; ++l) {
         const mbsri_body *b = m->body + g->member[l];
-        const size_t room = (size_t)m->max_d * (size_t)b->n;
+        const size_t room = (size_t)m->most.d * (size_t)b->n;
         const int n = b->n;
         double *F = work, *Fdot = F + room, *next = Fdot + room, *next_dot = next + room;
         mbsri_zero((size_t)(b->d * n), F);
@@ -228,16 +228,16 @@ static void products(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             const mbsri_body *at = m->body + a;
             place_block_rates(at, b, g, d, F, Fdot, Ddot);
             if (a == head) break;
-            mbsri_zero((size_t)(at->d_pred * n), next);
-            mbsri_zero((size_t)(at->d_pred * n), next_dot);
-            mbsri_atb(at->d, at->d_pred, n, -1.0, d->H + at->dp, F, next);
-            mbsri_atb(at->d, at->d_pred, n, -1.0, d->Hdot + at->dp, F, next_dot);
-            mbsri_atb(at->d, at->d_pred, n, -1.0, d->H + at->dp, Fdot, next_dot);
-            mbsri_copy((size_t)(at->d_pred * n), next, F);
-            mbsri_copy((size_t)(at->d_pred * n), next_dot, Fdot);
+            mbsri_zero((size_t)(at->pred.d * n), next);
+            mbsri_zero((size_t)(at->pred.d * n), next_dot);
+            mbsri_atb(at->d, at->pred.d, n, -1.0, d->H + at->dp, F, next);
+            mbsri_atb(at->d, at->pred.d, n, -1.0, d->Hdot + at->dp, F, next_dot);
+            mbsri_atb(at->d, at->pred.d, n, -1.0, d->H + at->dp, Fdot, next_dot);
+            mbsri_copy((size_t)(at->pred.d * n), next, F);
+            mbsri_copy((size_t)(at->pred.d * n), next_dot, Fdot);
         }
         mbsri_copy((size_t)(m->body[head].d * n), Fdot,
-                   Udot + (size_t)((b->ig - g->ig) * m->body[head].d));
+                   Udot + (size_t)((b->group.iu - g->ig) * m->body[head].d));
     }
     mbsri_symmetrise(g->n, Ddot);
 }
@@ -248,10 +248,10 @@ static void pass_rates_on(const mbsr_model *m, mbsr_data *d, int i, int n, const
                           const double *Ddot, double *scratch)
 {
     const mbsri_body *b = m->body + i;
-    const int dim = b->d, dp = b->d_pred;
+    const int dim = b->d, dp = b->pred.d;
     const size_t dd = (size_t)dim * (size_t)dim;
     const double *G = d->G + b->dg, *H = d->H + b->dp, *Hdot = d->Hdot + b->dp;
-    double *T = scratch, *Tdot = T + dd, *product = Tdot + dd, *sum = d->Mbardot + b->pred_dd;
+    double *T = scratch, *Tdot = T + dd, *product = Tdot + dd, *sum = d->Mbardot + b->pred.dd;
     if (dp == 0) return;
     mbsri_copy(dd, d->Mbardot + b->dd, Tdot);
     mbsri_abt(dim, n, dim, -1.0, Udot, G, Tdot);
@@ -272,10 +272,10 @@ static void pass_rates_on(const mbsr_model *m, mbsr_data *d, int i, int n, const
 /* reads Mdot, Hdot, Jdot, Mbar, U, G, Dinv, X, s;  writes Mbardot, Gdot, Xdot. */
 int mbsri_frame_rates(const mbsr_model *m, mbsr_data *d)
 {
-    const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
+    const size_t dm = (size_t)m->most.d * (size_t)m->most.d;
     double *Udot = d->scratch, *Ddot = Udot + dm, *Dsdot = Ddot + dm, *Dpdot = Dsdot + dm;
     double *rest = Dpdot + dm;
-    mbsri_copy(m->size_dd, d->Mdot, d->Mbardot);
+    mbsri_copy(m->size.dd, d->Mdot, d->Mbardot);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         if (!mbsri_heads(m, d, i)) {

@@ -40,7 +40,7 @@ static int index1_size(const mbsr_model *m)
 
 static int need_frame(mbsr_data *d)
 {
-    if (d->framed) return MBSR_OK;
+    if (d->frame.known) return MBSR_OK;
     return mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
                       "the index-1 form has no reference frame yet: call mbsr_dae_pack first");
 }
@@ -52,9 +52,9 @@ static int index1_identify(const mbsr_model *m, mbsr_data *d, double *id)
     for (int k = 0; k < m->nq; ++k) id[k] = 1.0;
     double *own = d->v_given;
     for (int i = 1; i <= m->bodies; ++i) {
-        if (m->body[i].head != i) continue;
+        if (m->body[i].group.head != i) continue;
         const mbsri_group g = mbsri_group_in_model(m, i);
-        for (int k = 0; k < g.n; ++k) own[k] = k < d->frame_rank[i] ? 1.0 : 0.0;
+        for (int k = 0; k < g.n; ++k) own[k] = k < d->frame.rank[i] ? 1.0 : 0.0;
         mbsri_group_scatter(m, &g, own, id + m->nq);
     }
     return MBSR_OK;
@@ -91,7 +91,7 @@ static void null_rate(const block *b, const double *zeta, double *z)
 static void transform(const mbsr_model *m, mbsr_data *d, const double *from, double *to,
                       bool inverse)
 {
-    double *x = d->scratch, *scaled = x + m->max_d, *v = scaled + m->max_d;
+    double *x = d->scratch, *scaled = x + m->most.d, *v = scaled + m->most.d;
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
@@ -127,7 +127,7 @@ static void drift(const block *k, const mbsr_data *d, const double *x, double *h
 {
     const mbsri_body *b = k->head;
     mbsri_zero((size_t)b->d, hv);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + b->pred_v, hv);
+    mbsri_ax(b->d, b->pred.d, 1.0, d->Hdot + b->dp, d->Az + b->pred.v, hv);
     mbsri_atx(b->d, k->n, 1.0, d->Gdot + b->dg, x, delta);
     mbsri_atx(b->d, k->n, 1.0, d->G + b->dg, hv, delta);
 }
@@ -173,13 +173,13 @@ static void drift_velocities(const mbsr_model *m, mbsr_data *d, const block *of,
         double *Y = d->Y + b->v;
         if (!d->carries[i]) continue;
         mbsri_zero((size_t)b->d, Y);
-        mbsri_ax(b->d, b->n, -1.0, d->Jdot + b->dn, d->vec + b->ig, Y);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, y + b->ig - of->g.ig, Y);
+        mbsri_ax(b->d, b->n, -1.0, d->Jdot + b->dn, d->vec + b->group.iu, Y);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, y + b->group.iu - of->g.ig, Y);
         if (!d->carries[b->parent]) continue;
         /* H Y_pi + H' Vz_pi */
         mbsri_zero((size_t)b->d, work);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + b->pred_v, work);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + b->pred_v, work);
+        mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->Y + b->pred.v, work);
+        mbsri_ax(b->d, b->pred.d, 1.0, d->Hdot + b->dp, d->Az + b->pred.v, work);
         for (int k = 0; k < b->d; ++k) Y[k] -= work[k];
     }
 }
@@ -190,7 +190,7 @@ static void drift_velocities(const mbsr_model *m, mbsr_data *d, const block *of,
 static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const double *udot,
                       double *F)
 {
-    const int dm = m->max_d;
+    const int dm = m->most.d;
     double *x = d->scratch, *hv = x + dm, *hy = hv + dm, *delta = hy + dm, *rate = delta + dm;
     double *load = rate + dm, *y = load + dm, *scaled = y + dm, *weight = scaled + dm;
     double *own = weight + dm, *given = own + dm, *out = given + dm;
@@ -207,7 +207,7 @@ static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const 
         if (from_pred) {
             drift(&of, d, x, hv, delta);
             mbsri_zero((size_t)b->d, hy);
-            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + b->pred_v, hy);
+            mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->Y + b->pred.v, hy);
         }
         null_drift(&of, d, own + r, delta, y, scaled, weight);
         if (udot) {
@@ -262,11 +262,11 @@ static int evaluate_index1(const mbsr_model *m, mbsr_data *d, double t, const do
 static int index1_pack(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                        const double *u, double *y)
 {
-    int status = d->framed ? MBSR_OK : mbsri_frame_renew(m, d, t, q, u);
+    int status = d->frame.known ? MBSR_OK : mbsri_frame_renew(m, d, t, q, u);
     if (status) return status;
-    d->use_frame = true;
+    d->frame.used = true;
     status = prepare_frame(m, d, t, q);
-    d->use_frame = false;
+    d->frame.used = false;
     if (status) return status;
     transform(m, d, u, y + m->nq, false);
     mbsri_copy((size_t)m->nq, q, y);
@@ -278,9 +278,9 @@ static int index1_unpack(const mbsr_model *m, mbsr_data *d, double t, const doub
 {
     int status = need_frame(d);
     if (status) return status;
-    d->use_frame = true;
+    d->frame.used = true;
     status = prepare_frame(m, d, t, y);
-    d->use_frame = false;
+    d->frame.used = false;
     if (status) return status;
     transform(m, d, y + m->nq, u, true);
     mbsri_copy((size_t)m->nq, y, q);
@@ -294,13 +294,13 @@ static int blocks(const mbsr_model *m, mbsr_data *d, double t, const double *y, 
     const double *v = y + m->nq;
     int status = need_frame(d);
     if (status) return status;
-    d->use_frame = true;
+    d->frame.used = true;
     status = prepare_frame(m, d, t, y);
     if (!status) {
         transform(m, d, v, d->u_given, true);
         status = evaluate_index1(m, d, t, y, d->u_given, F);
     }
-    d->use_frame = false;
+    d->frame.used = false;
     if (status) return status;
     for (int k = 0; k < m->nq; ++k) F[k] = -F[k];
     transform(m, d, v, d->u_given, true);
@@ -345,11 +345,12 @@ int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, co
     int status = mbsri_enter_tree(model, d, y && cosine, MBSRI_STAGE_NONE, "mbsr_index1_alignment");
     if (!status) status = need_frame(d);
     if (status) return status;
-    d->use_frame = true;
+    d->frame.used = true;
     status = prepare_frame(model, d, t, y);
-    d->use_frame = false;
-    if (!status) status = mbsri_check_result(model, d, 1, &d->alignment, "mbsr_index1_alignment");
-    if (!status || status == MBSR_FRAME_TURNED) *cosine = d->alignment;
+    d->frame.used = false;
+    if (!status)
+        status = mbsri_check_result(model, d, 1, &d->frame.alignment, "mbsr_index1_alignment");
+    if (!status || status == MBSR_FRAME_TURNED) *cosine = d->frame.alignment;
     return status;
 }
 
@@ -357,8 +358,8 @@ int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, co
 static bool may_spin(const mbsr_model *m, const mbsr_data *d)
 {
     for (int i = 1; i <= m->bodies; ++i) {
-        const int n = m->body[i].group_n, r = d->frame_rank[i];
-        if (m->body[i].head == i && r > 0 && r < n && n > 2) return true;
+        const int n = m->body[i].group.n, r = d->frame.rank[i];
+        if (m->body[i].group.head == i && r > 0 && r < n && n > 2) return true;
     }
     return false;
 }
@@ -371,24 +372,24 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
     int status = mbsri_enter_tree(m, d, y && yp, MBSRI_STAGE_NONE, "mbsr_index1_renew");
     if (!status) status = need_frame(d);
     if (status) return status;
-    d->use_frame = true;
+    d->frame.used = true;
     status = prepare_frame(m, d, t, y);
-    d->use_frame = false;
+    d->frame.used = false;
     if (status) return status;
     /* the aligned bases are the new reference: y stays, only the rates of the bases may change */
-    mbsri_copy(m->size_nn, d->X, d->X_frame);
+    mbsri_copy(m->size.nn, d->X, d->X_frame);
     if (restart) *restart = may_spin(m, d);
     double *zeta_rate = d->v_given;
     mbsri_copy((size_t)m->nu, yp + m->nq, zeta_rate);
     status = blocks(m, d, t, y, NULL, yp);
     for (int k = 0; k < m->nq + m->nu; ++k) yp[k] = -yp[k];
     for (int i = 1; i <= m->bodies; ++i) {
-        if (m->body[i].head != i) continue;
+        if (m->body[i].group.head != i) continue;
         const mbsri_group g = mbsri_group_in_model(m, i);
         double *own = d->scratch, *rate = own + g.n;
         mbsri_group_gather(m, &g, yp + m->nq, own);
         mbsri_group_gather(m, &g, zeta_rate, rate);
-        for (int k = d->frame_rank[i]; k < g.n; ++k) own[k] = rate[k];
+        for (int k = d->frame.rank[i]; k < g.n; ++k) own[k] = rate[k];
         mbsri_group_scatter(m, &g, own, yp + m->nq);
     }
     if (status) return status;
@@ -398,6 +399,6 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
 int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data)
 {
     const int status = mbsri_enter_tree(model, data, true, MBSRI_STAGE_NONE, "mbsr_index1_reset");
-    if (!status) data->framed = false;
+    if (!status) data->frame.known = false;
     return status;
 }

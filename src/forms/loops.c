@@ -41,9 +41,10 @@ int mbsri_loops_pack(const mbsr_model *m, mbsr_data *d, double *x)
     if (status) return status;
     mbsri_zero((size_t)m->rows, x);
     for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) x[c->row + k] = c->def.stiffness[k] * g[c->held_row + k];
+        for (int k = 0; k < c->position_rows; ++k)
+            x[c->row + k] = c->def.stiffness[k] * g[c->position_row + k];
     }
-    mbsri_zero((size_t)m->held, g);
+    mbsri_zero((size_t)m->position_rows, g);
     return MBSR_OK;
 }
 
@@ -58,7 +59,8 @@ void mbsri_loops_take(const mbsr_model *m, mbsr_data *d, const double *x, const 
                 d->loop_lambda[row] = -(x[row] + c->def.damping[k] / c->def.stiffness[k] * xp[row]);
             else
                 d->loop_lambda[row] = d->dropped[row] ? 0.0 : xp[row];
-            if (k < c->held && !d->dropped[row]) d->loop_eta[row] = etadot[c->held_row + k];
+            if (k < c->position_rows && !d->dropped[row])
+                d->loop_eta[row] = etadot[c->position_row + k];
         }
     }
 }
@@ -68,7 +70,7 @@ int mbsri_loops_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot
     double *along = d->closure_w, *u = d->w;
     mbsri_closure_transpose(m, d, d->loop_eta, NULL);
     mbsri_copy((size_t)m->nu, d->u, u);
-    for (int k = 0; k < m->nu; ++k) d->u[k] += m->weight[k] * along[k];
+    for (int k = 0; k < m->nu; ++k) d->u[k] += m->typical.weight[k] * along[k];
     const int status = mbsri_coordinate_rates(m, d, qdot);
     mbsri_copy((size_t)m->nu, u, d->u);
     return status;
@@ -83,14 +85,14 @@ int mbsri_loops_residual(const mbsr_model *m, mbsr_data *d, const double *x, con
     if (status) return status;
     for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
         for (int k = 0; k < c->rows; ++k) {
-            const int row = c->row + k, held = c->held_row + k;
+            const int row = c->row + k, held = c->position_row + k;
             const double stiffness = c->def.stiffness[k];
             if (stiffness > 0.0) {
                 velocity[row] = xp[row] / stiffness - velocity[row];
                 place[held] = d->dropped[row] ? Eta[held] : place[held] - x[row] / stiffness;
             } else if (d->dropped[row]) {
                 velocity[row] = x[row];
-                if (k < c->held) place[held] = Eta[held];
+                if (k < c->position_rows) place[held] = Eta[held];
             }
         }
     }

@@ -8,7 +8,7 @@
 /* How many numbers they add to y: m + h, m velocity rows and h position rows. */
 static inline int mbsri_loops_size(const mbsr_model *m)
 {
-    return m->rows + m->held;
+    return m->rows + m->position_rows;
 }
 
 /* Their part x = (Lambda, Eta) of y at the positions. */

@@ -55,20 +55,20 @@ static int momentum_identify(const mbsr_model *m, mbsr_data *d, double *id)
 
 void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
 {
-    mbsri_zero(m->size_v, d->imp);
+    mbsri_zero(m->size.v, d->imp);
     for (int i = m->bodies; i >= 1; --i) mbsri_momentum_of(m, d, i, p + m->body[i].u);
 }
 
 /* p' at the state of mbsr_stage_forces, with rates and impulses. */
 static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
 {
-    mbsri_zero(m->size_v, d->sigma);
+    mbsri_zero(m->size.v, d->sigma);
     for (int i = m->bodies; i >= 1; --i) mbsri_momentum_rate_of(m, d, i, pdot + m->body[i].u);
 }
 
 void mbsri_condense(const mbsr_model *m, mbsr_data *d, const double *p)
 {
-    mbsri_zero(m->size_v, d->impbar);
+    mbsri_zero(m->size.v, d->impbar);
     for (int i = m->bodies; i >= 1; --i) mbsri_condense_of(m, d, i, p + m->body[i].u);
 }
 

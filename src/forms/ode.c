@@ -107,7 +107,7 @@ static void join_by_forces(const mbsr_model *m, const int *owner, int *parent)
     for (size_t id = 0; id < m->forces.count; ++id) {
         int first = -1;
         for (int k = 0; k < force[id].def.bodies; ++k) {
-            const int mine = owner[m->list_index[force[id].list + (size_t)k]];
+            const int mine = owner[m->stored.list_index[force[id].list + (size_t)k]];
             if (mine < 0) continue;
             if (first >= 0) join_sets(parent, first, mine);
             first = first >= 0 ? first : mine;
@@ -257,13 +257,13 @@ int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, dou
  * leaves. reads ep, U, Dinv, H, J, kI, X, s;  writes V, u. */
 static void momentum_part(const mbsr_model *m, mbsr_data *d, double *u)
 {
-    double *x = d->scratch + m->max_d, *load = x + m->max_d, *given = load + m->max_d,
-           *found = given + m->max_d;
+    double *x = d->scratch + m->most.d, *load = x + m->most.d, *given = load + m->most.d,
+           *found = given + m->most.d;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double *V = d->V + b->v, *ui = u + b->u;
         mbsri_zero((size_t)b->d, x);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
+        mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->V + b->pred.v, x);
         if (mbsri_heads(m, d, i)) {
             /* u = D^+ (ep - U^T H V_pi) + null part */
             const mbsri_group g = mbsri_group_of(m, d, i);
@@ -287,7 +287,7 @@ static void apply(mbsr_ode *o, const double *weights, double *du)
 {
     const mbsr_model *m = o->m;
     mbsr_data *d = o->d;
-    double *x = d->scratch, *a = x + m->max_d;
+    double *x = d->scratch, *a = x + m->most.d;
     int l = 0;
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {

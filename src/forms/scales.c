@@ -52,7 +52,7 @@ enum { KINDS = 3 };
  * the length typical of the model. */
 static void find_largest_mass(const mbsr_model *model, const double *mass, double *largest)
 {
-    const double length = model->length > 0.0 ? model->length : 1.0;
+    const double length = model->typical.length > 0.0 ? model->typical.length : 1.0;
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
     for (int id = 0; id < model->bodies; ++id) {

@@ -109,7 +109,7 @@ static void read_end(mbsri_fronts *w, const mbsri_closure *c, int l, mbsri_pivot
         double turn, move;
         if (w->left_out[c->row + k]) continue;
         mbsri_row_parts(w->m, w->d, c, l, k, &turn, &move);
-        mbsri_share(turn, move, w->m->length, w->share + c->row + k);
+        mbsri_share(turn, move, w->m->typical.length, w->share + c->row + k);
         const int column = w->slot[c->row + k];
         for (int j = 0; j < b->d; ++j) {
             const int row = w->slot[motion + j];

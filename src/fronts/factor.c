@@ -39,11 +39,11 @@ static void begin_masses(mbsri_fronts *w, const double *armature)
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
-    mbsri_zero(m->size_dd, d->W);
+    mbsri_zero(m->size.dd, d->W);
     if (armature)
-        mbsri_zero(m->size_dd, d->Mbar);
+        mbsri_zero(m->size.dd, d->Mbar);
     else
-        mbsri_copy(m->size_dd, d->M, d->Mbar);
+        mbsri_copy(m->size.dd, d->M, d->Mbar);
     for (int i = 0; i <= m->bodies; ++i)
         d->turned[m->body[i].scalar_offset] =
             armature ? 0.0 : mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
@@ -89,7 +89,8 @@ int mbsri_fronts_free_rate(const mbsri_fronts *w)
     int i = 1, most = 0;
     while (w->free >= w->m->body[i].iu + w->m->body[i].n || w->free < w->m->body[i].iu) ++i;
     const mbsri_body *b = w->m->body + i;
-    const double *x = w->d->X + b->nn + (size_t)((w->free - b->iu) * b->n), *s = w->d->s + b->ig;
+    const double *x = w->d->X + b->nn + (size_t)((w->free - b->iu) * b->n),
+                 *s = w->d->s + b->group.iu;
     for (int k = 0; k < b->n; ++k) {
         if (fabs(s[k] * x[k]) > fabs(s[most] * x[most])) most = k;
     }

@@ -38,9 +38,9 @@ static void take_chunk(mbsri_fronts *w)
 {
     mbsr_data *d = w->d;
     const size_t record = mbsri_rounded(sizeof(struct mbsri_chunk));
-    if (!w->m->plan || d->fronts_taken) return;
-    d->fronts_taken = true;
-    w->chunks = d->fronts;
+    if (!w->m->plan || d->fronts.taken) return;
+    d->fronts.taken = true;
+    w->chunks = d->fronts.memory;
     *w->chunks = (struct mbsri_chunk){NULL, 0, mbsri_fronts_bytes(w->m) - record, true};
 }
 
@@ -102,7 +102,7 @@ void mbsri_fronts_close_part(mbsri_fronts *w, mbsri_part *part)
 
 static size_t unknowns_of(const mbsr_model *m)
 {
-    return (size_t)m->rows + (size_t)m->nu + m->size_v;
+    return (size_t)m->rows + (size_t)m->nu + m->size.v;
 }
 
 /* Arrays over unknowns, joint rates, rows and steps. */
@@ -199,7 +199,7 @@ void mbsri_fronts_close(mbsri_fronts *w)
     while (w->chunks) {
         struct mbsri_chunk *next = w->chunks->next;
         if (w->chunks->of_data)
-            w->d->fronts_taken = false;
+            w->d->fronts.taken = false;
         else
             mbsri_release(&w->m->allocator, w->chunks);
         w->chunks = next;

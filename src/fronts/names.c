@@ -175,7 +175,7 @@ static bool plan_step(planning *x, int k)
     s->motions = u.motions;
     s->own = u.own;
     s->names = x->list.count;
-    if (!mbsri_reserve(&m->allocator, &x->list, (size_t)(count + m->max_d), sizeof(int)))
+    if (!mbsri_reserve(&m->allocator, &x->list, (size_t)(count + m->most.d), sizeof(int)))
         return false;
     int *name = (int *)x->list.data + s->names, step;
     mbsri_part *p = x->part[k] = leave_part(x, k, &u, name);
@@ -196,7 +196,7 @@ static bool plan_step(planning *x, int k)
 static bool open_planning(planning *x)
 {
     const mbsr_model *m = x->m;
-    const size_t unknowns = (size_t)m->rows + (size_t)m->nu + m->size_v,
+    const size_t unknowns = (size_t)m->rows + (size_t)m->nu + m->size.v,
                  steps = (size_t)x->plan->steps, rows = (size_t)m->rows;
     x->memory =
         mbsri_allocate(&m->allocator, steps * sizeof(mbsri_part *) + 2 * unknowns * sizeof(int) +

@@ -82,7 +82,7 @@ static void null_column(const mbsri_fronts *w, int i, int l, double *N)
     const mbsri_body *b = w->m->body + i;
     const double *x = w->d->X + b->nn + (size_t)(l * b->n);
     for (int k = 0; k < b->n; ++k)
-        N[k] = fabs(x[k]) > MBSRI_PIVOTS_ROUNDING ? w->d->s[b->ig + k] * x[k] : 0.0;
+        N[k] = fabs(x[k]) > MBSRI_PIVOTS_ROUNDING ? w->d->s[b->group.iu + k] * x[k] : 0.0;
     const double largest = mbsri_largest(b->n, N);
     for (int k = 0; k < b->n; ++k) N[k] /= largest;
 }
@@ -191,7 +191,7 @@ typedef struct carrying {
 static carrying see_body(const mbsri_fronts *w, const mbsri_body *b, double *work)
 {
     const double *U = w->d->U + b->dg, *Dinv = w->d->Dinv + b->nn, *H = w->d->H + b->dp;
-    const int d = b->d, n = b->n, pred = b->d_pred;
+    const int d = b->d, n = b->n, pred = b->pred.d;
     const carrying c = {w->d->G + b->dg, work, work + d * n, work + d * n + d * pred};
     for (int j = 0; j < n; ++j) {
         for (int r = 0; r < d; ++r) {
@@ -239,7 +239,7 @@ static inline void carry_column(int d, int n, int d_pred, const carrying *c, con
 static void carry_loads(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b,
                         const mbsri_passing *p, mbsri_part *to, double *work)
 {
-    const int d = b->d, n = b->n, pred = b->d_pred, N = f->size + f->d, first = N - d - p->count,
+    const int d = b->d, n = b->n, pred = b->pred.d, N = f->size + f->d, first = N - d - p->count,
               count = to->count, row = w->slot[mbsri_motion_number(w, w->m->body + b->parent)];
     const carrying c = see_body(w, b, work);
     double *rest = work + d * (n + 2 * pred), *large = rest + d, *load = large + d,
@@ -352,11 +352,11 @@ static mbsri_part *open_next(mbsri_fronts *w, const mbsri_body *b, const mbsri_p
     int count = p->count + p->nulls;
     for (int k = 0; k < p->count; ++k) w->slot[p->id[k]] = k;
     const bool there = b->parent == 0 || w->slot[motion] >= 0;
-    mbsri_part *to = mbsri_fronts_open_part(w, there ? count : count + b->d_pred);
+    mbsri_part *to = mbsri_fronts_open_part(w, there ? count : count + b->pred.d);
     if (to) {
         mbsri_zero(2 * (size_t)(to->count * to->count), to->A);
         for (int k = 0; k < count; ++k) to->id[k] = p->id[k];
-        for (int k = 0; k < b->d_pred && !there; ++k) {
+        for (int k = 0; k < b->pred.d && !there; ++k) {
             w->slot[motion + k] = count;
             to->id[count++] = motion + k;
         }
@@ -366,7 +366,7 @@ static mbsri_part *open_next(mbsri_fronts *w, const mbsri_body *b, const mbsri_p
 
 static size_t scratch_size(const mbsri_body *b)
 {
-    const size_t d = (size_t)b->d, n = (size_t)b->n, pred = (size_t)b->d_pred;
+    const size_t d = (size_t)b->d, n = (size_t)b->n, pred = (size_t)b->pred.d;
     return d * (n + 2) + 2 * pred * (d + 1) + 2 * n;
 }
 

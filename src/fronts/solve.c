@@ -34,7 +34,7 @@ static void load_joint(mbsri_fronts *w, int k, double *work)
     for (int l = 0; p && l < p->nulls; ++l)
         w->s[p->id[p->count + l]] = -mbsri_dot(b->n, p->N + l * b->n, e);
     mbsri_ax(b->d, b->n, -1.0, d->G + b->dg, e, s);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, s,
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, s,
               w->s + mbsri_motion_number(w, w->m->body + b->parent));
 }
 
@@ -47,7 +47,7 @@ void mbsri_fronts_rates(mbsri_fronts *w, int k, double *work)
     const mbsri_passing *p = w->passing[k];
     double *a = w->v + mbsri_motion_number(w, b), *e = w->e + b->iu, *x = work;
     mbsri_zero((size_t)b->d, a);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp,
+    mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp,
              w->v + mbsri_motion_number(w, w->m->body + b->parent), a);
     mbsri_atx(b->d, b->n, -1.0, d->U + b->dg, a, e);
     for (int l = 0; p && l < p->count; ++l)
@@ -85,7 +85,7 @@ void mbsri_fronts_move(mbsri_fronts *w, int k)
     if (i > 0) {
         double *a = w->v + mbsri_motion_number(w, b);
         mbsri_zero((size_t)b->d, a);
-        mbsri_ax(b->d, b->d_pred, -1.0, w->d->H + b->dp,
+        mbsri_ax(b->d, b->pred.d, -1.0, w->d->H + b->dp,
                  w->v + mbsri_motion_number(w, w->m->body + b->parent), a);
         mbsri_ax(b->d, b->n, -1.0, w->d->J + b->dn, w->e + b->iu, a);
     }
@@ -101,8 +101,8 @@ void mbsri_fronts_solve(mbsri_fronts *w, const double *g, const double *b, doubl
     double *work = w->d->scratch;
     mbsri_gather(m, g, w->e);
     mbsri_copy(rows, b, w->s);
-    mbsri_zero(nu + m->size_v, w->s + rows);
-    mbsri_zero(rows + nu + m->size_v, w->v);
+    mbsri_zero(nu + m->size.v, w->s + rows);
+    mbsri_zero(rows + nu + m->size.v, w->v);
     for (int k = 0; k < steps; ++k) {
         if (w->pivots[k]) mbsri_fronts_reduce(w->pivots[k], w->s);
         if (w->plan->step[k].body > 0) load_joint(w, k, work);

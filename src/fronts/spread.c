@@ -56,9 +56,9 @@ static int find_inputs(const mbsri_fronts *w, int k, int *input)
     }
     const mbsri_body *b = body_of(w, k);
     const int motion = mbsri_motion_number(w, w->m->body + b->parent);
-    for (int l = 0; l < b->d_pred && b->parent > 0; ++l) input[count++] = motion + l;
+    for (int l = 0; l < b->pred.d && b->parent > 0; ++l) input[count++] = motion + l;
     for (int l = 0; p && l < p->count + p->nulls; ++l) {
-        if (p->id[l] < motion || p->id[l] >= motion + b->d_pred) input[count++] = p->id[l];
+        if (p->id[l] < motion || p->id[l] >= motion + b->pred.d) input[count++] = p->id[l];
     }
     return count;
 }
@@ -70,7 +70,7 @@ static bool allocate(spread *x)
     for (int k = 0; k < steps; ++k) {
         const int own = rates_of(w, k) + unknowns_of(w, k),
                   inputs = own + rates_of(w, k) +
-                           (w->plan->step[k].body > 0 ? body_of(w, k)->d_pred : 0);
+                           (w->plan->step[k].body > 0 ? body_of(w, k)->pred.d : 0);
         x->most = inputs > x->most ? inputs : x->most;
     }
     const size_t most = (size_t)x->most;
@@ -253,7 +253,7 @@ static void take_rows(const spread *x, int k, double *row)
 bool mbsri_fronts_spread(mbsri_fronts *w, double *row)
 {
     spread x = {.w = w};
-    const size_t unknowns = (size_t)w->m->rows + (size_t)w->m->nu + w->m->size_v;
+    const size_t unknowns = (size_t)w->m->rows + (size_t)w->m->nu + w->m->size.v;
     if (!allocate(&x)) return false;
     mbsri_zero(unknowns, w->s);
     mbsri_zero(unknowns, w->v);

@@ -157,7 +157,8 @@ static bool is_calm(const mbsri_control *c, long step)
     return !c->looks || step >= START;
 }
 
-void mbsri_control_made(mbsri_control *c, long step)
+/* A matrix has been made. */
+static void control_made(mbsri_control *c, long step)
 {
     c->matrices.age = 0;
     c->matrices.made_at = step;
@@ -168,13 +169,13 @@ mbsri_matrix mbsri_control_choose(mbsri_control *c, long step, bool asked, bool 
     enum { BETWEEN = 5 };
     mbsri_matrices *m = &c->matrices;
     ++m->age;
-    if (asked) mbsri_control_made(c, step);
+    if (asked) control_made(c, step);
     if (m->share > 0.0 && able && !c->dear && m->age >= m->due && is_calm(c, step))
         return MBSRI_MATRIX_BEGIN;
     if (asked) return MBSRI_MATRIX_NEW;
     if (m->life == 0 || c->iterates || step < m->made_at + m->life) return MBSRI_MATRIX_OLD;
     if (m->life > 1 || step >= m->compared_at + BETWEEN) return MBSRI_MATRIX_LAST;
-    mbsri_control_made(c, step);
+    control_made(c, step);
     return MBSRI_MATRIX_NEW;
 }
 
@@ -184,19 +185,19 @@ void mbsri_control_plan(mbsri_control *c, long step, double off, double size)
     mbsri_matrices *m = &c->matrices;
     const double most = fmin(longest, 2.0 * m->age);
     m->due = off * most > m->age * m->share * size ? m->age * m->share * size / off : most;
-    mbsri_control_made(c, step);
+    control_made(c, step);
 }
 
 void mbsri_control_stale(mbsri_control *c, long step)
 {
-    mbsri_control_made(c, step);
+    control_made(c, step);
     c->matrices.due = 1.0;
 }
 
 bool mbsri_control_compared(mbsri_control *c, long step, double left)
 {
     static const double most = 0.25, little = 0.08;
-    mbsri_control_made(c, step);
+    control_made(c, step);
     c->matrices.compared_at = step;
     if (left > most) mbsri_control_note(c, step, MBSRI_SIGN_MUCH_LEFT, 1.0);
     if (left < little) mbsri_control_note(c, step, MBSRI_SIGN_LITTLE_LEFT, 1.0);

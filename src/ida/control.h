@@ -109,8 +109,7 @@ bool mbsri_control_note(mbsri_control *c, long step, mbsri_sign sign, double poi
 /* The matrix of an ordinary step, where IDA asks for a new one or not; `able`: it can be made. */
 mbsri_matrix mbsri_control_choose(mbsri_control *c, long step, bool asked, bool able);
 
-/* A matrix has been made; and the one before was off by `off` in a correction of `size`. */
-void mbsri_control_made(mbsri_control *c, long step);
+/* A matrix has been made; the one before was off by `off` in a correction of `size`. */
 void mbsri_control_plan(mbsri_control *c, long step, double off, double size);
 
 /* The plain iteration has needed a new one. */

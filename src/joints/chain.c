@@ -32,9 +32,9 @@ typedef struct column {
     double a[3], ad[3]; /* axis, and its rate */
     double c[3], cd[3]; /* a point of it, and that point's velocity */
     double turn, pitch; /* S = turn (a, a x (r - c)) + pitch (0, a) */
-    bool driven;
-    int place;         /* index of its coordinate in u, or in the motion's outputs */
-    double s, sd, sdd; /* coordinate and rates; sdd of driven ones only */
+    bool driven, ball;  /* ball: one of a quaternion's */
+    int place;          /* index of its coordinate in u, or in the motion's outputs */
+    double s, sd, sdd;  /* coordinate and rates; sdd of driven ones only */
 } column;
 
 typedef struct chain {
@@ -154,6 +154,7 @@ static column *add_axis_column(chain *w, chain_change *dw, const double a[3])
     memcpy(col->c, w->c, sizeof col->c);
     memcpy(col->cd, w->cd, sizeof col->cd);
     col->s = col->sd = col->sdd = 0.0;
+    col->ball = false;
     if (!dw) return col;
     column_change *dcol = dw->column + k;
     mbsri_cross3(dw->turn, a, dcol->a);
@@ -256,6 +257,7 @@ static int step_quaternion(const mbsr_joint_args *args, const mbsr_joint_change 
     for (int k = 0; k < 3; ++k) {
         column *col = add_axis_column(w, dw, axes + 3 * k);
         col->driven = false;
+        col->ball = true;
         col->place = k;
         col->turn = 1.0;
         col->pitch = 0.0;
@@ -513,6 +515,23 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
             if (Sdot) Sdot[6 * col->place + k] = rate[k];
         }
     }
+    return MBSR_OK;
+}
+
+int mbsri_chain_axes(const mbsr_joint_args *args, mbsri_chain_axis *axes, int *count)
+{
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        axes[c] = (mbsri_chain_axis){.place = col->driven ? -1 : col->place,
+                                     .ball = col->ball,
+                                     .rate = col->sd,
+                                     .acceleration = col->sdd};
+        motion_of(&w, col, axes[c].S, NULL);
+    }
+    *count = w.columns;
     return MBSR_OK;
 }
 

@@ -7,6 +7,8 @@
 
 #include <mbsrank/joint.h>
 
+#include <stdbool.h>
+
 /* param: frame A, frame B (origin, axes: 12 numbers each), then direction and pitch of each step.
  * */
 enum { MBSRI_A = 0, MBSRI_B = 12, MBSRI_AXES = 24, MBSRI_AXIS_SIZE = 4 };
@@ -35,6 +37,19 @@ int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot);
 /* Pose, S = -J, -kI, -kII and S' in one pass; Sdot may be NULL. All are overwritten. */
 int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *drive,
                        double *bias, double *Sdot);
+
+/* An axis of a joint at a state, in the order of the steps; the three of a quaternion are one after
+ * the other, along the axes of the frame before it. */
+typedef struct mbsri_chain_axis {
+    double S[6];               /* column of V = S u, about the body's origin */
+    int place;                 /* of its rate among the joint's; -1: driven */
+    bool ball;                 /* whether it is one of a quaternion's */
+    double rate, acceleration; /* of a driven one */
+} mbsri_chain_axis;
+
+/* Into axes (MBSRI_MAX_STEPS). What a prescribed motion returned. */
+int mbsri_chain_axes(const mbsr_joint_args *args, mbsri_chain_axis *axes, int *count);
+
 int mbsri_chain_normalise(const mbsr_joint_args *args, double *q);
 int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
                         double *dK, double *dH, double *dJ, double *dkI);

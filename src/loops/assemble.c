@@ -52,13 +52,15 @@ int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double st
     return mbsri_normalise(m, d, to);
 }
 
-int mbsri_assembly_gaps(const mbsri_closer *w, double *g)
+/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have
+ * none. */
+static int assembly_gaps(const mbsri_closer *w, double *g)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_gaps(w->m, w->d, g);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const int row = c->held_row + k;
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int row = c->position_row + k;
             g[row] = mbsri_is_asked(w, c, k) ? g[row] - w->offset[row] : 0.0;
         }
     }
@@ -68,7 +70,7 @@ int mbsri_assembly_gaps(const mbsri_closer *w, double *g)
 static int evaluate(const search *s, const double *q, double *g)
 {
     const int status = mbsri_positions(s->w->m, s->w->d, s->t, q);
-    return status ? status : mbsri_assembly_gaps(s->w, g);
+    return status ? status : assembly_gaps(s->w, g);
 }
 
 /* |A| at the positions of the data, after the derivatives. */
@@ -79,8 +81,8 @@ static void find_size(search *s)
     double square = 0.0;
     mbsri_row_squares(w->m, w->d, w->closing.give, w->right);
     for (; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const double gap = w->closing.gap[c->held_row + k];
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double gap = w->closing.gap[c->position_row + k];
             if (mbsri_is_asked(w, c, k)) square += w->right[c->row + k] / (gap * gap);
         }
     }
@@ -95,9 +97,9 @@ static double slope(const search *s)
     double square = 0.0;
     mbsri_zero((size_t)w->m->rows, w->right);
     for (; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const double gap = w->closing.gap[c->held_row + k];
-            w->right[c->row + k] = w->g[c->held_row + k] / (gap * gap);
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double gap = w->closing.gap[c->position_row + k];
+            w->right[c->row + k] = w->g[c->position_row + k] / (gap * gap);
         }
     }
     mbsri_closure_transpose(w->m, w->d, w->right, w->x);
@@ -132,9 +134,9 @@ static int find_step(const search *s)
     const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     mbsri_zero((size_t)w->m->rows, w->right);
     for (; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const double gap = w->closing.gap[c->held_row + k];
-            w->right[c->row + k] = -w->g[c->held_row + k];
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double gap = w->closing.gap[c->position_row + k];
+            w->right[c->row + k] = -w->g[c->position_row + k];
             w->compliance[c->row + k] = s->mu * s->size * s->size * gap * gap;
         }
     }
@@ -153,7 +155,7 @@ static int look(search *s, const double *q)
     mbsri_closer *w = s->w;
     int status = mbsri_positions(w->m, w->d, s->t, q);
     if (!status) status = mbsri_closure_jacobians(w->m, w->d);
-    if (!status) status = mbsri_assembly_gaps(w, w->g);
+    if (!status) status = assembly_gaps(w, w->g);
     if (!status) find_size(s);
     return status;
 }
@@ -170,7 +172,7 @@ static int step(search *s, double *q, bool *better)
         const double share = mbsri_closing_share(w->m, &w->closing, w->step, s->norm);
         status = mbsri_displace(w->m, w->d, q, share, w->step, w->q_try);
         if (!status) status = mbsri_positions(w->m, w->d, s->t, w->q_try);
-        if (!status) status = mbsri_assembly_gaps(w, w->g_try);
+        if (!status) status = assembly_gaps(w, w->g_try);
         if (status < 0) return status;
         const double norm = status ? INFINITY : mbsri_closing_norm(w->m, &w->closing, w->g_try);
         if (norm < s->norm) {
@@ -202,7 +204,7 @@ static double open_by(const search *s, const mbsri_closure *c)
 {
     const mbsri_closer *w = s->w;
     double widest = 0.0;
-    for (int k = c->held_row; k < c->held_row + c->held; ++k)
+    for (int k = c->position_row; k < c->position_row + c->position_rows; ++k)
         widest = fmax(widest, fabs(w->g[k]) / w->closing.gap[k]);
     return widest;
 }
@@ -215,7 +217,7 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
     char label[MBSRI_LABEL], list[160] = "", one[24], other[24];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
-        const double gap = mbsri_largest(c->held, s->w->g + c->held_row);
+        const double gap = mbsri_largest(c->position_rows, s->w->g + c->position_row);
         const size_t used = strlen(list);
         if (id == info->closure || !(open_by(s, c) > limit)) continue;
         mbsri_print(list + used, sizeof list - used, "%s%s by %.3g",
@@ -239,7 +241,7 @@ static int measure(search *s, const double *q, mbsr_assembly_info *info, double 
     const int status = evaluate(s, q, w->g);
     if (status) return status;
     info->closure = MBSR_NONE;
-    info->gap = mbsri_largest(w->m->held, w->g);
+    info->gap = mbsri_largest(w->m->position_rows, w->g);
     *limit = s->opt->tolerance * mbsri_closing_size(w->m, w->d, &w->closing);
     s->open = 0.0;
     for (int id = 0; id < (int)w->m->closures.count; ++id, ++c) {
@@ -296,7 +298,7 @@ int mbsri_assemble(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt
         w->system->compliance = w->compliance;
         for (; c < end; ++c) {
             for (int k = 0; k < c->rows; ++k)
-                w->system->left_out[c->row + k] = k >= c->held || !mbsri_is_asked(w, c, k);
+                w->system->left_out[c->row + k] = k >= c->position_rows || !mbsri_is_asked(w, c, k);
         }
         status = search_closed(&s, q, info);
     }
@@ -307,7 +309,7 @@ int mbsri_assemble(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt
 int mbsri_closer_open(mbsri_closer *w, const mbsr_model *m, mbsr_data *d, const char *function)
 {
     const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
-                 held = (size_t)m->held, numbers = 5 * nu + nq + 3 * rows + 4 * held;
+                 held = (size_t)m->position_rows, numbers = 5 * nu + nq + 3 * rows + 4 * held;
     *w = (mbsri_closer){.m = m, .d = d, .function = function};
     w->memory = mbsri_allocate(&m->allocator,
                                sizeof *w->system + numbers * sizeof(double) + rows * sizeof(bool));

@@ -58,10 +58,6 @@ static inline bool mbsri_is_asked(const mbsri_closer *w, const mbsri_closure *c,
 int mbsri_assemble(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt *opt,
                    mbsr_assembly_info *info);
 
-/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have
- * none. */
-int mbsri_assembly_gaps(const mbsri_closer *w, double *g);
-
 /* to (nq) = q moved by step along the joint rates x (n): q + step G x, at the positions q of the
  * data. */
 int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double step, const double *x,

@@ -32,8 +32,8 @@ static double lever_of_body(const mbsr_data *d, const mbsri_body *b)
     const double *H = d->H + b->dp;
     double square = 0.0;
     int angles = 0;
-    for (int c = 0; c < b->d_pred; ++c) {
-        if (!mbsri_is_angle(b->pred_space, c)) continue;
+    for (int c = 0; c < b->pred.d; ++c) {
+        if (!mbsri_is_angle(b->pred.space, c)) continue;
         ++angles;
         for (int r = 0; r < b->d; ++r) {
             const double x = H[c * b->d + r];
@@ -66,7 +66,7 @@ static double find_lever(const mbsr_model *m, const mbsr_data *d)
     for (; c < end; ++c) {
         for (int l = 0; l < c->bodies; ++l) lever = fmax(lever, lever_of_rows(m, d, c, l));
     }
-    if (!(lever > 0.0)) lever = m->length;
+    if (!(lever > 0.0)) lever = m->typical.length;
     return lever > 0.0 ? lever : 1.0;
 }
 
@@ -93,8 +93,8 @@ static void measure_gaps(const mbsr_model *m, const mbsr_data *d, const mbsri_sp
 {
     const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
     for (; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            double *size = gap + c->held_row + k;
+        for (int k = 0; k < c->position_rows; ++k) {
+            double *size = gap + c->position_row + k;
             switch (mbsri_row_kind(m, d, c, k)) {
             case MBSR_COORDINATE_ROTATION: *size = spans->angle; break;
             case MBSR_COORDINATE_TRANSLATION: *size = spans->length; break;
@@ -159,14 +159,14 @@ double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_c
 double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g)
 {
     double widest = 0.0;
-    for (int k = 0; k < m->held; ++k) widest = fmax(widest, fabs(g[k]) / c->gap[k]);
+    for (int k = 0; k < m->position_rows; ++k) widest = fmax(widest, fabs(g[k]) / c->gap[k]);
     return widest;
 }
 
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g)
 {
     double square = 0.0;
-    for (int k = 0; k < m->held; ++k) square += (g[k] / c->gap[k]) * (g[k] / c->gap[k]);
+    for (int k = 0; k < m->position_rows; ++k) square += (g[k] / c->gap[k]) * (g[k] / c->gap[k]);
     return sqrt(square);
 }
 
@@ -207,7 +207,7 @@ static double walk_row(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c
                 mbsri_dot(b->d, d->J + b->dn + (size_t)(j * b->d), f + b->v) * give[b->u + j];
             square += part * part;
         }
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, f + b->v, f + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, f + b->v, f + b->pred.v);
         mbsri_zero((size_t)b->d, f + b->v);
         for (int l = 0; l < heads; ++l) head[l] = head[l] == i ? b->parent : head[l];
     }
@@ -227,7 +227,7 @@ static void mark_paths(const mbsr_model *m, double *V)
         }
     }
     for (int i = m->bodies; i > 0; --i) {
-        if (m->body[i].parent > 0) V[m->body[i].pred_v] += V[m->body[i].v];
+        if (m->body[i].parent > 0) V[m->body[i].pred.v] += V[m->body[i].v];
     }
 }
 
@@ -236,19 +236,19 @@ static void mark_paths(const mbsr_model *m, double *V)
 static void spread_motions(const mbsr_model *m, mbsr_data *d, const double *give)
 {
     double *V = d->closure_V, moved[MBSR_MAX_D];
-    mbsri_zero(m->size_v, V);
+    mbsri_zero(m->size.v, V);
     mark_paths(m, V);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const double *H = d->H + b->dp, *above = d->Mbar + b->pred_dd;
+        const double *H = d->H + b->dp, *above = d->Mbar + b->pred.dd;
         double *P = d->Mbar + b->dd;
         const bool on_path = V[b->v] != 0.0;
         mbsri_zero((size_t)(b->d * b->d), P);
         V[b->v] = 0.0;
         if (!on_path) continue;
-        for (int k = 0; k < b->d_pred && b->parent > 0; ++k) {
+        for (int k = 0; k < b->pred.d && b->parent > 0; ++k) {
             mbsri_zero((size_t)b->d, moved);
-            mbsri_ax(b->d, b->d_pred, 1.0, H, above + k * b->d_pred, moved);
+            mbsri_ax(b->d, b->pred.d, 1.0, H, above + k * b->pred.d, moved);
             add_dyad(b->d, 1.0, moved, H + k * b->d, P);
         }
         for (int k = 0; k < b->n; ++k) {

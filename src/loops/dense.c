@@ -87,7 +87,7 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                        .function = function,
                        .n = m->nu,
                        .rows = m->rows,
-                       .held = m->held,
+                       .held = m->position_rows,
                        .N = m->nu + m->rows};
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
     const size_t held = (size_t)w->held;

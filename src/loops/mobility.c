@@ -30,11 +30,11 @@ static void multiply(mobility *x, const double *z, double *result)
     const mbsr_model *m = x->w.m;
     const mbsr_data *d = x->w.d;
     double *a = x->a, *p = x->p;
-    mbsri_zero(m->size_v, a);
-    mbsri_zero(m->size_v, p);
+    mbsri_zero(m->size.v, a);
+    mbsri_zero(m->size.v, p);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, a + b->pred_v, a + b->v);
+        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, a + b->pred.v, a + b->v);
         mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z + b->iu, a + b->v);
         mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, a + b->v, p + b->v);
     }
@@ -42,7 +42,7 @@ static void multiply(mobility *x, const double *z, double *result)
     for (int i = m->bodies; i > 0; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, p + b->v, result + b->iu);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, p + b->v, p + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, p + b->v, p + b->pred.v);
     }
 }
 
@@ -72,12 +72,12 @@ static void mark_undetermined(mobility *x)
 static bool prepare(mobility *x)
 {
     const mbsr_model *m = x->w.m;
-    const size_t nu = (size_t)m->nu, numbers = 4 * nu + (size_t)m->rows + 2 * m->size_v;
+    const size_t nu = (size_t)m->nu, numbers = 4 * nu + (size_t)m->rows + 2 * m->size.v;
     x->out = mbsri_fronts_allocate(&x->w, numbers * sizeof *x->out);
     if (!x->out) return false;
     x->z = x->out + nu;
     x->a = x->z + 3 * nu + (size_t)m->rows;
-    x->p = x->a + m->size_v;
+    x->p = x->a + m->size.v;
     return true;
 }
 

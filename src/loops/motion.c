@@ -38,8 +38,10 @@ static int load_springs(mbsri_dense *w)
     return status;
 }
 
-int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
-                        const double *tau, const double *a, const double *lambda, double *r)
+/* h - C^T lambda at (t, q, u) and accelerations a, into r (n); lambda and tau may be NULL. Springs
+ * of rows that K has are left to lambda. */
+static int loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
+                         const double *tau, const double *a, const double *lambda, double *r)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
@@ -149,15 +151,6 @@ int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char 
                       rate - m->body[at].u, mbsri_body_label(m, at, label), why);
 }
 
-int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
-{
-    int largest = 0;
-    for (int k = 0; k < w->n; ++k) {
-        if (fabs(x[k]) > fabs(x[largest])) largest = k;
-    }
-    return mbsri_refuse_motion(w->m, w->d, largest, w->function, why);
-}
-
 int mbsri_loops_share(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
@@ -171,7 +164,7 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
     for (int l = 0; l < count; ++l) {
         mbsri_dense_idle(w, l, idle);
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-            for (int k = 0, row = c->row; k < c->held; ++k, ++row) {
+            for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
                 if (!mbsri_is_stiff(c, k) || w->left_out[row]) continue;
                 if (fabs(idle[row]) <= rounding * w->scale[w->n + row]) continue;
                 b[row] = lambda[row] / sqrt(c->def.stiffness[k]);
@@ -227,7 +220,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     const size_t n = (size_t)w->n;
     double *right = w->g, *bias = right + n;
     mbsri_zero(n, w->x);
-    int status = mbsri_loops_missing(w, t, q, u, tau, w->x, NULL, right);
+    int status = loops_missing(w, t, q, u, tau, w->x, NULL, right);
     if (!status) status = mbsri_closure_jacobians(w->m, w->d);
     if (!status) status = mbsri_closure_bias(w->m, w->d, bias);
     if (status) return status;

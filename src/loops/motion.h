@@ -12,11 +12,6 @@ void mbsri_loops_leave_out(mbsri_dense *w, bool springs);
 /* K at (t, q, u), which the data then has. */
 int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *u);
 
-/* h - C^T lambda at (t, q, u) and accelerations a, into r (n); lambda and tau may be NULL. Springs
- * of rows that K has are left to lambda. */
-int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
-                        const double *tau, const double *a, const double *lambda, double *r);
-
 /* u is changed by impulses of the loops, so that they allow it; factors K. */
 int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u);
 
@@ -44,8 +39,5 @@ double mbsri_largest_row(const mbsr_model *m, const double *x, const double *len
  * row, over its length. */
 int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, const double *length,
                       double size, const char *what, const char *function);
-
-/* MBSR_UNDETERMINED, with the name of the joint that has most of the direction x (n). */
-int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why);
 
 #endif

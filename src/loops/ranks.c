@@ -94,7 +94,7 @@ static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbs
     int first;
     for (int l = 0; l < s->count; ++l) {
         const mbsri_closure *c = member(s, l, &first);
-        for (int k = held ? 0 : c->held; k < (held ? c->held : c->rows); ++k) {
+        for (int k = held ? 0 : c->position_rows; k < (held ? c->position_rows : c->rows); ++k) {
             const int row = c->row + k;
             if (mbsri_is_stiff(c, k)) continue;
             const double left = count < s->n ? distance(s, first + k, count) : 0.0;
@@ -127,7 +127,7 @@ static bool is_soft(const mbsri_row_set *s, const mbsri_closure *c, int first, i
 {
     static const double soft = 1e-2;
     double most = 0.0;
-    for (int l = 0; l < c->held; ++l) most = fmax(most, stiffness_of(s, c, first, l));
+    for (int l = 0; l < c->position_rows; ++l) most = fmax(most, stiffness_of(s, c, first, l));
     return stiffness_of(s, c, first, k) < soft * most;
 }
 
@@ -138,7 +138,7 @@ static int farthest(const mbsri_row_set *s, bool soft, int *row)
     int first, at = -1;
     for (int l = 0; l < s->count; ++l) {
         const mbsri_closure *c = member(s, l, &first);
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             if (!mbsri_is_stiff(c, k) || s->left[first + k] < 0.0) continue;
             if (at >= 0 && s->left[first + k] <= (1.0 + 1e-6) * s->left[at]) continue;
             if (is_soft(s, c, first, k) != soft) continue;
@@ -170,9 +170,9 @@ static void leave_out_soft(const mbsri_row_set *s, bool *dropped)
     for (int l = 0; l < s->count; ++l) {
         const mbsri_closure *c = member(s, l, &first);
         bool some = false;
-        for (int k = 0; k < c->held; ++k)
+        for (int k = 0; k < c->position_rows; ++k)
             some = some || (mbsri_is_stiff(c, k) && dropped[c->row + k]);
-        for (int k = 0; k < c->held && some; ++k)
+        for (int k = 0; k < c->position_rows && some; ++k)
             dropped[c->row + k] = dropped[c->row + k] || is_soft(s, c, first, k);
     }
 }
@@ -185,7 +185,7 @@ static int pass_springs(const mbsri_row_set *s, int count, bool *dropped)
     for (int l = 0; l < s->count; ++l) {
         const mbsri_closure *c = member(s, l, &first);
         for (int k = 0; k < c->rows; ++k) {
-            const bool looked_at = k < c->held && mbsri_is_stiff(c, k) && count < s->n;
+            const bool looked_at = k < c->position_rows && mbsri_is_stiff(c, k) && count < s->n;
             s->left[first + k] = looked_at ? distance(s, first + k, count) : 0.0;
         }
     }

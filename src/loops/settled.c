@@ -22,7 +22,7 @@ static bool any_asked(const mbsri_closer *w)
     const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     bool any = false;
     for (; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k)
+        for (int k = 0; k < c->position_rows; ++k)
             any = any || (mbsri_is_stiff(c, k) && mbsri_is_asked(w, c, k));
     }
     return any;
@@ -42,7 +42,7 @@ static int find_dependent(mbsri_closer *w, double t, const double *q, bool *any)
     if (!status) status = mbsri_dense_rows(&dense);
     if (!status) status = mbsri_ranks_here(&dense, dense.other, &ranks);
     for (; c < end && !status; ++c) {
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !dense.other[c->row + k])
                 continue;
             w->let_go[c->row + k] = *any = true;
@@ -90,7 +90,7 @@ bool mbsri_springs_let_go(mbsri_dense *w, bool apart)
     bool any = false;
     for (int k = 0; k < w->rows; ++k) apart = apart || w->closer.let_go[k];
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             const bool follows = mbsri_is_stiff(c, k) && w->d->dropped[c->row + k] &&
                                  (apart || mbsri_is_loose(c, k) || mbsri_is_soft_row(w, c, k));
             w->closer.let_go[c->row + k] = follows;
@@ -110,12 +110,12 @@ static void fill(mbsri_dense *w, const double *g, const double *lambda)
     const size_t stride = (size_t)(w->held + w->n), rows = (size_t)w->rows;
     double stiffest = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
-        stiffest = fmax(stiffest, mbsri_largest(c->held, c->def.stiffness));
+        stiffest = fmax(stiffest, mbsri_largest(c->position_rows, c->def.stiffness));
     mbsri_zero(stride * (size_t)w->n, w->A);
     mbsri_zero(stride + (size_t)w->n, w->b);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const int row = c->row + k, held = c->held_row + k;
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int row = c->row + k, held = c->position_row + k;
             const bool stiff = mbsri_is_stiff(c, k), asked = mbsri_is_asked(&w->closer, c, k);
             if (mbsri_is_loose(c, k) || (!stiff && w->d->dropped[row])) continue;
             const double weight = stiff ? sqrt(c->def.stiffness[k]) : 1e3 * sqrt(stiffest);
@@ -157,8 +157,8 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
     *changed = false;
     mbsri_zero((size_t)w->held, w->missing);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const int row = c->row + k, held = c->held_row + k;
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int row = c->row + k, held = c->position_row + k;
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(&w->closer, c, k)) continue;
             double gap = -lambda[row] / c->def.stiffness[k];
             if (shared) {
@@ -177,8 +177,9 @@ double mbsri_springs_left(const mbsri_dense *w)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     double left = 0.0, size = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const double is = w->missing[c->held_row + k], gap = w->closer.offset[c->held_row + k];
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double is = w->missing[c->position_row + k],
+                         gap = w->closer.offset[c->position_row + k];
             left += c->def.stiffness[k] * is * is;
             size += c->def.stiffness[k] * gap * gap;
         }
@@ -195,8 +196,8 @@ void mbsri_springs_move(mbsri_dense *w)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     double along = 0.0, square = 0.0, before = 0.0, now = 0.0, size = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const int held = c->held_row + k;
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int held = c->position_row + k;
             const double stiffness = c->def.stiffness[k], was = w->missed[held],
                          is = w->missing[held], turn = is - was;
             along += stiffness * was * turn;
@@ -226,9 +227,9 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
     char label[MBSRI_LABEL];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(&w->closer, c, k)) continue;
-            const int held = c->held_row + k;
+            const int held = c->position_row + k;
             const double stiffness = c->def.stiffness[k],
                          force = -w->closer.offset[held] * stiffness,
                          change = fabs(lambda[c->row + k] - force);

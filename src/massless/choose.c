@@ -29,7 +29,9 @@ static void spread(mbsri_report *r, int c, const double *x, double *weights)
     }
 }
 
-double mbsri_report_least(const mbsri_report *r)
+/* What rates of a direction, in r->u, count from: 1e-6 of the largest, velocities compared with
+ * angular rates times the typical length. */
+static double report_least(const mbsri_report *r)
 {
     double size = 0.0;
     for (int k = 0; k < r->w.m->nu; ++k) size = fmax(size, fabs(r->u[k]) / r->w.span[k]);
@@ -41,7 +43,7 @@ double mbsri_report_least(const mbsri_report *r)
 static void drop_rates(mbsri_report *r)
 {
     const mbsr_model *m = r->w.m;
-    const double least = mbsri_report_least(r);
+    const double least = report_least(r);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double size = 0.0;
@@ -84,7 +86,7 @@ static int find_seen(mbsri_report *r, mbsr_direction_kind kind, double share, do
 int mbsri_report_see(mbsri_report *r, mbsr_direction_kind kind, int *count)
 {
     static const double some = 1e-6, any = 1e-11;
-    r->least = mbsri_report_least(r);
+    r->least = report_least(r);
     int status = find_seen(r, kind, some, r->least, count);
     if (status || *count > 0) return status;
     status = find_seen(r, kind, any, 0.0, count);
@@ -102,7 +104,7 @@ static int list_bodies(mbsri_report *r, mbsr_direction_kind kind, int *elements)
     for (int i = 0; i <= m->bodies; ++i) r->listed[i] = false;
     for (size_t k = 0; k < m->forces.count; ++k) {
         for (int l = 0; l < force[k].def.bodies && r->seen[k]; ++l)
-            r->listed[m->list_index[force[k].list + (size_t)l]] = true;
+            r->listed[m->stored.list_index[force[k].list + (size_t)l]] = true;
     }
     return status;
 }

@@ -66,7 +66,7 @@ static void find_lengths(const mbsri_closed_start *s)
             for (int k = 0; k < c->rows; ++k) {
                 double turn, move;
                 mbsri_row_parts(m, s->d, c, l, k, &turn, &move);
-                mbsri_share(turn, move, m->length, s->length + c->row + k);
+                mbsri_share(turn, move, m->typical.length, s->length + c->row + k);
             }
         }
     }

@@ -164,7 +164,7 @@ int mbsr_completion_create(const mbsr_model *model, const mbsr_newton_opt *opt,
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""},
                            .times = {0.0, -INFINITY, INFINITY, 0},
                            .info.bytes = sizeof *w,
-                           .size = loops + model->rows + model->held,
+                           .size = loops + model->rows + model->position_rows,
                            .rates = rates,
                            .loops = loops,
                            .places = loops + model->rows};

@@ -94,7 +94,7 @@ void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks)
 {
     const mbsr_model *m = w->m;
     for (int i = 1; i <= m->bodies; ++i) {
-        if (m->body[i].head != i) continue;
+        if (m->body[i].group.head != i) continue;
         const mbsri_group g = mbsri_group_in_model(m, i);
         bool some = false;
         for (int k = 0; k < g.members; ++k)
@@ -178,7 +178,7 @@ static bool separates(const mbsr_completion *w)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         if (b->n > 0 && w->d->rank[i] % b->n != 0) return false;
-        if (b->head != i && !mbsri_apart(m, w->d, b->head)) return false;
+        if (b->group.head != i && !mbsri_apart(m, w->d, b->group.head)) return false;
     }
     return true;
 }

@@ -408,10 +408,10 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
                .info = &found};
     status = allocate(&s);
     if (status) return status;
-    const bool watching = data->watching;
-    data->watching = false; /* a new start may have other ranks */
+    const bool watching = data->watch.active;
+    data->watch.active = false; /* a new start may have other ranks */
     status = run(&s, y, yp);
-    data->watching = watching;
+    data->watch.active = watching;
     if (info) *info = found;
     close_search(&s);
     mbsri_release(&model->allocator, s.memory);

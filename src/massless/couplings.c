@@ -23,7 +23,7 @@
 static bool moves(const mbsri_null_space *w, int l, int i)
 {
     const mbsri_body *b = w->m->body + i;
-    return mbsri_largest(b->d, w->twist + (size_t)l * w->m->size_v + b->v) > 0.0;
+    return mbsri_largest(b->d, w->twist + (size_t)l * w->m->size.v + b->v) > 0.0;
 }
 
 static bool turns(const mbsri_null_space *w, int l, int i)
@@ -53,7 +53,7 @@ static void find_bodies(const mbsri_null_space *w, const tables *t)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const bool *changed = t->changed + (size_t)i * (size_t)k;
-        const mbsri_group g = mbsri_group_in_model(m, b->head);
+        const mbsri_group g = mbsri_group_in_model(m, b->group.head);
         for (int n = 0; n < g.members; ++n)
             join(k, changed, t->depends + (size_t)g.member[n] * (size_t)k);
         join(k, changed, t->depends + (size_t)b->parent * (size_t)k);
@@ -67,7 +67,7 @@ static void find_elements(const mbsri_null_space *w, const tables *t)
     const mbsr_model *m = w->m;
     const mbsri_force *force = m->forces.data;
     for (size_t n = 0; n < m->forces.count; ++n, ++force) {
-        const int *list = m->list_index + force->list;
+        const int *list = m->stored.list_index + force->list;
         const bool joint = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
         const bool *sees = joint ? t->turned : t->changed;
         for (int a = 0; a < force->def.bodies; ++a) {

@@ -9,7 +9,7 @@
 
 int mbsri_element_body(const mbsri_null_space *w, int k)
 {
-    return mbsri_index(w->m, w->d->force_bodies[k].id);
+    return mbsri_index(w->m, w->d->element.bodies[k].id);
 }
 
 bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
@@ -54,7 +54,7 @@ double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *
 double mbsri_element_error(const mbsri_null_space *w, int bodies, int l, const double *y)
 {
     return along(w, bodies, w->rate_error + (size_t)l * (size_t)w->m->nu,
-                 w->twist_error + (size_t)l * w->m->size_v, y, true);
+                 w->twist_error + (size_t)l * w->m->size.v, y, true);
 }
 
 double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *twist,

@@ -64,7 +64,7 @@ bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_motion x, 
     mbsri_zero((size_t)s->out.rows, y);
     mbsri_zero((size_t)s->out.rows, gross);
     for (int k = 0; k < bodies; ++k) {
-        const mbsr_force_body *body = w->d->force_bodies + k;
+        const mbsr_force_body *body = w->d->element.bodies + k;
         if (s->row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const int at = s->column[k];
@@ -144,7 +144,8 @@ bool mbsri_element_moves(const mbsri_null_space *w, const mbsri_force *force, in
     const bool joint = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
     if (every > 0) return takes_part(w, every, joint, a, twist);
     for (int k = 0; k < force->def.bodies; ++k) {
-        if (takes_part(w, w->m->list_index[force->list + (size_t)k], joint, a, twist)) return true;
+        if (takes_part(w, w->m->stored.list_index[force->list + (size_t)k], joint, a, twist))
+            return true;
     }
     return false;
 }
@@ -162,7 +163,7 @@ typedef struct columns {
 
 static columns columns_of(const mbsri_null_space *w, int k, bool velocity)
 {
-    const mbsr_force_body *body = w->d->force_bodies + k;
+    const mbsr_force_body *body = w->d->element.bodies + k;
     const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
     const int at = w->slope.column[k];
     columns c = {.b = b, .at = at, .count = mbsri_pose_size(b)};

@@ -57,13 +57,13 @@ static void drop_traces(int n, size_t rows, const double *span, double *A)
 static bool turn_to_rates(mbsri_null_space *w, int k, int i)
 {
     const mbsri_slopes *s = &w->slope;
-    const mbsr_force_body *body = w->d->force_bodies + k;
+    const mbsr_force_body *body = w->d->element.bodies + k;
     const mbsri_body *b = w->m->body + i;
     const size_t rows = (size_t)s->out.rows;
     const double *by_q = s->matrix + (size_t)mbsri_q_column(body, s->column[k]) * rows;
     double *by_u = s->matrix + (size_t)mbsri_u_column(body, s->column[k]) * rows,
            *u = w->d->u + b->iu, *given = w->u, *rate = w->rate;
-    bool done = b->locks == 0;
+    bool done = b->lock.count == 0;
     mbsri_copy((size_t)b->n, u, given);
     for (int c = 0; c < b->n && done; ++c) {
         for (int l = 0; l < b->n; ++l) u[l] = l == c;
@@ -109,7 +109,7 @@ static bool find_duals(mbsri_null_space *w, int bodies, bool velocity, duals *x)
 {
     const mbsri_slopes *s = &w->slope;
     for (int k = 0; k < bodies; ++k) {
-        const mbsr_force_body *body = w->d->force_bodies + k;
+        const mbsr_force_body *body = w->d->element.bodies + k;
         if (s->row[k] < 0) continue;
         const int i = mbsri_element_body(w, k), at = s->column[k];
         const mbsri_body *b = w->m->body + i;
@@ -202,7 +202,7 @@ static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *
     for (int n = 0; n < moving; ++n) {
         const int to = w->moving[n];
         const double *a = w->direction + (size_t)to * (size_t)m->nu,
-                     *twist = w->twist + (size_t)to * m->size_v;
+                     *twist = w->twist + (size_t)to * m->size.v;
         double size;
         if (!row->velocity && !rates_are_own(w, bodies, l, to)) return false;
         const double value = mbsri_element_power(w, bodies, a, twist, l, gross, &size),
@@ -304,61 +304,6 @@ bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction
         slope = row->slope;
     }
     return true;
-}
-
-void mbsri_rows_slopes(const mbsri_null_space *w, double *C)
-{
-    const mbsri_row *row = w->rows.data;
-    mbsri_zero((size_t)w->k * (size_t)w->k, C);
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
-        const mbsri_row_entry *entry = entries_of(w, row);
-        for (int b = 0; b < row->count && row->velocity; ++b) {
-            double *column = C + entry[b].direction * w->k;
-            for (int a = 0; a < row->count; ++a)
-                column[entry[a].direction] += row->slope * entry[a].value * entry[b].value;
-        }
-    }
-}
-
-/* What a row sees of the sum z of all directions, whose weights have errors; 0 where that is no
- * more than errors. */
-static double seen_of(const mbsri_null_space *w, const mbsri_row *row, const double *z,
-                      const double *z_error)
-{
-    const mbsri_row_entry *entry = entries_of(w, row);
-    double sum = 0.0, error = 0.0;
-    for (int a = 0; a < row->count; ++a) {
-        const int at = entry[a].direction;
-        const double size = fabs(entry[a].value);
-        sum += entry[a].value * z[at];
-        error += (entry[a].error + 4.0 * DBL_EPSILON * size) * fabs(z[at]) + size * z_error[at];
-    }
-    return fabs(sum) > clear * error ? sum : 0.0;
-}
-
-double mbsri_rows_strain(const mbsri_null_space *w, const double *z, const double *z_error)
-{
-    const mbsri_row *row = w->rows.data;
-    double strain = 0.0;
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
-        if (!row->velocity) strain += fabs(row->slope * seen_of(w, row, z, z_error));
-    }
-    return strain;
-}
-
-void mbsri_rows_through(const mbsri_null_space *w, int e, const double *Z, const double *Z_error,
-                        double *B)
-{
-    const mbsri_row *row = w->rows.data;
-    mbsri_zero((size_t)e * (size_t)w->k, B);
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
-        const mbsri_row_entry *entry = entries_of(w, row);
-        for (int b = 0; b < e && !row->velocity; ++b) {
-            const double seen = seen_of(w, row, Z + b * w->k, Z_error + b * w->k);
-            for (int a = 0; a < row->count && seen != 0.0; ++a)
-                B[entry[a].direction * e + b] += row->slope * seen * entry[a].value;
-        }
-    }
 }
 
 int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction, bool velocity,

@@ -37,19 +37,6 @@ int mbsri_element_rows(mbsri_null_space *w, int number, int moving, bool velocit
 /* Whether C (velocity) or S of these directions is made of rows alone, all of one sign. */
 bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction, bool velocity);
 
-/* C (k x k) of all directions where it is made of rows alone: what a row does not see is zero
- * there, not what rounding leaves of it. */
-void mbsri_rows_slopes(const mbsri_null_space *w, double *C);
-
-/* The force along a sum z of all directions, were what rows see of positions off by its typical
- * size. */
-double mbsri_rows_strain(const mbsri_null_space *w, const double *z, const double *z_error);
-
-/* B (e x k) = Z^T S likewise, of sums Z (k x e) of all directions and what these may be wrong by.
- */
-void mbsri_rows_through(const mbsri_null_space *w, int e, const double *Z, const double *Z_error,
-                        double *B);
-
 /* How many rows there are that see some of these directions, and B^T (count x rows), column-major,
  * with its errors, where B is not NULL. */
 int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction, bool velocity,

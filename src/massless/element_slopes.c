@@ -37,7 +37,7 @@ static bool usable(const mbsr_model *m, const mbsri_force *force)
     if (table->flags & MBSR_FORCE_JOINT_ONLY) return true;
     if (!(table->flags & MBSR_FORCE_NO_MASS)) return false;
     for (int k = 0; k < force->def.bodies; ++k) {
-        const int i = m->list_index[force->list + (size_t)k];
+        const int i = m->stored.list_index[force->list + (size_t)k];
         if (i > 0 && m->body[i].joint.space == MBSR_SPACE_GENERAL) return false;
     }
     return true;
@@ -55,7 +55,7 @@ static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const
     for (int n = 0; n < moving; ++n) {
         const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k,
                      across = k * (size_t)w->k + (size_t)l;
-        const double *twist = w->twist + k * m->size_v,
+        const double *twist = w->twist + k * m->size.v,
                      doubt = rounding * mbsri_element_doubt(w, bodies, twist, doubted) +
                              mbsri_element_error(w, bodies, (int)k, doubted);
         double size;
@@ -69,7 +69,7 @@ static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const
 /* Directions that move something the element sees, or may within their errors, into w->moving. */
 static int find_moving(mbsri_null_space *w, const mbsri_force *force)
 {
-    const size_t nu = (size_t)w->m->nu, v = w->m->size_v;
+    const size_t nu = (size_t)w->m->nu, v = w->m->size.v;
     int count = 0;
     for (size_t l = 0; l < (size_t)w->k; ++l) {
         if (mbsri_element_moves(w, force, 0, w->direction + l * nu, w->twist + l * v) ||
@@ -88,7 +88,7 @@ static void add_strain(mbsri_null_space *w, const mbsri_force *force, const doub
         const size_t l = (size_t)w->moving[n];
         double size;
         (void)mbsri_element_power(w, force->def.bodies, w->direction + l * (size_t)m->nu,
-                                  w->twist + l * m->size_v, strain, strain, &size);
+                                  w->twist + l * m->size.v, strain, strain, &size);
         w->strain[l] += size;
     }
 }
@@ -116,7 +116,7 @@ int mbsri_hold_elements(mbsri_null_space *w)
     int status = MBSR_OK;
     mbsri_zero((size_t)w->k, w->strain);
     mbsri_zero((size_t)m->nu, d->tau);
-    mbsri_zero(m->size_v, d->f);
+    mbsri_zero(m->size.v, d->f);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
         w->own[k] = usable(m, force + k);
         bool something = false;
@@ -124,7 +124,7 @@ int mbsri_hold_elements(mbsri_null_space *w)
         if (!status && something) status = mbsri_add_element(m, d, force + k);
     }
     mbsri_copy((size_t)m->nu, d->tau, w->tau_held);
-    mbsri_copy(m->size_v, d->f, w->f_held);
+    mbsri_copy(m->size.v, d->f, w->f_held);
     d->stage = MBSRI_STAGE_VELOCITIES;
     return status;
 }
@@ -144,7 +144,7 @@ int mbsri_element_rate(mbsri_null_space *w, double *rate)
         mbsri_element_strain(w, bodies, true, w->reaction);
         dampers = fmax(dampers, mbsri_element_work(w, bodies, w->reaction));
     }
-    const double inertia = m->mass * w->size * w->size;
+    const double inertia = m->typical.mass * w->size * w->size;
     if (inertia > 0.0)
         *rate = springs > 0.0 ? sqrt(springs / inertia) : dampers / inertia;
     else
@@ -163,10 +163,10 @@ static int add_element(mbsri_null_space *w, int number)
     double *y = w->reaction, *gross = y + w->slope.out.rows;
     for (int n = 0; n < moving; ++n) {
         const size_t l = (size_t)w->moving[n];
-        const double *a = w->direction + l * (size_t)m->nu, *twist = w->twist + l * m->size_v;
+        const double *a = w->direction + l * (size_t)m->nu, *twist = w->twist + l * m->size.v;
         const mbsri_motion rate = {.V = twist, .u = a},
                            shift = {.pose = twist,
-                                    .V = w->V_rate + l * m->size_v,
+                                    .V = w->V_rate + l * m->size.v,
                                     .q = w->q_rate + l * (size_t)m->nq};
         if (mbsri_element_react(w, bodies, rate, true, y, gross) &&
             mbsri_element_stands_out(w, bodies, 10.0 * rounding, y, gross) &&
@@ -185,13 +185,13 @@ static int find_touched(const mbsri_null_space *w, int l)
 {
     const mbsr_model *m = w->m;
     const double *a = w->direction + (size_t)l * (size_t)m->nu,
-                 *twist = w->twist + (size_t)l * m->size_v;
+                 *twist = w->twist + (size_t)l * m->size.v;
     int count = 0;
     for (int i = w->first[l]; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *before = twist + m->body[b->parent].v;
         if (mbsri_largest(b->n, a + b->u) > 0.0 || mbsri_largest(b->d, twist + b->v) > 0.0 ||
-            mbsri_largest(b->d_pred, before) > 0.0)
+            mbsri_largest(b->pred.d, before) > 0.0)
             w->touched[count++] = i;
     }
     return count;
@@ -220,7 +220,7 @@ static int velocity_change(mbsri_null_space *w, const double *q, int l)
     const mbsr_model *m = w->m;
     const mbsr_data *d = w->d;
     const double *rate = w->q_rate + (size_t)l * (size_t)m->nq;
-    double *change = w->V_rate + (size_t)l * m->size_v;
+    double *change = w->V_rate + (size_t)l * m->size.v;
     const double h = 1e-3 * mbsri_unit_step(m->nq, rate, q, w->q_scale);
     const int count = find_touched(w, l);
     int status = MBSR_OK;
@@ -242,8 +242,8 @@ static int velocity_change(mbsri_null_space *w, const double *q, int l)
                 if (fabs(own[c]) <= 10.0 * rounding * size) own[c] = 0.0;
             }
             ++n;
-        } else if (mbsri_largest(b->d_pred, change + b->pred_v) > 0.0) {
-            mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, change + b->pred_v, own);
+        } else if (mbsri_largest(b->pred.d, change + b->pred.v) > 0.0) {
+            mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, change + b->pred.v, own);
         }
     }
     return status;
@@ -264,7 +264,7 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
     const mbsr_model *m = w->m;
     int status = mbsri_positions(m, w->d, t, q);
     if (!status) status = mbsri_velocities(m, w->d, u);
-    mbsri_zero(m->size_v * (size_t)w->k, w->V_rate);
+    mbsri_zero(m->size.v * (size_t)w->k, w->V_rate);
     const int changes = bodies_seen(w) ? w->k : 0;
     for (int l = 0; l < changes && !status; ++l) status = velocity_change(w, q, l);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {

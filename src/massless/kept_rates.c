@@ -145,9 +145,9 @@ static int find_balances(push *p)
     int status = mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, p->k->t, p->k->y, p->k->yp, p->r);
     if (!status) status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, function);
     if (status) return status;
-    mbsri_zero(m->size_v, d->f);
-    mbsri_zero(m->size_v, d->kII);
-    mbsri_zero(m->size_v, d->V);
+    mbsri_zero(m->size.v, d->f);
+    mbsri_zero(m->size.v, d->kII);
+    mbsri_zero(m->size.v, d->V);
     mbsri_zero((size_t)m->nu, d->u);
     mbsri_zero((size_t)m->nu, d->ep);
     for (int l = 0; l < p->k->count; ++l) {

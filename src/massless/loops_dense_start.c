@@ -49,7 +49,7 @@ static bool any_stiff(const mbsri_dense *w)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     bool any = false;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
-        any = any || mbsri_largest(c->held, c->def.stiffness) > 0.0;
+        any = any || mbsri_largest(c->position_rows, c->def.stiffness) > 0.0;
     return any;
 }
 

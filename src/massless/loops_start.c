@@ -70,7 +70,7 @@ static int shake(const start *s, double *force)
         for (int k = 0; k < b->nq; ++k)
             q[b->q + k] += 1e-8 * mbsri_coordinate_span(&spans, m, b, false, k);
         for (int k = 0; k < b->n; ++k)
-            u[m->u_of[b->iu + k]] += 1e-8 * mbsri_rate_span(&spans, m, b, k);
+            u[m->order.u_of[b->iu + k]] += 1e-8 * mbsri_rate_span(&spans, m, b, k);
     }
     int status = mbsri_pack(s->form, m, d, s->t, q, u, s->F);
     if (status) return status;
@@ -78,7 +78,7 @@ static int shake(const start *s, double *force)
     status = s->form->residual(m, d, s->t, s->near, s->yp, s->F);
     if (!status) status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (!status) mbsri_defects(m, d, 0.0, s->shaken);
-    *force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau);
+    *force = mbsri_largest((int)m->size.v, d->f) + mbsri_largest(m->nu, d->tau);
     return status ? status : s->form->residual(m, d, s->t, s->y, s->yp, s->F);
 }
 
@@ -93,7 +93,7 @@ static int check_balance(const start *s)
     double there;
     int head, status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (status) return status;
-    const double force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau),
+    const double force = mbsri_largest((int)m->size.v, d->f) + mbsri_largest(m->nu, d->tau),
                  share = mbsri_largest_defect(m, d, true, 1e-8 * force, &head);
     if (share <= 1e-6) return MBSR_OK;
     mbsri_defects(m, d, 1e-6, s->left);
@@ -124,7 +124,7 @@ static void take_rates(start *s, int at)
     const mbsr_model *m = s->w.m;
     const mbsri_closure *first = mbsri_all_closures(m);
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             if (!mbsri_is_stiff(c, k) || !is_as_it_is(s, c, k) || c->def.damping[k] > 0.0) continue;
             s->yp[at + c->row + k] = -c->def.stiffness[k] * s->F[at + c->row + k];
         }
@@ -192,7 +192,7 @@ static int weigh(const start *s, double t, double *sum)
     if (!status) status = mbsri_velocities(m, d, s->u);
     if (!status) status = mbsri_forces(m, d, NULL, NULL);
     *sum = 0.0;
-    for (size_t k = 0; k < m->size_v && !status; ++k)
+    for (size_t k = 0; k < m->size.v && !status; ++k)
         *sum += (1.0 + 0.5 * sin(12.9898 * (double)k)) * d->f[k];
     for (int k = 0; k < m->nu && !status; ++k) *sum += (1.0 + 0.5 * sin(78.233 * k)) * d->tau[k];
     return status;

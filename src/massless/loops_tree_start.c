@@ -52,7 +52,7 @@ static int close_positions(mbsri_tree_start *s, double t, const double *offset, 
     mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
     if (offset) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
-    for (int k = 0; k < s->m->held; ++k) s->w.closer.offset[k] = offset ? offset[k] : 0.0;
+    for (int k = 0; k < s->m->position_rows; ++k) s->w.closer.offset[k] = offset ? offset[k] : 0.0;
     const int status = mbsri_assemble(&s->w.closer, t, q, &assembly_opt, &assembly);
     info->iterations = assembly.iterations;
     return status;

@@ -22,14 +22,14 @@
 
 size_t mbsri_masses_size(const mbsr_model *m)
 {
-    return m->size_p + m->size_v + (size_t)m->nq + (size_t)m->nu;
+    return m->size.p + m->size.v + (size_t)m->nq + (size_t)m->nu;
 }
 
 void mbsri_masses_place(const mbsr_model *m, double *memory, mbsri_masses *masses)
 {
     masses->pose = memory;
-    masses->momentum = masses->pose + m->size_p;
-    masses->q = masses->momentum + m->size_v;
+    masses->momentum = masses->pose + m->size.p;
+    masses->q = masses->momentum + m->size.v;
     masses->u = masses->q + m->nq;
 }
 
@@ -67,10 +67,10 @@ static void move_moment(mbsr_space space, double sign, const double r[3], double
 void mbsri_masses_note(const mbsr_model *m, mbsr_data *d, const double *q, const double *u,
                        mbsri_masses *masses)
 {
-    mbsri_copy(m->size_p, d->p, masses->pose);
+    mbsri_copy(m->size.p, d->p, masses->pose);
     mbsri_copy((size_t)m->nq, q, masses->q);
     mbsri_copy((size_t)m->nu, u, masses->u);
-    mbsri_zero(m->size_v, masses->momentum);
+    mbsri_zero(m->size.v, masses->momentum);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double r[3], *p = masses->momentum + b->v;
@@ -113,7 +113,7 @@ static void gather(const mbsr_model *m, mbsr_data *d, double *p)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         const double *imp = d->imp + b->v;
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, imp, d->imp + b->pred.v);
         mbsri_add_rates(b, d->J + b->dn, imp, p + b->u);
     }
 }
@@ -122,7 +122,7 @@ void mbsri_masses_displacement(const mbsr_model *m, mbsr_data *d, const mbsri_ma
                                const double *q, double *p)
 {
     double *x = d->scratch;
-    mbsri_zero(m->size_v, d->imp);
+    mbsri_zero(m->size.v, d->imp);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double r[3];

@@ -35,7 +35,7 @@ static double draw(uint32_t *state)
 /* Whether the direction moves a joint of the group of body i, or what it hangs on. */
 static bool takes_part(const mbsr_model *m, const mbsr_data *d, int i, const double *a)
 {
-    const mbsri_group g = mbsri_group_of(m, d, mbsri_heads(m, d, i) ? i : m->body[i].head);
+    const mbsri_group g = mbsri_group_of(m, d, mbsri_heads(m, d, i) ? i : m->body[i].group.head);
     bool some = d->carries[m->body[g.member[0]].parent];
     for (int k = 0; k < g.members && !some; ++k) {
         const mbsri_body *b = m->body + g.member[k];
@@ -55,16 +55,16 @@ static void disturb(const mbsr_model *m, mbsr_data *d, int i, const mbsri_lifted
         for (int r = 0; r < b->d; ++r)
             delta[r] += fabs(d->J[b->dn + (size_t)(c * b->d + r)] * out->a[b->u + c]);
     }
-    for (int c = 0; c < b->d_pred; ++c) {
+    for (int c = 0; c < b->pred.d; ++c) {
         for (int r = 0; r < b->d; ++r)
             delta[r] +=
-                fabs(d->H[b->dp + (size_t)(c * b->d + r)] * out->twist[b->pred_v + (size_t)c]);
+                fabs(d->H[b->dp + (size_t)(c * b->d + r)] * out->twist[b->pred.v + (size_t)c]);
     }
     for (int r = 0; r < b->d; ++r) delta[r] *= MBSRI_NULL_ROUNDING * draw(state);
     mbsri_zero((size_t)b->n, d->tau + b->iu);
     mbsri_zero((size_t)b->d, d->fbar + b->v);
-    mbsri_zero((size_t)b->d_pred, d->fbar + b->pred_v);
-    mbsri_zero((size_t)b->d_pred, d->A + b->pred_v);
+    mbsri_zero((size_t)b->pred.d, d->fbar + b->pred.v);
+    mbsri_zero((size_t)b->pred.d, d->A + b->pred.v);
 }
 
 /* The errors and the changes of a group: the root of the sum of squares. */
@@ -74,7 +74,7 @@ static void add(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, c
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
         double *error = out->a_error + b->u, *twist_error = out->twist_error + b->v;
-        for (int c = 0; c < b->n; ++c) error[c] = hypot(error[c], rate[b->ig - g->ig + c]);
+        for (int c = 0; c < b->n; ++c) error[c] = hypot(error[c], rate[b->group.iu - g->ig + c]);
         for (int r = 0; r < b->d && d->carries[g->member[k]]; ++r)
             twist_error[r] = hypot(twist_error[r], d->A[b->v + (size_t)r]);
     }
@@ -85,7 +85,7 @@ static void add(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, c
 static void add_changes(const mbsr_model *m, mbsr_data *d, int j, bool held,
                         const mbsri_lifted *out)
 {
-    double *w = d->scratch + m->max_d, *rate = w + m->max_n;
+    double *w = d->scratch + m->most.d, *rate = w + m->most.n;
     for (int i = j; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i) || !takes_part(m, d, i, out->a)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
@@ -109,5 +109,5 @@ void mbsri_null_answer(const mbsr_model *m, mbsr_data *d, int j, const mbsri_lif
         add_changes(m, d, j, true, out);
     }
     mbsri_null_drop((size_t)m->nu, out->a, out->a_error);
-    mbsri_null_drop(m->size_v, out->twist, out->twist_error);
+    mbsri_null_drop(m->size.v, out->twist, out->twist_error);
 }

@@ -35,13 +35,13 @@ typedef struct work {
 
 size_t mbsri_null_lift_room(const mbsr_model *m)
 {
-    const size_t d = (size_t)m->max_d, n = (size_t)m->max_n;
+    const size_t d = (size_t)m->most.d, n = (size_t)m->most.n;
     return 2 * d + 3 * n + MBSRI_GROUP_MOST * (d + d * d);
 }
 
 static work place(const mbsr_model *m, mbsr_data *d, double *room)
 {
-    const size_t dim = (size_t)m->max_d, n = (size_t)m->max_n;
+    const size_t dim = (size_t)m->most.d, n = (size_t)m->most.n;
     work k = {.m = m, .d = d, .x = room};
     k.x_error = k.x + dim;
     k.z = k.x_error + dim;
@@ -73,15 +73,15 @@ static void add_motions(const work *k, const mbsri_group *g, const double *a, do
 {
     for (int l = 0; l < g->members; ++l) {
         const mbsri_body *b = k->m->body + g->member[l];
-        double *at = room, *before = room + k->m->max_d;
+        double *at = room, *before = room + k->m->most.d;
         mbsri_zero((size_t)b->d, at);
-        add_sizes(b->d, b->n, k->d->J + b->dn, a + b->ig - g->ig, at);
+        add_sizes(b->d, b->n, k->d->J + b->dn, a + b->group.iu - g->ig, at);
         for (int i = g->member[l]; i != g->member[0]; i = b->parent, b = k->m->body + i) {
             /* |H^-1| is |H| of a translation; other spaces by the transpose */
-            const bool square = b->d == b->d_pred;
+            const bool square = b->d == b->pred.d;
             const double *H = k->d->H + b->dp;
-            mbsri_zero((size_t)b->d_pred, before);
-            for (int c = 0; c < b->d_pred; ++c) {
+            mbsri_zero((size_t)b->pred.d, before);
+            for (int c = 0; c < b->pred.d; ++c) {
                 for (int r = 0; r < b->d; ++r)
                     before[square ? r : c] += fabs(H[c * b->d + r]) * at[square ? c : r];
             }
@@ -111,12 +111,13 @@ static void find_errors(const work *k, const mbsri_group *g, bool below, const d
 {
     const mbsr_data *d = k->d;
     const mbsri_body *b = k->m->body + g->member[0];
-    const double *G = d->G + b->dg, *scale = (k->m->scale ? k->m->scale : d->s) + g->ig;
+    const double *G = d->G + b->dg,
+                 *scale = (k->m->typical.inertia ? k->m->typical.inertia : d->s) + g->ig;
     mbsri_zero((size_t)b->d, k->x_error);
-    if (below) add_sizes(b->d, b->d_pred, d->H + b->dp, d->Az + b->pred_v, k->x_error);
+    if (below) add_sizes(b->d, b->pred.d, d->H + b->dp, d->Az + b->pred.v, k->x_error);
     add_motions(k, g, k->z, k->x_error, k->own);
     for (int r = 0; r < b->d; ++r) k->x_error[r] *= MBSRI_NULL_ROUNDING;
-    if (below) add_sizes(b->d, b->d_pred, d->H + b->dp, error + b->pred_v, k->x_error);
+    if (below) add_sizes(b->d, b->pred.d, d->H + b->dp, error + b->pred.v, k->x_error);
     for (int l = 0; l < g->n; ++l) *largest = fmax(*largest, fabs(k->z[l]) / scale[l]);
     for (int l = 0; l < g->n; ++l) {
         k->z_error[l] = fmax(MBSRI_NULL_ROUNDING * k->size[l], DBL_EPSILON * scale[l] * *largest);
@@ -131,23 +132,23 @@ static void respond(const work *k, const mbsri_group *g, int l, int at)
 {
     const mbsr_data *d = k->d;
     const mbsri_body *head = k->m->body + g->member[0], *b = k->m->body + g->member[l];
-    const size_t most = (size_t)k->m->max_d;
-    const double *z = k->z + b->ig - g->ig, *J = d->J + b->dn, *H = d->H + b->dp,
-                 *G = d->G + head->dg + (size_t)((b->ig - g->ig) * head->d);
+    const size_t most = (size_t)k->m->most.d;
+    const double *z = k->z + b->group.iu - g->ig, *J = d->J + b->dn, *H = d->H + b->dp,
+                 *G = d->G + head->dg + (size_t)((b->group.iu - g->ig) * head->d);
     double *own = k->own + (size_t)l * most, *response = k->response + (size_t)l * most * most;
     mbsri_zero((size_t)b->d, own);
     mbsri_zero((size_t)(b->d * head->d), response);
     add_sizes(b->d, b->n, J, z, own);
-    if (l > 0 && d->carries[b->parent]) add_sizes(b->d, b->d_pred, H, d->Az + b->pred_v, own);
+    if (l > 0 && d->carries[b->parent]) add_sizes(b->d, b->pred.d, H, d->Az + b->pred.v, own);
     for (int r = 0; r < b->d; ++r) own[r] *= MBSRI_NULL_ROUNDING;
     if (l > 0 && d->carries[b->parent])
-        add_sizes(b->d, b->d_pred, H, k->own + (size_t)at * most, own);
+        add_sizes(b->d, b->pred.d, H, k->own + (size_t)at * most, own);
     for (int c = 0; c < head->d; ++c) {
         double *column = response + c * b->d;
         if (l == 0) column[c] = -1.0;
         if (l > 0 && d->carries[b->parent])
-            mbsri_ax(b->d, b->d_pred, -1.0, H,
-                     k->response + (size_t)at * most * most + (size_t)(c * b->d_pred), column);
+            mbsri_ax(b->d, b->pred.d, -1.0, H,
+                     k->response + (size_t)at * most * most + (size_t)(c * b->pred.d), column);
         for (int n = 0; n < b->n; ++n)
             mbsri_ax(b->d, 1, G[n * head->d + c], J + n * b->d, &(double){1.0}, column);
     }
@@ -160,14 +161,14 @@ static void find_velocity(const work *k, const mbsri_group *g, int l, bool below
     mbsr_data *d = k->d;
     const int i = g->member[l];
     const mbsri_body *head = k->m->body + g->member[0], *b = k->m->body + i;
-    const size_t most = (size_t)k->m->max_d;
+    const size_t most = (size_t)k->m->most.d;
     double *x = d->scratch;
     int at = 0;
     while (at < l && g->member[at] != b->parent) ++at;
     respond(k, g, l, at);
     const bool moved = l == 0 ? below : mbsri_null_below(k->m, d, i, x);
     if (l == 0 && below) mbsri_copy((size_t)b->d, k->x, x);
-    mbsri_null_velocity(k->m, d, i, moved ? x : NULL, k->z + b->ig - g->ig);
+    mbsri_null_velocity(k->m, d, i, moved ? x : NULL, k->z + b->group.iu - g->ig);
     if (!d->carries[i]) return;
     mbsri_copy((size_t)b->d, k->own + (size_t)l * most, error + b->v);
     add_sizes(b->d, head->d, k->response + (size_t)l * most * most, k->x_error, error + b->v);
@@ -182,8 +183,8 @@ void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *z, 
     double largest = 0.0;
     mbsri_zero((size_t)m->nu, out->a);
     mbsri_zero((size_t)m->nu, out->a_error);
-    mbsri_zero(m->size_v, out->twist);
-    mbsri_zero(m->size_v, out->twist_error);
+    mbsri_zero(m->size.v, out->twist);
+    mbsri_zero(m->size.v, out->twist_error);
     memset(d->carries, 0, (size_t)(m->bodies + 1) * sizeof *d->carries);
     for (int i = j; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;

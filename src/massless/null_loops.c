@@ -48,7 +48,7 @@ static void clear_rounded_springs(mbsri_null_space *w, const bool *left_out, con
     const double lever = fmax(mbsri_longest_lever(w->m, w->d), farthest_place(w->m, w->d)),
                  speed = mbsri_largest_rate(w->m, u);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             double gap = 0.0, turn, move;
             if (!mbsri_is_stiff(c, k) || !left_out[c->row + k]) continue;
             for (int l = 0; l < c->bodies; ++l) {
@@ -146,7 +146,7 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
 {
     const size_t rows = (size_t)c->rows;
     const double *C = w->d->closure_C + c->at + k,
-                 *twist = w->twist_error + (size_t)l * w->m->size_v,
+                 *twist = w->twist_error + (size_t)l * w->m->size.v,
                  *a = w->rate_error + (size_t)l * (size_t)w->m->nu;
     const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
     const double trace = DBL_EPSILON * w->size * mbsri_direction_size(w, l);
@@ -171,7 +171,7 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
 static double seen_of(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever, int l,
                       double *error)
 {
-    const double *twist = w->twist + (size_t)l * w->m->size_v,
+    const double *twist = w->twist + (size_t)l * w->m->size.v,
                  *a = w->direction + (size_t)l * (size_t)w->m->nu;
     double size;
     const double value = seen_by_row(w, c, k, lever, twist, a, &size);
@@ -187,7 +187,7 @@ void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
         for (int k = 0; k < c->rows; ++k) {
             const double force = fabs(w->lambda[c->row + k]);
             for (int l = 0; l < w->k && force > 0.0; ++l) {
-                const double *twist = w->twist + (size_t)l * w->m->size_v,
+                const double *twist = w->twist + (size_t)l * w->m->size.v,
                              *a = w->direction + (size_t)l * (size_t)w->m->nu;
                 double size;
                 (void)seen_by_row(w, c, k, lever, twist, a, &size);
@@ -280,8 +280,8 @@ int mbsri_null_leave_held(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     const size_t k = (size_t)w->k, rows = (size_t)m->rows, nu = (size_t)m->nu, nq = (size_t)m->nq;
-    const size_t longest = nu > m->size_v   ? nu > nq ? nu : nq
-                           : m->size_v > nq ? m->size_v
+    const size_t longest = nu > m->size.v   ? nu > nq ? nu : nq
+                           : m->size.v > nq ? m->size.v
                                             : nq,
                  wide = 2 * (longest > k ? longest : k) * k,
                  reduced = mbsri_reduction_size(m->rows, w->k) / sizeof(double) + 1;
@@ -301,7 +301,7 @@ int mbsri_null_leave_held(mbsri_null_space *w)
         for (size_t a = 0; a < k; ++a) T[l * k + a] /= sizes[a], dT[l * k + a] /= sizes[a];
     }
     combine(nu, w->k, count, T, dT, w->direction, w->rate_error, old);
-    combine(m->size_v, w->k, count, T, dT, w->twist, w->twist_error, old);
+    combine(m->size.v, w->k, count, T, dT, w->twist, w->twist_error, old);
     combine(nq, w->k, count, T, dT, w->q_rate, NULL, old);
     restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
     restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);

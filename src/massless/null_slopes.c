@@ -267,7 +267,7 @@ bool mbsri_nothing_acts(const mbsri_null_space *w)
     }
     const double *const still[] = {w->f_held, w->d->V, w->d->kI, w->d->kII};
     for (int k = 0; k < 4; ++k) {
-        for (size_t r = 0; r < m->size_v; ++r) {
+        for (size_t r = 0; r < m->size.v; ++r) {
             if (still[k][r] != 0.0) return false;
         }
     }

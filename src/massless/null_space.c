@@ -26,8 +26,8 @@ static int held_forces(mbsri_null_space *w)
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
     mbsri_copy((size_t)m->nu, w->tau_held, d->tau);
-    mbsri_copy(m->size_v, w->f_held, d->f);
-    for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] -= d->h[k];
+    mbsri_copy(m->size.v, w->f_held, d->f);
+    for (size_t k = (size_t)m->root.d; k < m->size.v; ++k) d->f[k] -= d->h[k];
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
@@ -73,7 +73,7 @@ static int element_span(const mbsr_model *m)
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
         int span = 0;
         for (int l = 0; l < force->def.bodies; ++l)
-            span += body_span(m->body + m->list_index[force->list + (size_t)l]);
+            span += body_span(m->body + m->stored.list_index[force->list + (size_t)l]);
         if (span > largest) largest = span;
     }
     for (int i = 1; i <= m->bodies; ++i)
@@ -84,8 +84,8 @@ static int element_span(const mbsr_model *m)
 static int take_memory(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
-    const size_t k = (size_t)w->k, nu = (size_t)m->nu, nq = (size_t)m->nq, n = (size_t)m->max_n;
-    const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k, v = m->size_v;
+    const size_t k = (size_t)w->k, nu = (size_t)m->nu, nq = (size_t)m->nq, n = (size_t)m->most.n;
+    const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k, v = m->size.v;
     size_t slope = 0, ints = 0;
     const size_t span = (size_t)element_span(m);
     double *slope_place, *lambda;
@@ -221,7 +221,7 @@ static int check_number(mbsri_null_space *w)
     int i = 1;
     while (i < m->bodies && same_rank(w, i)) ++i;
     const mbsri_body *b = m->body + i;
-    const mbsri_group g = mbsri_group_of(m, w->d, b->head);
+    const mbsri_group g = mbsri_group_of(m, w->d, b->group.head);
     return mbsri_fail(&w->d->error, MBSR_RANK_CHANGED, b->id, MBSR_NONE,
                       "%s: %s: the rank of its joint%s changes from %d to %d (of %d) at t = %g, "
                       "q0 = %g, and the directions without mass from %d to %d: begin where "
@@ -248,7 +248,7 @@ static int lacking(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g
  * i. */
 static void lift(mbsri_null_space *w, int l, int i)
 {
-    const size_t at = (size_t)l * (size_t)w->m->nu, at_v = (size_t)l * w->m->size_v;
+    const size_t at = (size_t)l * (size_t)w->m->nu, at_v = (size_t)l * w->m->size.v;
     const mbsri_lifted out = {w->direction + at, w->rate_error + at, w->twist + at_v,
                               w->twist_error + at_v};
     mbsri_null_lift(w->m, w->d, i, w->u, w->shift, &out, w->lifting);
@@ -259,7 +259,7 @@ static void lift(mbsri_null_space *w, int l, int i)
 static void add_vector(mbsri_null_space *w, int l, double weight)
 {
     const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
-    const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n;
+    const double *vector = w->vector + (size_t)l * (size_t)w->m->most.n;
     for (int k = 0, at = 0; k < g.members; ++k) {
         const mbsri_body *b = w->m->body + g.member[k];
         for (int c = 0; c < b->n; ++c, ++at) {
@@ -305,7 +305,7 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
         mbsri_copy((size_t)((g.n - rank) * g.n), d->X + m->body[i].nn + rank * g.n, w->basis);
         mbsri_echelon(g.n, g.n - rank, w->basis);
         for (int l = rank; l < g.n; ++l, ++column) {
-            double *vector = w->vector + (size_t)column * (size_t)m->max_n;
+            double *vector = w->vector + (size_t)column * (size_t)m->most.n;
             for (int k = 0; k < g.n; ++k)
                 vector[k] = d->s[g.ig + k] * w->basis[(l - rank) * g.n + k];
             w->head[column] = w->first[column] = i;
@@ -340,7 +340,7 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
         const mbsri_group g = mbsri_group_of(m, w->d, w->head[l]);
         if (l == 0 || w->head[l] != w->head[l - 1])
             mbsri_null_force(m, w->d, &g, w->d->e + g.ig, w->force);
-        gamma[l] = mbsri_dot(g.n, w->vector + (size_t)l * (size_t)m->max_n, w->force);
+        gamma[l] = mbsri_dot(g.n, w->vector + (size_t)l * (size_t)m->most.n, w->force);
     }
     mbsri_null_remix(w, false, gamma);
     return mbsri_check_result(m, w->d, (size_t)w->k, gamma, w->function);
@@ -350,18 +350,11 @@ double mbsri_null_load(const mbsri_null_space *w, int l)
 {
     static const double trace = 0.01; /* of sizes, of which 1e-13 is rounding */
     const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
-    const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n, *s = w->d->s + g.ig;
+    const double *vector = w->vector + (size_t)l * (size_t)w->m->most.n, *s = w->d->s + g.ig;
     double *all = w->lifting, largest = 0.0;
     for (int k = 0; k < g.n; ++k) largest = fmax(largest, fabs(vector[k]) / s[k]);
     for (int k = 0; k < g.n; ++k) all[k] = trace * largest * s[k];
     return mbsri_gross_load(w->m, w->d, &g, vector) + mbsri_gross_load(w->m, w->d, &g, all);
-}
-
-int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate)
-{
-    int status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_velocities(w->m, w->d, x);
-    return status ? status : mbsri_coordinate_rates(w->m, w->d, rate);
 }
 
 int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
@@ -369,22 +362,17 @@ int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
     mbsri_gather(w->m, x, w->d->u);
     for (int i = 1; i <= w->m->bodies; ++i) {
         const mbsri_body *b = w->m->body + i;
-        if (b->locks) mbsri_with_held(b, w->d->u + b->iu, false, w->d->u_full + b->full);
+        if (b->lock.count) mbsri_with_held(b, w->d->u + b->iu, false, w->d->u_full + b->full);
     }
     w->d->stage = MBSRI_STAGE_POSITIONS;
     return mbsri_coordinate_rates(w->m, w->d, rate);
-}
-
-void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y)
-{
-    mbsri_ax(w->m->nu, w->k, 1.0, w->direction, weights, y);
 }
 
 /* The numbers of a part, and how many a direction has. */
 static const double *part_of(const mbsri_null_space *w, mbsri_null_field part, size_t *rows)
 {
     *rows = part == MBSRI_NULL_RATES    ? (size_t)w->m->nu
-            : part == MBSRI_NULL_TWISTS ? w->m->size_v
+            : part == MBSRI_NULL_TWISTS ? w->m->size.v
                                         : (size_t)w->m->nq;
     return part == MBSRI_NULL_RATES    ? w->direction
            : part == MBSRI_NULL_TWISTS ? w->twist

@@ -107,9 +107,6 @@ double mbsri_null_load(const mbsri_null_space *w, int l);
  * the directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->mixed. */
 void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x);
 
-/* y += sum of the directions with these weights (k); y: nu. */
-void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y);
-
 /* What is combined by mbsri_null_mix: directions (nu), their twists (size_v) or q_rate (nq). */
 typedef enum mbsri_null_field {
     MBSRI_NULL_RATES,
@@ -125,8 +122,7 @@ void mbsri_null_mix(const mbsri_null_space *w, mbsri_null_field part, const doub
 /* Notes which rows of the parts are not zero. */
 void mbsri_null_extents(mbsri_null_space *w);
 
-/* rate = G(q) x for any x (nu); and the same at the positions of the data, whose u becomes x. */
-int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate);
+/* rate = G(q) x for any x (nu) at the positions of the data, whose u becomes x. */
 int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate);
 
 /* Divides each row, or column, of A (k x k) by its largest entry unless that is zero; scale (k)

@@ -49,11 +49,11 @@ static int allocate(mbsri_report *r)
                              k,
                              k,
                              (size_t)m->nu,
-                             m->size_v,
+                             m->size.v,
                              (size_t)m->nq,
                              (size_t)m->nu,
                              k * k,
-                             m->size_v + (size_t)m->nq + (size_t)m->nu,
+                             m->size.v + (size_t)m->nq + (size_t)m->nu,
                              k,
                              k,
                              k,
@@ -173,8 +173,8 @@ int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
     if (status) return status;
     mbsri_report r = {.found = 0};
     mbsr_index_report result = {.conditioning = 1.0};
-    const bool watching = data->watching;
-    data->watching = false;
+    const bool watching = data->watch.active;
+    data->watch.active = false;
     status = mbsri_null_open(&r.w, model, data, t, q, u, "mbsr_index_report_create");
     if (!status) {
         status = allocate(&r);
@@ -183,7 +183,7 @@ int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
         mbsri_release(&model->allocator, r.memory);
         mbsri_null_close(&r.w);
     }
-    data->watching = watching;
+    data->watch.active = watching;
     return status;
 }
 

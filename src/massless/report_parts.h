@@ -37,10 +37,6 @@ typedef struct mbsri_report {
 /* Spreads the number of l's component over all directions coupled to it. */
 void mbsri_report_mark(mbsri_report *r, int l, int number);
 
-/* What rates of a direction, in r->u, count from: 1e-6 of the largest, velocities compared with
- * angular rates times the typical length. */
-double mbsri_report_least(const mbsri_report *r);
-
 /* u, twist and q_rate of a direction, but for rates that do not count. */
 void mbsri_report_combine(mbsri_report *r, const double *weights);
 

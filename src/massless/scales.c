@@ -31,10 +31,10 @@ static double body_length(const mbsr_model *m, const mbsr_data *d, int i)
     int at, V, count, at_pred, V_pred, count_pred;
     double largest = 0.0;
     if (!places(b->joint.space, &at, &V, &count)) return 0.0;
-    if (places(b->pred_space, &at_pred, &V_pred, &count_pred)) {
+    if (places(b->pred.space, &at_pred, &V_pred, &count_pred)) {
         for (int k = 0; k < count && k < count_pred; ++k)
             largest = fmax(largest, fabs(d->p[b->p + (size_t)(at + k)] -
-                                         d->p[b->pred_p + (size_t)(at_pred + k)]));
+                                         d->p[b->pred.p + (size_t)(at_pred + k)]));
     }
     const double mass = M[(V + 1) * b->d + V + 1];
     for (int k = 0; k < b->d && mass > 0.0; ++k) {
@@ -128,7 +128,7 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
         kinds_of(m, i, kq, ku);
         fill(b->nq, kq, 1.0, w->size, w->q_scale + b->q);
         fill(b->n, ku, 1.0, w->size, w->span + b->u);
-        if (!b->modal) continue;
+        if (!b->flexible.modal) continue;
         fill_modes(w, b, w->q_scale + b->q);
         fill_modes(w, b, w->span + b->u);
     }
@@ -145,7 +145,8 @@ void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
         fill(b->n, ku, turning, moving, w->u_scale + b->u);
-        for (int c = b->u; c < b->u + b->n && b->modal; ++c) w->u_scale[c] = turning * w->span[c];
+        for (int c = b->u; c < b->u + b->n && b->flexible.modal; ++c)
+            w->u_scale[c] = turning * w->span[c];
     }
 }
 

@@ -30,7 +30,7 @@ static defects measure(const mbsri_start *s)
     double force = 0.0;
     for (int k = 0; k < w->m->nu; ++k)
         force = fmax(force, fabs(w->r[w->rates + k]) / w->per_span[k]);
-    return (defects){force, mbsri_largest(w->m->held, w->r + w->places)};
+    return (defects){force, mbsri_largest(w->m->position_rows, w->r + w->places)};
 }
 
 /* The correction at w->y, into s->step (q, and u in the place of u); what it is to make zero. */
@@ -80,7 +80,7 @@ static int advance(mbsri_start *s, double change, defects left)
         if (status) continue;
         const double next = mbsri_start_extent(s, w->x);
         const bool smaller = now.force <= (1.0 - 0.1 * share) * left.force &&
-                             now.gap <= fmax(left.gap, 1e-10 * w->m->length);
+                             now.gap <= fmax(left.gap, 1e-10 * w->m->typical.length);
         if (next > (1.0 - 0.5 * share) * change && next >= close && !(tries >= PATIENT && smaller))
             continue;
         if (tries > 0)

@@ -49,7 +49,7 @@ static bool some_stiff(const mbsr_model *m, bool *settled)
 
 static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid *r)
 {
-    const size_t nu = (size_t)m->nu, held = (size_t)m->held;
+    const size_t nu = (size_t)m->nu, held = (size_t)m->position_rows;
     *r = (rigid){.twin = {NULL, NULL}};
     int status = mbsri_rigid_twin_open(m, d, NULL, &r->twin);
     if (status) return status;
@@ -61,7 +61,7 @@ static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid 
     r->u = mbsri_allocate(&m->allocator, (nu + held + 1) * sizeof(double));
     if (!r->u)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: no memory for %d position rows", m->held);
+                          "mbsr_dae_consistent: no memory for %d position rows", m->position_rows);
     r->offset = r->u + nu;
     mbsri_copy(nu, u, r->u);
     mbsri_zero(held, r->offset);
@@ -82,9 +82,9 @@ static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, 
     const mbsri_closure *c = m->closures.data;
     double largest = 0.0;
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             if (!mbsri_is_stiff(c, k)) continue;
-            double *gap = r->offset + c->held_row + k;
+            double *gap = r->offset + c->position_row + k;
             const double stiffness = c->def.stiffness[k], force = lambda[c->row + k],
                          missing = fabs(force + stiffness * *gap);
             if (missing > 1e-14 * stiffness) largest = fmax(largest, missing);
@@ -102,8 +102,8 @@ static int find_defect(const mbsr_model *m, mbsr_data *d, double *work, double *
     *open = *speed = 0.0;
     int status = mbsri_closure_gaps(m, d, work);
     for (size_t id = 0; id < m->closures.count && !status; ++id) {
-        for (int k = 0; k < c[id].held; ++k) {
-            if (!mbsri_is_stiff(c + id, k)) *open = fmax(*open, fabs(work[c[id].held_row + k]));
+        for (int k = 0; k < c[id].position_rows; ++k) {
+            if (!mbsri_is_stiff(c + id, k)) *open = fmax(*open, fabs(work[c[id].position_row + k]));
         }
     }
     if (!status) status = mbsri_closure_jacobians(m, d);
@@ -144,7 +144,7 @@ static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = find_defect(m, d, lambda, &open, &speed);
     if (status) return status;
-    const double size = fmax(1.0, mbsri_largest((int)m->size_p, d->p));
+    const double size = fmax(1.0, mbsri_largest((int)m->size.p, d->p));
     if (open > 1e-12 * size || speed > 1e-13 * (1.0 + mbsri_largest(m->nu, u))) *served = false;
     if (!*served) return MBSR_OK;
     status = mbsri_loops_forward(m, d, t, q, u, NULL, NULL, udot, "mbsr_dae_consistent");

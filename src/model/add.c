@@ -14,25 +14,26 @@
 /* Rooms in the model that an addition needs besides its own entry. */
 static bool reserve(mbsr_model *m, const char *name, size_t matrix, size_t list)
 {
-    return mbsri_reserve(&m->allocator, &m->names, name ? strlen(name) + 1 : 0, sizeof(char)) &&
-           mbsri_reserve(&m->allocator, &m->matrices, matrix, sizeof(double)) &&
-           mbsri_reserve(&m->allocator, &m->lists, list, sizeof(int));
+    return mbsri_reserve(&m->allocator, &m->stored.names, name ? strlen(name) + 1 : 0,
+                         sizeof(char)) &&
+           mbsri_reserve(&m->allocator, &m->stored.matrices, matrix, sizeof(double)) &&
+           mbsri_reserve(&m->allocator, &m->stored.lists, list, sizeof(int));
 }
 
 static size_t store_name(mbsr_model *m, const char *name)
 {
     if (!name || !name[0]) return 0;
-    const size_t offset = m->names.count, length = strlen(name) + 1;
-    memcpy((char *)m->names.data + offset, name, length);
-    m->names.count += length;
+    const size_t offset = m->stored.names.count, length = strlen(name) + 1;
+    memcpy((char *)m->stored.names.data + offset, name, length);
+    m->stored.names.count += length;
     return offset;
 }
 
 static size_t store_matrix(mbsr_model *m, size_t size, const double *matrix)
 {
-    const size_t offset = m->matrices.count;
-    if (size > 0) memcpy((double *)m->matrices.data + offset, matrix, size * sizeof *matrix);
-    m->matrices.count += size;
+    const size_t offset = m->stored.matrices.count;
+    if (size > 0) memcpy((double *)m->stored.matrices.data + offset, matrix, size * sizeof *matrix);
+    m->stored.matrices.count += size;
     return offset;
 }
 
@@ -186,10 +187,11 @@ int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id)
     mbsri_force force = {.def = *def,
                          .id = next,
                          .name = store_name(m, def->name),
-                         .list = m->lists.count,
+                         .list = m->stored.lists.count,
                          .closure = MBSR_NONE};
     const int *list = def->body_list ? def->body_list : def->body;
-    for (int k = 0; k < def->bodies; ++k) ((int *)m->lists.data)[m->lists.count++] = list[k];
+    for (int k = 0; k < def->bodies; ++k)
+        ((int *)m->stored.lists.data)[m->stored.lists.count++] = list[k];
     force.def.name = NULL;
     force.def.body_list = NULL;
     ((mbsri_force *)m->forces.data)[m->forces.count++] = force;

@@ -16,20 +16,21 @@
 static const char *amended_label(const mbsr_model *m, const mbsri_body_entry *entry, int body,
                                  char *buffer)
 {
-    return mbsri_label(buffer, "body", body, (const char *)m->names.data + entry->name);
+    return mbsri_label(buffer, "body", body, (const char *)m->stored.names.data + entry->name);
 }
 
 /* Room for `size` doubles in the model, at the offset returned; the model's array starts with one
  * unused number, so that 0 means none. */
 static size_t reserve_doubles(mbsr_model *m, size_t size, int body)
 {
-    if (!mbsri_reserve(&m->allocator, &m->matrices, size + 1, sizeof(double))) {
+    if (!mbsri_reserve(&m->allocator, &m->stored.matrices, size + 1, sizeof(double))) {
         mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, body, MBSR_NONE, "body %d: no memory", body);
         return 0;
     }
-    if (m->matrices.count == 0) ((double *)m->matrices.data)[m->matrices.count++] = 0.0;
-    const size_t offset = m->matrices.count;
-    m->matrices.count += size;
+    if (m->stored.matrices.count == 0)
+        ((double *)m->stored.matrices.data)[m->stored.matrices.count++] = 0.0;
+    const size_t offset = m->stored.matrices.count;
+    m->stored.matrices.count += size;
     return offset;
 }
 
@@ -58,7 +59,7 @@ int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matr
     if (status) return status;
     const size_t size = (size_t)d * (size_t)d, offset = reserve_doubles(m, size, body);
     if (offset == 0) return MBSR_ERR_NO_MEMORY;
-    memcpy((double *)m->matrices.data + offset, matrix, size * sizeof *matrix);
+    memcpy((double *)m->stored.matrices.data + offset, matrix, size * sizeof *matrix);
     entry->added = offset;
     entry->regular = entry->regular || regular;
     return MBSR_OK;
@@ -88,7 +89,7 @@ static int check_lock(mbsr_model *m, const mbsri_body_entry *entry, int body, in
                           "%s: mbsr_model_lock: value is %g", label, value);
     }
     if (entry->locked_at > 0 &&
-        !isnan(((const double *)m->matrices.data)[entry->locked_at + (size_t)coordinate])) {
+        !isnan(((const double *)m->stored.matrices.data)[entry->locked_at + (size_t)coordinate])) {
         return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
                           "%s: mbsr_model_lock: coordinate %d is locked already", label,
                           coordinate);
@@ -107,10 +108,10 @@ int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
     if (entry->locked_at == 0) {
         const size_t n = (size_t)entry->joint.n, offset = reserve_doubles(m, n, body);
         if (offset == 0) return MBSR_ERR_NO_MEMORY;
-        for (size_t k = 0; k < n; ++k) ((double *)m->matrices.data)[offset + k] = NAN;
+        for (size_t k = 0; k < n; ++k) ((double *)m->stored.matrices.data)[offset + k] = NAN;
         entry->locked_at = offset;
     }
-    ((double *)m->matrices.data)[entry->locked_at + (size_t)coordinate] = value;
+    ((double *)m->stored.matrices.data)[entry->locked_at + (size_t)coordinate] = value;
     ++entry->locks;
     return MBSR_OK;
 }
@@ -176,7 +177,7 @@ int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values
     if (status || n == 0) return status;
     if (entry->armature == 0) entry->armature = reserve_doubles(m, (size_t)n, body);
     if (entry->armature == 0) return MBSR_ERR_NO_MEMORY;
-    memcpy((double *)m->matrices.data + entry->armature, values, (size_t)n * sizeof *values);
+    memcpy((double *)m->stored.matrices.data + entry->armature, values, (size_t)n * sizeof *values);
     return MBSR_OK;
 }
 
@@ -204,7 +205,7 @@ const double *mbsr_body_locked(const mbsr_model *model, int body)
 {
     if (mbsr_body_locks(model, body) <= 0) return NULL;
     const mbsri_body_entry *entry = (const mbsri_body_entry *)model->entries.data + body;
-    return (const double *)model->matrices.data + entry->locked_at;
+    return (const double *)model->stored.matrices.data + entry->locked_at;
 }
 
 int mbsr_body_drops(const mbsr_model *model, int body)

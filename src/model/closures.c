@@ -167,20 +167,22 @@ int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *
     mbsri_stiff_axes(&closure.def);
     const size_t length = def->name && def->name[0] ? strlen(def->name) + 1 : 0,
                  mixture = (size_t)closure.def.compliant * (size_t)closure.def.compliant;
-    if (!mbsri_reserve(&m->allocator, &m->names, length, sizeof(char)) ||
-        !mbsri_reserve(&m->allocator, &m->matrices, mixture + 1, sizeof(double)) ||
+    if (!mbsri_reserve(&m->allocator, &m->stored.names, length, sizeof(char)) ||
+        !mbsri_reserve(&m->allocator, &m->stored.matrices, mixture + 1, sizeof(double)) ||
         !mbsri_reserve(&m->allocator, &m->closures, 1, sizeof(mbsri_closure)))
         return REFUSE(MBSR_ERR_NO_MEMORY, "%s: no memory", label);
     if (mixture > 0) {
-        if (m->matrices.count == 0) ((double *)m->matrices.data)[m->matrices.count++] = 0.0;
-        closure.mixture = m->matrices.count;
-        memcpy((double *)m->matrices.data + closure.mixture, rows.T, mixture * sizeof *rows.T);
-        m->matrices.count += mixture;
+        if (m->stored.matrices.count == 0)
+            ((double *)m->stored.matrices.data)[m->stored.matrices.count++] = 0.0;
+        closure.mixture = m->stored.matrices.count;
+        memcpy((double *)m->stored.matrices.data + closure.mixture, rows.T,
+               mixture * sizeof *rows.T);
+        m->stored.matrices.count += mixture;
     }
-    closure.name = length > 0 ? m->names.count : 0;
+    closure.name = length > 0 ? m->stored.names.count : 0;
     closure.def.name = NULL;
-    if (length > 0) memcpy((char *)m->names.data + m->names.count, def->name, length);
-    m->names.count += length;
+    if (length > 0) memcpy((char *)m->stored.names.data + m->stored.names.count, def->name, length);
+    m->stored.names.count += length;
     ((mbsri_closure *)m->closures.data)[m->closures.count++] = closure;
     if (id) *id = next;
     return MBSR_OK;
@@ -225,7 +227,7 @@ const mbsri_closure *mbsri_closure_of(const mbsr_model *m, int id)
 const char *mbsri_closure_label(const mbsr_model *m, int id, char *buffer)
 {
     const mbsri_closure *closure = (const mbsri_closure *)m->closures.data + id;
-    return mbsri_label(buffer, "closure", id, (const char *)m->names.data + closure->name);
+    return mbsri_label(buffer, "closure", id, (const char *)m->stored.names.data + closure->name);
 }
 
 int mbsr_model_closures(const mbsr_model *model)
@@ -240,7 +242,7 @@ int mbsr_model_rows(const mbsr_model *model)
 
 int mbsr_model_position_rows(const mbsr_model *model)
 {
-    return model && model->finished ? model->held : -1;
+    return model && model->finished ? model->position_rows : -1;
 }
 
 int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
@@ -252,8 +254,8 @@ int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *ro
     if (!c) return MBSR_ERR_ID;
     if (row) *row = c->row;
     if (rows) *rows = c->rows;
-    if (held_row) *held_row = c->held_row;
-    if (held) *held = c->held;
+    if (held_row) *held_row = c->position_row;
+    if (held) *held = c->position_rows;
     return MBSR_OK;
 }
 
@@ -269,9 +271,11 @@ int mbsr_closure_mixture(const mbsr_model *model, int closure, double *T)
     if (!model->finished) return MBSR_ERR_UNFINISHED;
     const mbsri_closure *c = mbsri_closure_of(model, closure);
     if (!c) return MBSR_ERR_ID;
-    for (int j = 0; j < c->held; ++j) {
-        for (int k = 0; k < c->held; ++k)
-            T[j * c->held + k] = c->mix ? c->mix[k * c->held + j] : j == k ? 1.0 : 0.0;
+    for (int j = 0; j < c->position_rows; ++j) {
+        for (int k = 0; k < c->position_rows; ++k)
+            T[j * c->position_rows + k] = c->mix   ? c->mix[k * c->position_rows + j]
+                                          : j == k ? 1.0
+                                                   : 0.0;
     }
     return MBSR_OK;
 }
@@ -280,7 +284,7 @@ int mbsr_force_closure(const mbsr_model *model, int force)
 {
     if (!model || !model->finished) return MBSR_NONE;
     const mbsri_force *first = model->forces.data, *carried = first + model->forces.count;
-    for (size_t k = 0; k < model->carried; ++k) {
+    for (size_t k = 0; k < model->elements.idle; ++k) {
         if (carried[k].id == force) return carried[k].closure;
     }
     return MBSR_NONE;
@@ -289,7 +293,7 @@ int mbsr_force_closure(const mbsr_model *model, int force)
 const char *mbsr_closure_name(const mbsr_model *model, int closure)
 {
     const mbsri_closure *c = mbsri_closure_of(model, closure);
-    return c ? (const char *)model->names.data + c->name : NULL;
+    return c ? (const char *)model->stored.names.data + c->name : NULL;
 }
 
 int mbsr_model_find_closure(const mbsr_model *model, const char *name)

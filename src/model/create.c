@@ -100,13 +100,13 @@ int mbsr_model_create(const mbsr_model_def *def, mbsr_model **model, mbsr_error 
     m->root = def->root;
     m->rank_tolerance = def->rank_tolerance;
     m->error.body = m->error.force = MBSR_NONE;
-    if (!mbsri_reserve(&m->allocator, &m->names, 1, 1)) {
+    if (!mbsri_reserve(&m->allocator, &m->stored.names, 1, 1)) {
         mbsri_release(&m->allocator, m);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_create: no memory");
     }
-    ((char *)m->names.data)[0] = '\0';
-    m->names.count = 1;
+    ((char *)m->stored.names.data)[0] = '\0';
+    m->stored.names.count = 1;
     *model = m;
     return MBSR_OK;
 }

@@ -8,7 +8,7 @@
 
 static const char *name_at(const mbsr_model *m, size_t name)
 {
-    return name > 0 ? (const char *)m->names.data + name : NULL;
+    return name > 0 ? (const char *)m->stored.names.data + name : NULL;
 }
 
 int mbsr_model_definition(const mbsr_model *model, mbsr_model_def *def)
@@ -36,7 +36,7 @@ int mbsr_body_definition(const mbsr_model *model, int body, mbsr_body_def *def)
     def->inertia = b->inertia;
     def->joint = (mbsr_joint){MBSRI_JOINT_FIELDS(joint)};
     if (joint->params > 0)
-        memcpy(def->joint.param, (const double *)model->matrices.data + entry->param,
+        memcpy(def->joint.param, (const double *)model->stored.matrices.data + entry->param,
                (size_t)joint->params * sizeof *def->joint.param);
     memcpy(def->joint.option, joint->option, sizeof joint->option);
     return MBSR_OK;
@@ -47,10 +47,11 @@ int mbsr_force_definition(const mbsr_model *model, int force, mbsr_force_def *de
     if (!model || !def) return MBSR_ERR_NULL;
     if (!model->finished) return MBSR_ERR_UNFINISHED;
     const mbsri_force *all = model->forces.data;
-    for (size_t k = 0; k < model->forces.count + model->carried; ++k) {
+    for (size_t k = 0; k < model->forces.count + model->elements.idle; ++k) {
         if (all[k].id != force) continue;
         mbsri_force_as_given(all + k, def);
-        const int *list = def->bodies > 0 ? (const int *)model->lists.data + all[k].list : NULL;
+        const int *list =
+            def->bodies > 0 ? (const int *)model->stored.lists.data + all[k].list : NULL;
         def->name = name_at(model, all[k].name);
         for (int l = 0; l < 2; ++l) def->body[l] = l < def->bodies ? list[l] : MBSR_NONE;
         def->body_list = def->bodies > 2 ? list : NULL;

@@ -17,8 +17,8 @@ typedef struct extent {
 
 static extent extent_of(const mbsr_model *m)
 {
-    return (extent){m->entries.count, m->forces.count, m->names.count, m->matrices.count,
-                    m->lists.count};
+    return (extent){m->entries.count, m->forces.count, m->stored.names.count,
+                    m->stored.matrices.count, m->stored.lists.count};
 }
 
 /* What has been added since is forgotten. */
@@ -26,9 +26,9 @@ static void take_back(mbsr_model *m, const extent *to)
 {
     m->entries.count = to->entries;
     m->forces.count = to->forces;
-    m->names.count = to->names;
-    m->matrices.count = to->matrices;
-    m->lists.count = to->lists;
+    m->stored.names.count = to->names;
+    m->stored.matrices.count = to->matrices;
+    m->stored.lists.count = to->lists;
 }
 
 /* The body without mass that the joint moves. */

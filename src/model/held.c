@@ -17,10 +17,11 @@ const double *mbsri_held_values(const mbsr_model *m, int id)
 {
     const bool known = id >= 0 && (size_t)id < m->entries.count;
     if (!known || given_entry(m, id)->locks == 0) return NULL;
-    return (const double *)m->matrices.data + given_entry(m, id)->locked_at;
+    return (const double *)m->stored.matrices.data + given_entry(m, id)->locked_at;
 }
 
-int mbsri_place_left(const mbsr_model *m, int id, int coordinate)
+/* Place of a coordinate, counted as given, among those that are left; -1: it is locked. */
+static int place_left(const mbsr_model *m, int id, int coordinate)
 {
     const double *held = mbsri_held_values(m, id);
     int place = 0;
@@ -35,7 +36,7 @@ bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int
     const int count = mbsri_force_coordinates(def);
     bool rests = count > 0, drops = false;
     for (int k = 0; k < count; ++k) {
-        const bool locked = mbsri_place_left(m, body[k], def->option[k]) < 0;
+        const bool locked = place_left(m, body[k], def->option[k]) < 0;
         rests = rests && locked;
         drops = drops || (locked && given_entry(m, body[k])->drops_locked);
     }
@@ -48,7 +49,7 @@ void mbsri_force_hold(const mbsr_model *m, mbsri_force *force, const int *body)
     const int count = mbsri_force_coordinates(def);
     for (int k = 0; k < MBSR_FORCE_OPTIONS; ++k) force->given[k] = def->option[k];
     for (int k = 0; k < count && !force->resting; ++k) {
-        const int given = def->option[k], left = mbsri_place_left(m, body[k], given);
+        const int given = def->option[k], left = place_left(m, body[k], given);
         if (left < 0)
             mbsri_gear_hold(def, k, mbsri_held_values(m, body[k])[given]);
         else
@@ -67,7 +68,7 @@ void mbsri_force_as_given(const mbsri_force *force, mbsr_force_def *def)
 int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *energy)
 {
     const mbsr_force_def *def = &force->def;
-    const int *on = m->list_index + force->list;
+    const int *on = m->stored.list_index + force->list;
     mbsr_force_body body[2] = {{0}};
     *energy = 0.0;
     for (int k = 0; k < def->bodies; ++k) {
@@ -84,13 +85,13 @@ int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *
 
 bool mbsri_term_is_held(const mbsr_model *m, const mbsr_closure_def *def, int k)
 {
-    return mbsri_is_linear_coupling(def) && mbsri_place_left(m, def->body[k], def->option[k]) < 0;
+    return mbsri_is_linear_coupling(def) && place_left(m, def->body[k], def->option[k]) < 0;
 }
 
 const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_closure *closure)
 {
     if (closure->given == 0) return &closure->def;
-    return (const mbsr_closure_def *)m->given.data + (closure->given - 1);
+    return (const mbsr_closure_def *)m->given.closures.data + (closure->given - 1);
 }
 
 /* Takes the terms that are locked out of def; whether one of them is dropped, how many there are,
@@ -107,7 +108,7 @@ static taken take_terms(const mbsr_model *m, mbsr_closure_def *def)
     for (int k = def->bodies - 1; k >= 0; --k) {
         const int id = def->body[k], coordinate = def->option[k];
         if (!mbsri_term_is_held(m, def, k)) {
-            def->option[k] = mbsri_place_left(m, id, coordinate);
+            def->option[k] = place_left(m, id, coordinate);
             continue;
         }
         t.drops = t.drops || given_entry(m, id)->drops_locked;
@@ -124,12 +125,12 @@ int mbsri_coupling_left(mbsr_model *m, mbsri_closure *closure, char text[MBSR_TE
     for (int k = 0; k < closure->def.bodies && mbsri_is_linear_coupling(&closure->def); ++k)
         any = any || mbsri_held_values(m, closure->def.body[k]);
     if (!any) return MBSR_OK;
-    if (!mbsri_reserve(&m->allocator, &m->given, 1, sizeof closure->def)) {
+    if (!mbsri_reserve(&m->allocator, &m->given.closures, 1, sizeof closure->def)) {
         mbsri_print(text, MBSR_TEXT_SIZE, "no memory");
         return MBSR_ERR_NO_MEMORY;
     }
-    ((mbsr_closure_def *)m->given.data)[m->given.count++] = closure->def;
-    closure->given = (int)m->given.count;
+    ((mbsr_closure_def *)m->given.closures.data)[m->given.closures.count++] = closure->def;
+    closure->given = (int)m->given.closures.count;
     mbsr_closure_def *def = &closure->def;
     const taken t = take_terms(m, def);
     const double g = mbsri_coupling_rest(def);

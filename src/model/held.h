@@ -9,9 +9,6 @@
  * NULL: none is locked, or the ground. */
 const double *mbsri_held_values(const mbsr_model *m, int id);
 
-/* Place of a coordinate, counted as given, among those that are left; -1: it is locked. */
-int mbsri_place_left(const mbsr_model *m, int id, int coordinate);
-
 /* Whether an element acts on joint coordinates all of which are locked; body: its ids. */
 bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int *body);
 

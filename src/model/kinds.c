@@ -49,9 +49,9 @@ static mbsr_coordinate_kind coordinate_kind(const mbsri_joint *joint, int veloci
 /* With coordinates that are held nq = n, and NaN marks those that are not. */
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k)
 {
-    if (!b->locked_at) return coordinate_kind(&b->joint, velocity, k);
+    if (!b->lock.at) return coordinate_kind(&b->joint, velocity, k);
     int place = 0;
-    while (!isnan(b->locked_at[place]) || k-- > 0) ++place;
+    while (!isnan(b->lock.at[place]) || k-- > 0) ++place;
     return coordinate_kind(&b->joint, velocity, place);
 }
 

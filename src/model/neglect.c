@@ -15,7 +15,7 @@ static int refuse_neglect(mbsr_model *m, int status, int body, const char *funct
 {
     char label[MBSRI_LABEL];
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + body;
-    mbsri_label(label, "body", body, (const char *)m->names.data + entry->name);
+    mbsri_label(label, "body", body, (const char *)m->stored.names.data + entry->name);
     return mbsri_fail(&m->error, status, body, MBSR_NONE, "%s: %s: %s", label, function, text);
 }
 
@@ -54,8 +54,8 @@ mbsr_inertia mbsri_inertia_without(const mbsr_inertia *inertia, int parts)
 /* Puts the inertia given back, and the last record in the place of this one. */
 static void restore(mbsr_model *m, mbsri_body_entry *entry)
 {
-    mbsri_neglected *record = m->neglected.data, *own = record + entry->neglected - 1;
-    const mbsri_neglected *last = record + --m->neglected.count;
+    mbsri_neglected *record = m->given.inertias.data, *own = record + entry->neglected - 1;
+    const mbsri_neglected *last = record + --m->given.inertias.count;
     entry->inertia = own->given;
     entry->regular = own->regular;
     if (own != last) {
@@ -100,20 +100,20 @@ int mbsr_model_neglect(mbsr_model *model, int body, int parts)
     if (!entry) return status;
     const bool before = entry->neglected > 0;
     const mbsr_inertia given =
-        before ? ((mbsri_neglected *)m->neglected.data)[entry->neglected - 1].given
+        before ? ((mbsri_neglected *)m->given.inertias.data)[entry->neglected - 1].given
                : entry->inertia;
     status = check_parts(m, &given, body, parts, function);
     if (status) return status;
-    if (!mbsri_reserve(&m->allocator, &m->neglected, 1, sizeof(mbsri_neglected)))
+    if (!mbsri_reserve(&m->allocator, &m->given.inertias, 1, sizeof(mbsri_neglected)))
         return refuse_neglect(m, MBSR_ERR_NO_MEMORY, body, function, "no memory");
     if (before) restore(m, entry);
-    ((mbsri_neglected *)m->neglected.data)[m->neglected.count++] =
+    ((mbsri_neglected *)m->given.inertias.data)[m->given.inertias.count++] =
         (mbsri_neglected){.body = body,
                           .parts = parts & mbsri_inertia_parts(&given),
                           .given = given,
                           .matrix = entry->matrix,
                           .regular = entry->regular};
-    entry->neglected = (int)m->neglected.count;
+    entry->neglected = (int)m->given.inertias.count;
     entry->inertia = mbsri_inertia_without(&given, parts);
     /* what was added to M (mbsr_model_regularise) may be regular by itself; this is no loss but
      * time */
@@ -137,5 +137,5 @@ int mbsr_body_neglected(const mbsr_model *model, int body)
     const int i = mbsri_index(model, body);
     if (i <= 0) return -1;
     const int place = model->body[i].neglected;
-    return place > 0 ? ((const mbsri_neglected *)model->neglected.data)[place - 1].parts : 0;
+    return place > 0 ? ((const mbsri_neglected *)model->given.inertias.data)[place - 1].parts : 0;
 }

@@ -20,7 +20,7 @@ int mbsri_index(const mbsr_model *m, int id)
 const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer)
 {
     return mbsri_label(buffer, "body", m->body[i].id,
-                       (const char *)m->names.data + m->body[i].name);
+                       (const char *)m->stored.names.data + m->body[i].name);
 }
 
 /* The body of that id, the ground excluded; NULL if there is none. */
@@ -36,7 +36,7 @@ int mbsr_model_bodies(const mbsr_model *model)
 
 int mbsr_model_forces(const mbsr_model *model)
 {
-    return ready(model) ? (int)(model->forces.count + model->carried) : -1;
+    return ready(model) ? (int)(model->forces.count + model->elements.idle) : -1;
 }
 
 int mbsr_model_nq(const mbsr_model *model)
@@ -84,13 +84,13 @@ int mbsr_body_pose_size(const mbsr_model *model, int body)
 int mbsr_body_group(const mbsr_model *model, int body)
 {
     const mbsri_body *b = find_body(model, body);
-    return b ? model->body[b->head].id : MBSR_NONE;
+    return b ? model->body[b->group.head].id : MBSR_NONE;
 }
 
 const char *mbsr_body_name(const mbsr_model *model, int body)
 {
     const mbsri_body *b = find_body(model, body);
-    return b ? (const char *)model->names.data + b->name : NULL;
+    return b ? (const char *)model->stored.names.data + b->name : NULL;
 }
 
 int mbsr_model_find_body(const mbsr_model *model, const char *name)
@@ -104,12 +104,12 @@ int mbsr_model_find_body(const mbsr_model *model, const char *name)
 
 void mbsri_gather(const mbsr_model *m, const double *caller, double *swept)
 {
-    for (int k = 0; k < m->nu; ++k) swept[k] = caller[m->u_of[k]];
+    for (int k = 0; k < m->nu; ++k) swept[k] = caller[m->order.u_of[k]];
 }
 
 void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller)
 {
-    for (int k = 0; k < m->nu; ++k) caller[m->u_of[k]] = swept[k];
+    for (int k = 0; k < m->nu; ++k) caller[m->order.u_of[k]] = swept[k];
 }
 
 int mbsri_body_of_rate(const mbsr_model *m, int rate)

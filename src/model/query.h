@@ -27,7 +27,7 @@ const mbsri_closure *mbsri_closure_of(const mbsr_model *m, int id);
  */
 static inline size_t mbsri_other_forces(const mbsr_model *m)
 {
-    return m->forces.count - mbsri_coordinate_count(&m->along);
+    return m->forces.count - mbsri_coordinate_count(&m->elements.along);
 }
 
 /* mbsri_label of a closure. */

@@ -57,6 +57,18 @@ typedef struct mbsri_stand {
     double angle;     /* in the plane: angle of the body against the host, rad */
 } mbsri_stand;
 
+/* Bodies whose joints are eliminated as one block (recursion/group.h), as each of them has it; most
+ * bodies are a group of their own. */
+typedef struct mbsri_grouping {
+    int head;    /* first body of the group */
+    int members; /* number of its bodies at the head; 0 at others */
+    int n,
+        nq; /* joint rates and coordinates of the group at the head, of the own joint at others */
+    int at; /* index in the model's `order.member` */
+    int iu, iq;   /* first index of the own rates and coordinates in vectors by groups */
+    bool coupled; /* whether the sweeps keep the group in one piece (assembly/survey.h) */
+} mbsri_grouping;
+
 /* A body of the finished tree, with its joint. Offsets are into arrays of the data
  * (recursion/data.h) that have numbers of every body. */
 typedef struct mbsri_body {
@@ -64,53 +76,57 @@ typedef struct mbsri_body {
     int id;     /* id as added; MBSR_GROUND for the root */
     int parent; /* index of the predecessor; 0: on the root; -1: the root itself */
     int welded; /* first body welded to this one, index into the model's `stand` from 1; 0: none */
-    int first_marker, next_marker; /* first marker on it; next one on its predecessor; 0: none */
+    struct {
+        int first, next; /* first marker on the body; next one on its predecessor; 0: none */
+    } marker;
     /* --- sizes, and where its numbers stand */
-    int d, d_pred; /* velocity coordinates of the body, of its predecessor */
-    int np;        /* numbers in the pose */
-    int n, nq;     /* joint velocity and position coordinates, without locked ones */
-    int q, u;      /* first index in the caller's vectors q and u, by id */
-    int iq, iu;    /* first index in the data's vectors, by order of the sweeps */
-    size_t pred_p, pred_v, pred_dd; /* the predecessor's p, v and dd */
-    mbsr_space pred_space;          /* space of the predecessor */
-    size_t p, v;                    /* offsets of np and d numbers */
-    size_t dd, dp, dn;              /* offsets of d x d, d x d_pred and d x n numbers */
-    size_t k;                       /* offset of K^-1 (d x d); none with MBSR_JOINT_UNIT_K */
+    int d;                /* velocity coordinates */
+    int np;               /* numbers in the pose */
+    int n, nq;            /* joint velocity and position coordinates, without locked ones */
+    int q, u;             /* first index in the caller's vectors q and u, by id */
+    int iq, iu;           /* first index in the data's vectors, by order of the sweeps */
+    size_t p, v;          /* offsets of np and d numbers */
+    size_t dd, dp, dn;    /* offsets of d x d, d x pred.d and d x n numbers */
+    size_t k;             /* offset of K^-1 (d x d); none with MBSR_JOINT_UNIT_K */
     size_t nn, dg;        /* offsets of n x n and d x n numbers; n: of the group at a head */
     size_t scalar_offset; /* offset of one number */
     size_t full;          /* offset of joint.n numbers, where some are locked */
-    /* --- the group whose joints are eliminated as one block (recursion/group.h) */
-    int head;     /* first body of the group, mostly the body itself */
-    int members;  /* bodies of the group that it is the head of; 0: none */
-    int group_n;  /* joint rates of that group, or of the body's own joint */
-    int group_nq; /* joint coordinates of that group, or of the body's own joint */
-    int at;       /* index in the model's `member` */
-    int ig, igq;  /* first index of its rates and coordinates in vectors by groups */
-    bool coupled; /* whether the sweeps keep the group in one piece (assembly/survey.h) */
+    struct {
+        mbsr_space space; /* space of the predecessor */
+        int d;            /* its velocity coordinates */
+        size_t p, v, dd;  /* its offsets of these names */
+    } pred;
+    mbsri_grouping group; /* the group that its joint is eliminated with */
     /* --- what evaluations do with it */
-    bool modal;    /* whether it is flexible, on its mount, all modes free: recursion/modal.h */
-    bool upright;  /* whether it is modal and J = [0; -1] in every pose */
-    bool factored; /* whether its joint block may be in factors: recursion/flexible_factors.h */
-    bool whole;    /* whether the steps of recursion/ eliminate it: assembly/survey.h */
-    bool spanned_by_loop;  /* whether a loop spans its joint, and closes nearer to the root */
-    bool empty;            /* with closures: whether neither it nor a body behind it has inertia */
-    bool massless_on_loop; /* whether it is both, and loops determine it and all behind it */
-    bool closes;           /* whether a loop closes on it */
-    bool by_blocks; /* whether it is on a loop that takes its bodies one by one (sweeps/build.c) */
+    struct {
+        bool modal;    /* whether it is flexible, on its mount, all modes free: recursion/modal.h */
+        bool upright;  /* whether it is modal and J = [0; -1] in every pose */
+        bool factored; /* whether its joint block may be in factors: recursion/flexible_factors.h */
+    } flexible;
+    struct {
+        bool spans;     /* whether a loop spans its joint, and closes nearer to the root */
+        bool empty;     /* with closures: whether neither it nor a body behind it has inertia */
+        bool massless;  /* whether it is both, and loops determine it and all behind it */
+        bool closes;    /* whether a loop closes on it */
+        bool by_blocks; /* whether its loop takes bodies one by one (sweeps/build.c) */
+    } loop;
+    bool whole;     /* whether the steps of recursion/ eliminate it: assembly/survey.h */
     bool users;     /* whether its joint is a user's that the sweeps take (sweeps/users_joint.h) */
     bool in_sweeps; /* whether the sweeps read or write its arrays too (assembly/places.h) */
     int surveyed_rank; /* rank of the joint at the position surveyed (assembly/survey.h), plus 1 */
     /* --- joint and inertia */
-    mbsri_joint joint;       /* the joint, of which locked coordinates are part */
-    mbsr_inertia inertia;    /* the inertia; its matrix points into the model */
-    size_t name;             /* offset into names */
-    bool regular;            /* whether M is positive definite in every pose */
-    const double *added;     /* d x d, part of M in every pose; NULL: none */
-    int locks;               /* locked coordinates of `joint`, 0 where a stock joint is left */
-    const double *locked_at; /* joint.n values of locked coordinates, NaN for others; NULL: none */
-    const double *given_locked_at; /* the same for the joint as given; NULL: none */
-    const double *armature;        /* inertia along each joint rate (n), kg m^2 or kg */
-    int neglected;                 /* index into the model's `neglected`, plus 1; 0: nothing is */
+    mbsri_joint joint;    /* the joint, of which locked coordinates are part */
+    mbsr_inertia inertia; /* the inertia; its matrix points into the model */
+    size_t name;          /* offset into names */
+    bool regular;         /* whether M is positive definite in every pose */
+    const double *added;  /* d x d, part of M in every pose; NULL: none */
+    struct {
+        int count;              /* locked coordinates of `joint`, 0 where a stock joint is left */
+        const double *at;       /* joint.n values of locked coordinates, NaN for others, or NULL */
+        const double *given_at; /* the same for the joint as given, or NULL */
+    } lock;
+    const double *armature; /* inertia along each joint rate (n), kg m^2 or kg */
+    int neglected;          /* index into the model's `given.inertias`, plus 1; 0: nothing is */
 } mbsri_body;
 
 /* A body as added. */
@@ -152,14 +168,13 @@ typedef struct mbsri_closure {
     mbsr_closure_def def; /* name is not used: see below */
     size_t name;          /* offset into names */
     int force;            /* the element that it was, by id, or MBSR_NONE */
-    int given;            /* index of the definition as given among the model's `given`, from 1 on,
-                           * where locked coordinates have changed it; 0: as given */
+    int given;            /* index of the definition as given among the model's `given.closures`,
+                           * from 1 on, where locked coordinates have changed it; 0: as given */
     size_t mixture;       /* offset of `mix` into matrices, 0: none */
     /* from here on set by finish */
-    const double
-        *mix; /* T (held x held, row by row): position rows are T times the table's; NULL: 1 */
-    int rows, held;    /* number of velocity rows; of position rows, which are the first of them */
-    int row, held_row; /* index of the first of each among those of all closures */
+    const double *mix; /* T (square, row by row): position rows are T times the table's; NULL: 1 */
+    int rows, position_rows; /* number of velocity rows; of position rows, the first of them */
+    int row, position_row;   /* index of the first of each among those of all closures */
     int bodies, body[MBSR_CLOSURE_BODIES + 1]; /* its bodies, by index */
     int meets; /* index of the body where the loop closes: the nearest common predecessor of the
                 * bodies where the row's forces balance, else the root */
@@ -168,6 +183,55 @@ typedef struct mbsri_closure {
     size_t at;                           /* offset of its rows x columns numbers */
 } mbsri_closure;
 
+/* Orders of a finished model: of the sweeps, in which the data's vectors are; by groups. */
+typedef struct mbsri_orders {
+    int *u_of;        /* nu: index in the caller's u of each rate in the order of the sweeps */
+    int *q_of;        /* nq: index in the caller's q of each coordinate likewise */
+    bool as_given;    /* whether u_of and q_of are the identity */
+    bool plain_rates; /* whether they are, and q' = u in all joints */
+    int *member;      /* bodies, group by group, N */
+    bool grouped;     /* whether some group has several bodies */
+} mbsri_orders;
+
+/* Scales of a model, by which numbers of different units are compared. */
+typedef struct mbsri_scales {
+    double *inertia;  /* nu: inertia of each joint rate, by groups (assembly/survey.h), or NULL */
+    double *weight;   /* nu: weight of position rows at each rate (forms/loops.c), or NULL */
+    double *span;     /* nq + nu: change of a coordinate that turns its body by 1 rad or moves it by
+                       * the length; NULL: all joints are stock ones */
+    double length;    /* length of the tree, m (assembly/measure.h); 0: not known */
+    double frequency; /* frequency of the tree, 1/s; 0: not known */
+    double mass;      /* mass of all bodies, kg */
+} mbsri_scales;
+
+/* Trees of the vector code (sweeps/tree.h); NULL: the sweeps do not serve. */
+typedef struct mbsri_trees {
+    struct mbsri_sweeps *plain;  /* all bodies in vector code that can be; NULL with closures */
+    struct mbsri_sweeps *newton; /* of Newton systems: `whole` bodies, and with closures loops, as
+                                  * blocks; mostly the same as `plain` */
+    struct mbsri_sweeps *evaluated; /* of evaluations: users' joints are the sweeps' own */
+} mbsri_trees;
+
+/* Force elements of a finished model beside their list. */
+typedef struct mbsri_elements {
+    size_t idle;   /* elements at the end that are not evaluated: closures now, or resting */
+    size_t memory; /* bytes that all want in a data object */
+    int pairs;     /* most pairs of all elements by pairs together */
+    int anywhere;  /* elements that act on every body; they come first */
+    mbsri_coordinate_elements along; /* elements on one coordinate, which come last */
+} mbsri_elements;
+
+/* Largest numbers of one body, joint, element or closure, by which scratch is sized. */
+typedef struct mbsri_maxima {
+    int d;              /* velocity coordinates of a body, or joint rates of a group */
+    int n;              /* joint rates of a group */
+    int element_bodies; /* bodies of a force element */
+    int pairs;          /* pairs of an element by pairs */
+    int columns;        /* columns of a closure */
+    size_t displaced;   /* numbers that differences of the tree take for one body */
+    int lapack_work;    /* doubles of workspace for dsyev at n */
+} mbsri_maxima;
+
 struct mbsr_model {
     mbsr_allocator allocator;
     mbsr_error error;
@@ -175,60 +239,40 @@ struct mbsr_model {
     mbsr_root root;
     bool finished;
 
-    mbsri_array entries; /* mbsri_body_entry, by id */
-    mbsri_array forces;  /* mbsri_force, by id; once finished in the order of the sweeps */
-    size_t carried; /* force elements at the end that are not evaluated: now closures, or resting */
-    mbsri_array closures;  /* mbsri_closure, by id */
-    mbsri_array names;     /* char; offset 0 is the empty name */
-    mbsri_array matrices;  /* double */
-    mbsri_array lists;     /* int: ids of the bodies of force elements */
-    mbsri_array neglected; /* mbsri_neglected */
-    mbsri_array given;     /* mbsr_closure_def */
+    mbsri_array entries;  /* mbsri_body_entry, by id */
+    mbsri_array forces;   /* mbsri_force, by id; once finished in the order of the sweeps */
+    mbsri_array closures; /* mbsri_closure, by id */
+    struct {
+        mbsri_array names;    /* char; offset 0 is the empty name */
+        mbsri_array matrices; /* double */
+        mbsri_array lists;    /* int: ids of the bodies of force elements */
+        int *list_index;      /* `lists` with indices in the place of ids, set by finish */
+        double *joint_param;  /* parameters of joints that locks have changed, likewise */
+    } stored;
+    struct {
+        mbsri_array inertias; /* mbsri_neglected */
+        mbsri_array closures; /* mbsr_closure_def, before locked coordinates changed them */
+    } given;
 
     /* from here on set by finish */
-    int bodies;          /* N */
-    int live;            /* number of bodies that are not welded to others; they come first */
-    mbsri_stand *stand;  /* the welded bodies, bodies - live */
-    double *joint_param; /* parameters of joints that locks have changed */
-    int *index;          /* N: index of the body of each id */
-    int *list_index;     /* `lists` with indices in the place of ids */
-    int *u_of;           /* nu: index in the caller's u of each rate in the order of the sweeps */
-    int *q_of;           /* nq: index in the caller's q of each coordinate likewise */
-    bool in_order;       /* whether u_of and q_of are the identity */
-    bool plain_rates;    /* whether they are, and q' = u in all joints */
-    double *armature;    /* nu: armature of each rate in the order of the sweeps, kg m^2 or kg */
-    int *member;         /* bodies, group by group, N */
-    bool grouped;        /* whether some group has several bodies */
-    double *
-        scale; /* nu: inertia scale of each joint rate, by groups (assembly/survey.h); NULL: none */
-    double *weight; /* nu: weight of position rows at each joint rate (forms/loops.c); NULL: none */
-    double length;  /* length typical of the tree, m (assembly/measure.h); 0: not known */
-    double frequency; /* frequency typical of the tree, 1/s; 0: not known */
-    double mass;      /* mass of all bodies, kg */
-    double *span;     /* nq + nu: change of a coordinate that turns its body by 1 rad or moves it by
-                       * the length; NULL: all joints are stock ones */
-    struct mbsri_sweeps *sweeps; /* the tree of the sweeps (sweeps/tree.h); NULL with closures */
-    struct mbsri_sweeps *whole; /* tree with `whole` bodies, and with closures loops, as blocks: for
-                                 * Newton systems; mostly the same as `sweeps` */
-    struct mbsri_sweeps *evaluated; /* tree of evaluations: users' joints are the sweeps' own */
-    mbsri_body *body;               /* N + 1 */
-    int nq, nu;
-    int max_d, max_n, max_force_bodies;
-    size_t size_force_memory; /* bytes of all elements in a data object */
-    int max_pairs, pairs;     /* most of one element by pairs; of all such elements together */
-    int anywhere;             /* number of elements that act on every body; they come first */
-    mbsri_coordinate_elements along; /* elements on one coordinate, which come last */
-    int rows, held;                  /* velocity and position rows of all closures */
-    struct mbsri_plan *plan; /* order in which loops are eliminated (fronts/plan.h); NULL: none */
-    int max_columns;         /* largest number of columns of a closure */
+    int bodies;         /* N */
+    int live;           /* number of bodies that are not welded to others; they come first */
+    mbsri_body *body;   /* N + 1 */
+    mbsri_stand *stand; /* the welded bodies, bodies - live */
+    int *index;         /* N: index of the body of each id */
+    int nq, nu;         /* position and velocity coordinates of all joints, locked ones left out */
+    double *armature;   /* nu: armature of each rate in the order of the sweeps, kg m^2 or kg */
+    mbsri_orders order;
+    mbsri_scales typical;
+    mbsri_trees tree;
+    mbsri_elements elements;
+    int rows, position_rows; /* velocity and position rows of all closures */
     size_t size_c;           /* rows x columns, summed over the closures */
-    bool differences;  /* whether rates of some joint or inertia are differences of the tree */
-    size_t size_moved; /* most numbers that such differences of one body take */
-    int lapack_work;   /* doubles of workspace for dsyev at max_n */
-    /* sums over all bodies, the root included: lengths of the arrays */
-    size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full,
-        size_rates, size_bodies;
-    mbsri_lengths in_sweeps; /* the same sums over the bodies in the sweeps, which come first */
+    struct mbsri_plan *plan; /* order in which loops are eliminated (fronts/plan.h); NULL: none */
+    bool differences; /* whether rates of some joint or inertia are differences of the tree */
+    mbsri_maxima most;
+    mbsri_lengths size;      /* lengths of arrays over all bodies, the root included */
+    mbsri_lengths in_sweeps; /* the same over the bodies in the sweeps, which come first */
 };
 
 #endif

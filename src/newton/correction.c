@@ -33,7 +33,7 @@ static void clear_block(const mbsr_force_derivatives *s, int row, int rows, int 
 static void clear_tree(const mbsr_model *m, const mbsri_force *force,
                        const mbsr_force_derivatives *s)
 {
-    const int *bodies = m->list_index + force->list;
+    const int *bodies = m->stored.list_index + force->list;
     for (int k = 0; k < force->def.bodies; ++k) {
         for (int l = 0; l < force->def.bodies; ++l) {
             const mbsri_relation relation = mbsri_relate(m, bodies[k], bodies[l]);
@@ -71,7 +71,7 @@ static void read_motion(const mbsr_newton *w, const mbsri_across *a, const doubl
     const double *read = w->correction.read + a->read;
     mbsri_zero((size_t)a->rank, weights);
     for (int k = 0; k < force->def.bodies; ++k) {
-        const int i = m->list_index[force->list + (size_t)k];
+        const int i = m->stored.list_index[force->list + (size_t)k];
         const mbsri_body *b = m->body + i;
         if (i == 0) continue;
         const double *parts[] = {w->motion + 12 * (size_t)i, delta + b->q,
@@ -94,19 +94,19 @@ static void add_load(const mbsr_newton *w, const mbsri_across *a, const double *
     for (int r = 0; r < a->rank; ++r) {
         const double *left = w->correction.left + a->left + (size_t)r * (size_t)a->most;
         for (int k = 0; k < force->def.bodies; ++k) {
-            const int i = m->list_index[force->list + (size_t)k];
+            const int i = m->stored.list_index[force->list + (size_t)k];
             const mbsri_body *b = m->body + i;
             if (i == 0) continue;
             for (int l = 0; l < b->d; ++l) load[b->v + (size_t)l] += *left++ * weights[r];
             for (int l = 0; l < b->n; ++l)
-                load[m->size_v + (size_t)(b->iu + l)] += *left++ * weights[r];
+                load[m->size.v + (size_t)(b->iu + l)] += *left++ * weights[r];
         }
     }
 }
 
 static size_t load_size(const mbsr_newton *w)
 {
-    return w->model->size_v + (size_t)w->model->nu;
+    return w->model->size.v + (size_t)w->model->nu;
 }
 
 /* ---- factoring and solving ---- */

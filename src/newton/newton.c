@@ -23,7 +23,7 @@ enum { LARGEST_RANK = 120 };
 
 /* Multiplications a body past which loops are too many to be carried, and what one of the front
  * counts beside one of these. */
-static const double too_many = 30000.0, slower = 3.0;
+static const double too_many = 3000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {
@@ -55,7 +55,7 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_ELIMINATED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
-    if (opt->lean && m->pairs > 0)
+    if (opt->lean && m->elements.pairs > 0)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver does not serve elements by pairs; lean",
                      opt->lean);
     if (opt->lean && opt->products)
@@ -112,7 +112,7 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
     doubles(l, &c->weights, most);
     doubles(l, &c->rows, most);
     doubles(l, &c->columns, most);
-    doubles(l, &c->load, m->size_v + (size_t)m->nu);
+    doubles(l, &c->load, m->size.v + (size_t)m->nu);
     doubles(l, &c->delta, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
     ints(l, &c->pivots, most);
 }
@@ -183,7 +183,7 @@ static bool place_front(mbsr_newton *w)
 static bool place_mixed(mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
-    const mbsri_sweeps *tree = m->whole;
+    const mbsri_sweeps *tree = m->tree.newton;
     if (w->sweep_size == 0 || tree->blocks == 0) return true;
     bool *served = mbsri_allocate(&m->allocator, ((size_t)m->bodies + 1) * sizeof *served);
     if (!served) return false;
@@ -221,7 +221,7 @@ static bool correction_is_cheaper(const mbsr_newton *w, int rank)
 static bool has_modal_mass(const mbsri_body *b)
 {
     const mbsr_flex *flex = b->inertia.kind == MBSR_INERTIA_FLEXIBLE ? b->inertia.flex : NULL;
-    return b->upright && flex && flex->root && flex->massive == flex->n;
+    return b->flexible.upright && flex && flex->root && flex->massive == flex->n;
 }
 
 /* Whether vector code leaves no more to a front than bodies and joints: elements across, and
@@ -232,7 +232,7 @@ static bool may_be_mixed(const mbsr_newton *w, const mbsr_newton_opt *opt)
     const mbsr_model *m = w->model;
     bool served = w->correction.count == 0 || opt->method == MBSR_NEWTON_TREE;
     for (int i = 1; i <= m->bodies && served; ++i)
-        served = !m->body[i].modal || has_modal_mass(m->body + i);
+        served = !m->body[i].flexible.modal || has_modal_mass(m->body + i);
     return served;
 }
 
@@ -242,7 +242,7 @@ static void choose_method(mbsr_newton *w, const mbsr_newton_opt *opt)
     const mbsr_model *m = w->model;
     const mbsr_newton_method method = opt->method;
     int most = 0, columns, rows;
-    if (w->sweep_size > 0 && m->whole->blocks > 0 && !may_be_mixed(w, opt)) w->sweep_size = 0;
+    if (w->sweep_size > 0 && m->tree.newton->blocks > 0 && !may_be_mixed(w, opt)) w->sweep_size = 0;
     if (w->correction.count == 0 || w->sweep_size == 0 || method == MBSR_NEWTON_TREE) return;
     for (int k = 0; k < w->correction.count; ++k) {
         const int force = w->correction.element[k].force;
@@ -281,7 +281,7 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     w->correction.element = (mbsri_across *)(void *)((unsigned char *)w->numbers + nodes);
     number_nodes(w);
     list_across(w);
-    if (!opt->by_blocks && !opt->transposes && m->pairs == 0)
+    if (!opt->by_blocks && !opt->transposes && m->elements.pairs == 0)
         w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
     if (!place_front(w) || !place_loops(w)) return false;
     choose_method(w, opt);

@@ -126,9 +126,6 @@ static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
     if (told->left_out > 0)
         say(stderr, "%d shapes for contact are left out: meshes, or planes that move\n",
             told->left_out);
-    if (told->unserved > 0)
-        say(stderr, "%d pairs of shapes never touch: two of these kinds are not served\n",
-            told->unserved);
     if (found->bodies > 0)
         say(stderr, "shapes of %d pairs of bodies are drawn into each other and never touch\n",
             found->bodies);

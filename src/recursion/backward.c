@@ -52,7 +52,7 @@ static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_bod
     const double *U = d->U + b->dg, *J = d->J + b->dn, *Dinv = d->Dinv + b->nn, *s = d->s + g->ig;
     double *G = d->G + b->dg, *upper = d->scratch;
     mbsri_zero((size_t)dim * (size_t)n, G);
-    if (!b->modal || !mbsri_is_zero((size_t)n, b->armature)) {
+    if (!b->flexible.modal || !mbsri_is_zero((size_t)n, b->armature)) {
         mbsri_ab(dim, n, n, 1.0, U, Dinv, G);
         return;
     }
@@ -67,7 +67,7 @@ static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_bod
             for (int i = 0; i < n; ++i) modes[i] += x[i] / s[i] * part;
         }
         for (int i = 0; i < n; ++i) {
-            if (!b->upright) modes[i] += mbsri_dot(MBSRI_FRAME_ROWS, J + i * dim, column);
+            if (!b->flexible.upright) modes[i] += mbsri_dot(MBSRI_FRAME_ROWS, J + i * dim, column);
         }
     }
 }
@@ -81,7 +81,8 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     mbsri_group_add_armature(m, g, d->D + b->nn);
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     d->scale[m->body[g->member[0]].scalar_offset] = 0.0;
-    const bool told = way == MBSRI_RANK_QUICKLY && b->modal && mbsri_rank_by_pivots(m, d, g);
+    const bool told =
+        way == MBSRI_RANK_QUICKLY && b->flexible.modal && mbsri_rank_by_pivots(m, d, g);
     if (g->n > 0 && !told) {
         const int status = mbsri_rank_decision(m, d, g, way == MBSRI_RANK_ROUGHLY);
         if (status) return status;
@@ -97,7 +98,7 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
 void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    double *e = d->e + b->ig, *mu = d->mu + b->v;
+    double *e = d->e + b->group.iu, *mu = d->mu + b->v;
     /* mu = fbar + Mbar kII */
     mbsri_copy((size_t)b->d, d->fbar + b->v, mu);
     mbsri_copy((size_t)b->n, d->tau + b->iu, e);
@@ -109,7 +110,7 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
         mbsri_group_load(m, d, i, d->fbar, d->kII, e, mu, d->scratch);
     }
     /* fbar_pi -= H^T mu */
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mu, d->fbar + b->pred.v);
 }
 
 /* T = Mbar^a = Mbar - Y Y^T, its upper `rows` rows and columns:
@@ -179,17 +180,17 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
 {
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
-    if (b->d_pred == 0) return;
+    if (b->pred.d == 0) return;
     d->turned[m->body[b->parent].scalar_offset] +=
         d->turned[b->scalar_offset] + mbsri_trace_of_arms(b, H, d->Mbar + b->dd);
-    const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
+    const size_t dm = (size_t)m->most.d * (size_t)m->most.d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     if (!mbsri_heads(m, d, i)) {
-        const size_t dp = (size_t)b->d_pred;
-        double *Mbar = d->Mbar + b->pred_dd, *W = d->W + b->pred_dd;
+        const size_t dp = (size_t)b->pred.d;
+        double *Mbar = d->Mbar + b->pred.dd, *W = d->W + b->pred.dd;
         mbsri_zero(dp * dp, T);
-        carry_over(b->d, b->d_pred, H, d->Mbar + b->dd, T, product);
-        carry_over(b->d, b->d_pred, H, d->W + b->dd, W, product);
+        carry_over(b->d, b->pred.d, H, d->Mbar + b->dd, T, product);
+        carry_over(b->d, b->pred.d, H, d->W + b->dd, W, product);
         for (size_t k = 0; k < dp * dp; ++k) Mbar[k] += T[k];
         for (size_t k = 0; k < dp; ++k) W[k * (dp + 1)] -= T[k * (dp + 1)]; /* it is in W already */
         return;
@@ -197,8 +198,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
     const mbsri_group g = mbsri_group_of(m, d, i);
     const int rows = mbsri_upper_rows(b);
     double upper[MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS];
-    if (b->modal) {
-        mbsri_upper(rows, b->d, b->d_pred, H, upper);
+    if (b->flexible.modal) {
+        mbsri_upper(rows, b->d, b->pred.d, H, upper);
         H = upper;
     }
     double own[2 * MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS];
@@ -213,8 +214,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
         mbsri_factors_take(m, d, i, T, E);
         return;
     }
-    carry_over(rows, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
-    carry_over(rows, b->d_pred, H, E, d->W + b->pred_dd, product);
+    carry_over(rows, b->pred.d, H, T, d->Mbar + b->pred.dd, product);
+    carry_over(rows, b->pred.d, H, E, d->W + b->pred.dd, product);
 }
 
 int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_way way)
@@ -232,8 +233,8 @@ int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_w
 static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
 {
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
-    mbsri_copy(m->size_dd, d->M, d->Mbar);
-    mbsri_zero(m->size_dd, d->W);
+    mbsri_copy(m->size.dd, d->M, d->Mbar);
+    mbsri_zero(m->size.dd, d->W);
     for (int i = 0; i <= m->bodies; ++i)
         d->turned[m->body[i].scalar_offset] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
     for (int i = m->bodies; i >= 1; --i) {
@@ -265,7 +266,7 @@ static int masses(const mbsr_model *m, mbsr_data *d)
 void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d)
 {
     d->accelerated = false; /* mu is overwritten */
-    mbsri_copy(m->size_v, d->f, d->fbar);
+    mbsri_copy(m->size.v, d->f, d->fbar);
     for (int i = m->bodies; i >= 1; --i) mbsri_load_joint(m, d, i);
 }
 
@@ -273,7 +274,7 @@ int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d)
 {
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     d->single = false;
-    for (int i = 1; i <= m->bodies && m->grouped; ++i) d->apart[i] = false;
+    for (int i = 1; i <= m->bodies && m->order.grouped; ++i) d->apart[i] = false;
     return masses(m, d);
 }
 

@@ -76,13 +76,13 @@ static int slope_along(const mbsri_closure *c, const mbsri_closure_view *view, c
 {
     displaced at;
     const double h = mbsri_difference_step(0.0, span);
-    mbsri_zero((size_t)c->held, slope);
+    mbsri_zero((size_t)c->position_rows, slope);
     for (int l = 0; l < 4; ++l) {
         displace_bodies(c, view, x, mbsri_difference_place(l) * h, tdot, &at);
-        mbsri_zero((size_t)c->held, g);
+        mbsri_zero((size_t)c->position_rows, g);
         const int status = mbsri_closure_position(c, &at.view.args, g);
         if (status) return status;
-        for (int k = 0; k < c->held; ++k)
+        for (int k = 0; k < c->position_rows; ++k)
             slope[k] += mbsri_difference_weight(l) * g[k] / (12.0 * h);
     }
     return MBSR_OK;
@@ -131,7 +131,7 @@ int mbsri_closure_drift(const mbsr_model *m, const mbsri_closure *c, const mbsri
 {
     const mbsri_spans s = mbsri_spans_of(m, &c->def.table->scales);
     double g[MBSR_CLOSURE_ROWS];
-    if (c->held == 0) return MBSR_OK;
+    if (c->position_rows == 0) return MBSR_OK;
     mbsri_zero((size_t)c->columns, work);
     return slope_along(c, view, work, 1.0, 1.0 / mbsri_span_rate(&s), g, rate);
 }
@@ -168,10 +168,10 @@ static int second(const mbsri_closure *c, const mbsri_closure_view *view, const 
     double g[MBSR_CLOSURE_ROWS];
     for (int l = 0; l < 5; ++l) {
         displace_bodies(c, view, x, place[l] * h, 1.0, &at);
-        mbsri_zero((size_t)c->held, g);
+        mbsri_zero((size_t)c->position_rows, g);
         const int status = mbsri_closure_position(c, &at.view.args, g);
         if (status) return status;
-        for (int k = 0; k < c->held; ++k) bias[k] += weight[l] * g[k] / (12.0 * h * h);
+        for (int k = 0; k < c->position_rows; ++k) bias[k] += weight[l] * g[k] / (12.0 * h * h);
     }
     return MBSR_OK;
 }
@@ -180,7 +180,7 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
                             const mbsri_closure_view *view, double *bias)
 {
     displaced at;
-    double *x = d->closure_x + m->max_columns, rate[MBSR_CLOSURE_ROWS];
+    double *x = d->closure_x + m->most.columns, rate[MBSR_CLOSURE_ROWS];
     const double speed = gather_velocities(m, c, view, x);
     mbsri_zero((size_t)c->rows, bias);
     if (!c->def.table->jacobian) return second(c, view, x, 0x1p-8 / speed, bias);

@@ -9,8 +9,9 @@ static void mix_rows(const mbsri_closure *c, double *x)
 {
     double was[MBSR_CLOSURE_ROWS];
     if (!c->mix) return;
-    mbsri_copy((size_t)c->held, x, was);
-    for (int k = 0; k < c->held; ++k) x[k] = mbsri_dot(c->held, c->mix + k * c->held, was);
+    mbsri_copy((size_t)c->position_rows, x, was);
+    for (int k = 0; k < c->position_rows; ++k)
+        x[k] = mbsri_dot(c->position_rows, c->mix + k * c->position_rows, was);
 }
 
 int mbsri_closure_position(const mbsri_closure *c, const mbsr_closure_args *args, double *g)
@@ -35,10 +36,11 @@ int mbsri_closure_table_tangent(const mbsri_closure *c, const mbsr_closure_args 
     double forces[MBSR_CLOSURE_ROWS] = {0.0};
     if (!c->mix) return c->def.table->tangent(args, lambda, out);
     /* lambda of the table's rows: T^T lambda */
-    for (int k = 0; k < c->held; ++k) {
-        for (int j = 0; j < c->held; ++j) forces[j] += c->mix[k * c->held + j] * lambda[k];
+    for (int k = 0; k < c->position_rows; ++k) {
+        for (int j = 0; j < c->position_rows; ++j)
+            forces[j] += c->mix[k * c->position_rows + j] * lambda[k];
     }
-    for (int k = c->held; k < c->rows; ++k) forces[k] = lambda[k];
+    for (int k = c->position_rows; k < c->rows; ++k) forces[k] = lambda[k];
     const int status = c->def.table->tangent(args, forces, out);
     for (int j = 0; j < out->columns; ++j) mix_rows(c, out->rate + (ptrdiff_t)j * out->rows);
     return status;

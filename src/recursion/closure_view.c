@@ -33,7 +33,7 @@ void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_clo
                                           .np = b->np,
                                           .n = b->n,
                                           .nq = b->nq,
-                                          .held = b->given_locked_at,
+                                          .held = b->lock.given_at,
                                           .p = d->p + b->p,
                                           .q = i > 0 ? d->q + b->iq : NULL};
     }
@@ -63,10 +63,11 @@ const char *mbsri_closure_row_name(const mbsr_model *m, const mbsri_closure *c, 
             .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
     }
     const mbsr_closure_args args = {.closure = &c->def, .bodies = c->bodies, .body = body};
-    if (!c->mix || k >= c->held) return c->def.table->row(&args, k);
+    if (!c->mix || k >= c->position_rows) return c->def.table->row(&args, k);
     int most = 0; /* of the rows that it combines, the one with the largest part */
-    for (int l = 1; l < c->held; ++l) {
-        if (fabs(c->mix[k * c->held + l]) > fabs(c->mix[k * c->held + most])) most = l;
+    for (int l = 1; l < c->position_rows; ++l) {
+        if (fabs(c->mix[k * c->position_rows + l]) > fabs(c->mix[k * c->position_rows + most]))
+            most = l;
     }
     return c->def.table->row(&args, most);
 }

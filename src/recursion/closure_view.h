@@ -9,7 +9,7 @@
 typedef struct mbsri_closure_view {
     mbsr_force_body body[MBSR_CLOSURE_BODIES + 1];
     mbsr_closure_args args;
-    double *q; /* max_columns of scratch */
+    double *q; /* most.columns of scratch */
 } mbsri_closure_view;
 
 /* Asks the memory for closures behind c, and for what is read of their bodies, in large models. */

@@ -55,18 +55,18 @@ static int gaps_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
 {
     const int status = mbsri_closure_position(c, &view->args, g);
     if (status) return mbsri_closure_failed(m, d, c, status, "position");
-    return check_rows_finite(m, d, c, (size_t)c->held, g, "a gap");
+    return check_rows_finite(m, d, c, (size_t)c->position_rows, g, "a gap");
 }
 
 int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
 {
     mbsri_closure_view view;
-    mbsri_zero((size_t)m->held, g);
+    mbsri_zero((size_t)m->position_rows, g);
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
-        if (c->held == 0) continue;
+        if (c->position_rows == 0) continue;
         mbsri_view_closure(m, d, c, false, &view);
-        const int status = gaps_of(m, d, c, &view, g + c->held_row);
+        const int status = gaps_of(m, d, c, &view, g + c->position_row);
         if (status) return status;
     }
     return MBSR_OK;
@@ -100,8 +100,9 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
     return MBSR_OK;
 }
 
-int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
-                          const mbsri_closure_view *view, const double *C, double *rate)
+/* The rates of closure c alone: its rows. `C` are its derivatives. */
+static int closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                           const mbsri_closure_view *view, const double *C, double *rate)
 {
     const mbsr_closure_table *table = c->def.table;
     const bool bodies = !mbsri_is_coupling(c); /* V need not be there */
@@ -126,8 +127,7 @@ int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate)
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
         mbsri_view_closure(m, d, c, true, &view);
-        const int status =
-            mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
+        const int status = closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
         if (status) return status;
     }
     return MBSR_OK;
@@ -141,7 +141,7 @@ static void add_accelerations(const mbsr_model *m, mbsr_data *d, double *bias)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int k = 0; k < b->d; ++k) A[b->v + (size_t)k] = -d->kII[b->v + (size_t)k];
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, A + b->pred_v, A + b->v);
+        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, A + b->pred.v, A + b->v);
     }
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
@@ -158,14 +158,13 @@ static void add_accelerations(const mbsr_model *m, mbsr_data *d, double *bias)
 int mbsri_closure_errors(const mbsr_model *m, mbsr_data *d, double *rate, double *g)
 {
     mbsri_closure_view view;
-    mbsri_zero((size_t)m->held, g);
+    mbsri_zero((size_t)m->position_rows, g);
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
         mbsri_view_closure(m, d, c, false, &view);
-        int status = c->held > 0 ? gaps_of(m, d, c, &view, g + c->held_row) : MBSR_OK;
+        int status = c->position_rows > 0 ? gaps_of(m, d, c, &view, g + c->position_row) : MBSR_OK;
         mbsri_view_velocities(m, d, c, &view);
-        if (!status)
-            status = mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
+        if (!status) status = closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
         if (status) return status;
     }
     return MBSR_OK;
@@ -244,7 +243,7 @@ int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *la
                              const double *eta)
 {
     mbsri_closure_view view;
-    if (eta) mbsri_zero(m->size_v, d->closure_V);
+    if (eta) mbsri_zero(m->size.v, d->closure_V);
     if (eta) mbsri_zero((size_t)m->nu, d->closure_w);
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
@@ -262,13 +261,13 @@ int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *la
 void mbsri_closure_transpose(const mbsr_model *m, mbsr_data *d, const double *x, double *y)
 {
     double *f = d->closure_V, *tau = d->closure_w;
-    mbsri_zero(m->size_v, f);
+    mbsri_zero(m->size.v, f);
     mbsri_zero((size_t)m->nu, tau);
     mbsri_closure_load(m, d, x, f, tau);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, f + b->v, tau + b->iu);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, f + b->v, f + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, f + b->v, f + b->pred.v);
     }
     if (y) mbsri_scatter(m, tau, y);
 }
@@ -277,10 +276,10 @@ void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, dou
 {
     double *V = d->closure_V, *u = d->closure_w;
     mbsri_gather(m, x, u);
-    mbsri_zero(m->size_v, V);
+    mbsri_zero(m->size.v, V);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, V + b->pred_v, V + b->v);
+        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, V + b->pred.v, V + b->v);
         mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, u + b->iu, V + b->v);
     }
     mbsri_zero((size_t)m->rows, y);
@@ -302,7 +301,7 @@ void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, dou
 /* Gaps and rates of all rows, into the data's scratch. */
 static int measure_rows(const mbsr_model *m, mbsr_data *d, double **g, double **rate)
 {
-    *g = d->closure_x + 2 * (size_t)m->max_columns + 2 * (size_t)m->rows;
+    *g = d->closure_x + 2 * (size_t)m->most.columns + 2 * (size_t)m->rows;
     *rate = *g + m->rows;
     const int status = mbsri_closure_jacobians(m, d);
     return status ? status : mbsri_closure_errors(m, d, *rate, *g);
@@ -315,8 +314,8 @@ int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *su
     if (status) return status;
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            const double gap = g[c->held_row + k], speed = rate[c->row + k];
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double gap = g[c->position_row + k], speed = rate[c->row + k];
             *sum +=
                 energy ? 0.5 * c->def.stiffness[k] * gap * gap : c->def.damping[k] * speed * speed;
         }
@@ -328,7 +327,7 @@ static bool any_springs(const mbsr_model *m)
 {
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
-        for (int k = 0; k < c->held; ++k) {
+        for (int k = 0; k < c->position_rows; ++k) {
             if (c->def.stiffness[k] > 0.0 || c->def.damping[k] > 0.0) return true;
         }
     }
@@ -344,9 +343,9 @@ int mbsri_closure_springs(const mbsr_model *m, mbsr_data *d)
     if (status) return status;
     for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
          ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            d->loop_lambda[c->row + k] =
-                -c->def.stiffness[k] * g[c->held_row + k] - c->def.damping[k] * rate[c->row + k];
+        for (int k = 0; k < c->position_rows; ++k) {
+            d->loop_lambda[c->row + k] = -c->def.stiffness[k] * g[c->position_row + k] -
+                                         c->def.damping[k] * rate[c->row + k];
         }
     }
     return MBSR_OK;

@@ -22,10 +22,6 @@ int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias);
 /* Both of gaps and rates. */
 int mbsri_closure_errors(const mbsr_model *m, mbsr_data *d, double *rate, double *g);
 
-/* The rates of closure c alone: its rows. `C` are its derivatives. */
-int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
-                          const mbsri_closure_view *view, const double *C, double *rate);
-
 /* Adds C^T lambda, row by row as forces on bodies (size_v) and joints (nu, in the order of the
  * sweeps). */
 void mbsri_closure_load(const mbsr_model *m, const mbsr_data *d, const double *lambda, double *f,

@@ -32,7 +32,7 @@
     EVERY(tau, m->nu)         /* n          joint forces                             forces */     \
     LEAN(Mbar, dd)            /* d x d      (17a)                                  backward */     \
     LEAN(W, dd)               /* d x d      size of the rounding errors in Mbar    backward */     \
-    FULL(unsure, m->size_dd)  /* d x d      the same after twofold precision       backward */     \
+    FULL(unsure, m->size.dd)  /* d x d      the same after twofold precision       backward */     \
     LEAN(fbar, v)             /* d          (17b)                                  backward */     \
     LEAN(D, nn)               /* n x n      J^T Mbar J                             backward */     \
     LEAN(Dinv, nn)            /* n x n      its pseudo-inverse                     backward */     \
@@ -58,18 +58,18 @@
     FULL(q_base, m->nq)       /* nq         the caller's q while displaced            rates */     \
     FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
     FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
-    EVERY(moved, m->size_moved) /* q, q', pose of the predecessor and its rate        rates */     \
+    EVERY(moved, m->most.displaced) /* q, q', pose of the predecessor and its rate        rates */ \
     LEAN(imp, v)              /* d          joint impulse m                        momentum */     \
     LEAN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
     LEAN(impbar, v)           /* d          (17b) for momenta                      momentum */     \
     LEAN(ep, rates)           /* n          p - J^T (impbar + Mbar kI)             momentum */     \
     EVERY(w, m->nu)           /* n          index-1 velocities before X              index1 */     \
-    FULL(Y, m->size_v)        /* d          Vz' - Az                                 index1 */     \
-    FULL(Mbardot, m->size_dd) /* d x d      rate of Mbar                             index1 */     \
-    FULL(Gdot, m->size_dg)    /* d x n      rate of G                                index1 */     \
-    FULL(Xdot, m->size_nn)    /* n x n      rate of X                                index1 */     \
+    FULL(Y, m->size.v)        /* d          Vz' - Az                                 index1 */     \
+    FULL(Mbardot, m->size.dd) /* d x d      rate of Mbar                             index1 */     \
+    FULL(Gdot, m->size.dg)    /* d x n      rate of G                                index1 */     \
+    FULL(Xdot, m->size.nn)    /* n x n      rate of X                                index1 */     \
     FULL(s_frame, m->nu)      /* n          S of the reference                        frame */     \
-    FULL(X_frame, m->size_nn) /* n x n      X of the reference                        frame */     \
+    FULL(X_frame, m->size.nn) /* n x n      X of the reference                        frame */     \
     EVERY(u_given, m->nu)     /* nu         the caller's u, found from v             index1 */     \
     FULL(v_given, m->nu)      /* nu         the caller's v                           index1 */     \
     EVERY(q_last, m->nq)      /* nq         the caller's q, evaluation pending       sweeps */     \
@@ -77,11 +77,11 @@
     EVERY(load_last, m->nu)   /* nu         tau, or for inverse dynamics u'          sweeps */     \
     EVERY(sincos, sincos_size(m)) /* 2 a coordinate                                  sweeps */     \
     FULL(closure_C, m->size_c) /* rows x columns  of each closure                  closures */     \
-    FULL(closure_q, m->max_columns) /* coordinates displaced                       closures */     \
-    FULL(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->max_columns) /* C there closures */     \
+    FULL(closure_q, m->most.columns) /* coordinates displaced                       closures */    \
+    FULL(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->most.columns) /* C there closures */    \
     FULL(closure_w, m->nu)    /* n          a vector over the joints              closures */     \
-    FULL(closure_V, m->size_v) /* d         and over the bodies                   closures */     \
-    FULL(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch   closures */     \
+    FULL(closure_V, m->size.v) /* d         and over the bodies                   closures */     \
+    FULL(closure_x, 2 * (size_t)m->most.columns + 4 * (size_t)m->rows) /* scratch   closures */    \
     FULL(loop_lambda, m->rows) /* m          loop forces                           closures */     \
     FULL(loop_eta, m->rows)   /* m          Eta' of position rows                  closures */     \
     FULL(udot_last, m->nu)    /* nu         u' that was found                       sweeps */     \
@@ -106,6 +106,15 @@ typedef enum mbsri_pending {
     MBSRI_PENDING_MOTION /* accelerations known: forces, and what belongs to udot_last */
 } mbsri_pending;
 
+/* State and scratch of the sweeps in vector code (sweeps/tree.h). */
+typedef struct mbsri_sweep_memory {
+    struct mbsri_sweep_state *state; /* N + 1 */
+    struct mbsri_sweep_multi *multi; /* of each joint of other than one axis */
+    struct mbsri_carry *stack, *noise;
+    struct mbsri_flow *flows;
+    struct mbsri_sweep_load *load; /* N + 1; none where no element acts on a body */
+} mbsri_sweep_memory;
+
 struct mbsr_data {
     const mbsr_model *model;
     bool lean;  /* whether arrays are left out, or do not have all bodies */
@@ -113,41 +122,47 @@ struct mbsr_data {
     mbsr_allocator allocator;
     mbsr_error error;
     mbsri_stage stage;
-    double t;
-    int total_rank;
-    bool lambda_known;     /* whether loop_lambda are the loop forces of the velocities here */
-    void *fronts;          /* memory of one elimination (fronts/fronts.h) */
-    bool fronts_taken;     /* whether it is in use */
-    bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */
-    bool accelerated;      /* whether A and mu are those of given joint accelerations */
-    bool single;           /* whether every joint is a group of its own (group.h) */
-    mbsri_two *exact_work; /* scratch of recursion/exact.c */
-    bool *apart;           /* N + 1: whether the joints of the group of this head are such */
     mbsri_pending pending; /* evaluation by the sweeps whose stages have not run yet */
-    struct mbsri_sweep_state *sweep_state; /* N + 1 */
-    struct mbsri_sweep_multi *sweep_multi;
-    struct mbsri_carry *sweep_stack, *sweep_noise;
-    struct mbsri_flow *sweep_flows;
-    struct mbsri_sweep_load *sweep_load;
-    struct mbsr_split *split; /* the tree for several threads (sweeps/split.h), or NULL */
-    int *rank;                /* N + 1: rank of each joint block */
-    int *watched;             /* N + 1: ranks expected, where `watching` */
-    bool watching;            /* whether another rank than expected ends mbsri_backward */
-    bool *off;        /* forces: whether an element is switched off, in the order of the sweeps */
-    int *frame_rank;  /* N + 1: ranks of the reference of the index-1 form */
-    bool framed;      /* whether there is such a reference */
-    bool use_frame;   /* whether joint blocks are scaled by the S of the reference */
+    double t;
+    int *rank; /* N + 1: rank of each joint block */
+    int total_rank;
+    int *pivots;      /* most.d: order of pivots of one block */
+    bool *carries;    /* N + 1: whether Az of the body may differ from zero */
+    bool *apart;      /* N + 1: whether the joints of the group of this head are such */
+    bool single;      /* whether every joint is a group of its own (group.h) */
+    bool accelerated; /* whether A and mu are those of given joint accelerations */
     bool keep_scale;  /* whether joint blocks keep the S they have, but for groups taken apart */
     bool exactly;     /* whether masses are in twofold precision where it is not needed, too */
-    double alignment; /* cosine of the largest angle to the reference */
-    int *pivots;      /* max_d: order of pivots of one block */
-    bool factoring;   /* whether blocks of flexible bodies may be in factors at present */
-    int *factor_rows; /* N + 1: rows of V (recursion/flexible_factors.c); -1: block in one piece */
-    bool *carries;    /* N + 1: whether Az of the body may differ from zero */
-    mbsr_force_body *force_bodies; /* max_force_bodies */
-    char *force_text;              /* what the element that was called last says of its status */
-    unsigned char *force_memory;   /* size_force_memory: what elements want of their own */
-    int (*force_pairs)[2];         /* max_pairs: of the element by pairs that was asked last */
+    mbsri_two *exact_work; /* scratch of recursion/exact.c */
+    bool lambda_known;     /* whether loop_lambda are the loop forces of the velocities here */
+    bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */
+    struct {
+        void *memory; /* memory of one elimination (fronts/fronts.h) */
+        bool taken;   /* whether it is in use */
+    } fronts;
+    struct {
+        int *rank;   /* N + 1: ranks expected, where `active` */
+        bool active; /* whether another rank than expected ends mbsri_backward */
+    } watch;
+    struct {
+        int *rank;        /* N + 1: ranks of the reference of the index-1 form */
+        bool known;       /* whether there is such a reference */
+        bool used;        /* whether joint blocks are scaled by the S of the reference */
+        double alignment; /* cosine of the largest angle to the reference */
+    } frame;
+    struct {
+        bool allowed; /* whether blocks of flexible bodies may be in factors at present */
+        int *rows;    /* N + 1: rows of V (recursion/flexible_factors.c); -1: block in one piece */
+    } factors;
+    struct {
+        bool *off;               /* whether a force element is off, in the order of the sweeps */
+        mbsr_force_body *bodies; /* most.element_bodies */
+        char *text;              /* what the element that was called last says of its status */
+        unsigned char *memory;   /* elements.memory: bytes that elements want of their own */
+        int (*pairs)[2];         /* most.pairs: of the element by pairs that was asked last */
+    } element;
+    mbsri_sweep_memory sweep;
+    struct mbsr_split *split; /* the tree for several threads (sweeps/split.h), or NULL */
 #define MBSRI_DECLARE(name, length) double *name;
     MBSRI_DATA_ARRAYS(MBSRI_DECLARE, MBSRI_DECLARE, MBSRI_DECLARE)
 #undef MBSRI_DECLARE

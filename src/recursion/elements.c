@@ -20,7 +20,7 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_ques
                             .np = b->np,
                             .n = b->n,
                             .nq = b->nq,
-                            .held = b->given_locked_at,
+                            .held = b->lock.given_at,
                             .p = d->p + b->p,
                             .V = ask != MBSRI_ENERGY ? d->V + b->v : NULL,
                             .f = ask == MBSRI_FORCES ? d->f + b->v : NULL};
@@ -51,29 +51,29 @@ int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
                        const char *function)
 {
     char label[MBSRI_LABEL];
-    d->force_text[MBSR_TEXT_SIZE - 1] = '\0';
-    mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name);
-    if (d->force_text[0])
+    d->element.text[MBSR_TEXT_SIZE - 1] = '\0';
+    mbsri_label(label, "force", force->id, (const char *)m->stored.names.data + force->name);
+    if (d->element.text[0])
         return mbsri_fail(&d->error, status, MBSR_NONE, force->id, "%s (%s): %.150s at t = %g",
-                          label, force->def.table->name, d->force_text, d->t);
+                          label, force->def.table->name, d->element.text, d->t);
     return mbsri_fail(&d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
                       label, force->def.table->name, function, status, d->t);
 }
 
 bool mbsri_force_off(const mbsr_model *m, const mbsr_data *d, const mbsri_force *force)
 {
-    return d->off[force - (const mbsri_force *)m->forces.data];
+    return d->element.off[force - (const mbsri_force *)m->forces.data];
 }
 
 mbsr_force_args mbsri_force_args(mbsr_data *d, const mbsri_force *force, int bodies)
 {
-    d->force_text[0] = '\0';
+    d->element.text[0] = '\0';
     return (mbsr_force_args){.force = &force->def,
                              .t = d->t,
                              .bodies = bodies,
-                             .body = d->force_bodies,
-                             .text = d->force_text,
-                             .memory = d->force_memory + force->memory};
+                             .body = d->element.bodies,
+                             .text = d->element.text,
+                             .memory = d->element.memory + force->memory};
 }
 
 /* One call of an element; its energy or dissipation is added to *sum. */
@@ -104,8 +104,8 @@ static int view_all(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
     const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
     const int bodies = every ? 1 : force->def.bodies;
     for (int k = 0; k < bodies; ++k) {
-        const int i = every ? body : m->list_index[force->list + (size_t)k];
-        d->force_bodies[k] = q ? view_joint(m, d, i, ask, q, u) : view(m, d, i, ask);
+        const int i = every ? body : m->stored.list_index[force->list + (size_t)k];
+        d->element.bodies[k] = q ? view_joint(m, d, i, ask, q, u) : view(m, d, i, ask);
     }
     return bodies;
 }
@@ -154,7 +154,7 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau, const dou
     if (tau) mbsri_gather(m, tau, d->tau);
     /* f_i = -h_i */
     mbsri_zero((size_t)m->root.d, d->f);
-    for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
+    for (size_t k = (size_t)m->root.d; k < m->size.v; ++k) d->f[k] = -d->h[k];
     /* + force elements */
     status = visit_all(m, d, MBSRI_FORCES, NULL);
     /* + closures */
@@ -173,7 +173,7 @@ int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, con
         if (force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
             status = visit(m, d, force, MBSRI_FORCES, q, u, NULL);
     }
-    mbsri_coordinate_forces(&m->along, d->off + others, q, u, d->tau);
+    mbsri_coordinate_forces(&m->elements.along, d->element.off + others, q, u, d->tau);
     return status;
 }
 
@@ -189,10 +189,10 @@ int mbsri_force_pairs(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
     if (mbsri_force_off(m, d, force)) return MBSR_OK;
     const mbsr_force_args args =
         mbsri_force_args(d, force, view_all(m, d, force, 0, MBSRI_DERIVATIVES, NULL, NULL));
-    int status = force->def.table->pairs(&args, d->force_pairs, count);
+    int status = force->def.table->pairs(&args, d->element.pairs, count);
     bool good = *count >= 0 && *count <= force->needs.pairs;
     for (int k = 0; k < *count && good && !status; ++k) {
-        const int *pair = d->force_pairs[k];
+        const int *pair = d->element.pairs[k];
         good = pair[0] >= 0 && pair[1] >= 0 && pair[0] < args.bodies && pair[1] < args.bodies &&
                pair[0] != pair[1];
     }
@@ -205,8 +205,8 @@ void mbsri_pair_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
                        const int pair[2])
 {
     for (int k = 0; k < 2; ++k) {
-        const int i = m->list_index[force->list + (size_t)pair[k]];
-        d->force_bodies[k] = view(m, d, i, MBSRI_DERIVATIVES);
+        const int i = m->stored.list_index[force->list + (size_t)pair[k]];
+        d->element.bodies[k] = view(m, d, i, MBSRI_DERIVATIVES);
     }
 }
 
@@ -214,7 +214,7 @@ int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
-    for (int k = 0; k < m->anywhere && !status; ++k, ++force) {
+    for (int k = 0; k < m->elements.anywhere && !status; ++k, ++force) {
         if (!mbsri_is_gravity(&force->def)) continue;
         const int bodies = view_all(m, d, force, i, MBSRI_FORCES, NULL, NULL);
         status = call_element(m, d, force, bodies, MBSRI_FORCES, NULL);
@@ -259,7 +259,7 @@ int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
     if (force && force->resting) return add_resting(m, d, force, ask, sum);
     if (force) return visit(m, d, force, ask, NULL, NULL, sum);
     int status = visit_all(m, d, ask, sum);
-    for (size_t k = 0; k < m->carried && !status; ++k) {
+    for (size_t k = 0; k < m->elements.idle && !status; ++k) {
         if (behind[k].resting) status = add_resting(m, d, behind + k, ask, sum);
     }
     return status;
@@ -273,11 +273,11 @@ int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, 
     const int bodies = view_all(m, d, force, every ? place : 0, MBSRI_FORCES, NULL, NULL);
     for (int k = 0; k < bodies; ++k) {
         const bool asked = every || k == place;
-        mbsr_force_body *body = d->force_bodies + k;
+        mbsr_force_body *body = d->element.bodies + k;
         double *const elsewhere = d->scratch;
-        if (!asked) mbsri_zero((size_t)(m->max_d + m->max_n), elsewhere);
+        if (!asked) mbsri_zero((size_t)(m->most.d + m->most.n), elsewhere);
         body->f = asked ? f : elsewhere;
-        if (body->tau) body->tau = asked ? tau : elsewhere + m->max_d;
+        if (body->tau) body->tau = asked ? tau : elsewhere + m->most.d;
     }
     return call_element(m, d, force, bodies, MBSRI_FORCES, NULL);
 }
@@ -285,7 +285,7 @@ int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, 
 const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id, const char *function)
 {
     const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; k < m->forces.count + m->carried; ++k) {
+    for (size_t k = 0; k < m->forces.count + m->elements.idle; ++k) {
         if (force[k].id == id) return force + k;
     }
     (void)mbsri_fail(&d->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE, "%s: there is no force %d",

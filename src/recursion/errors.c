@@ -19,8 +19,8 @@ void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_g
             double sum = b->armature[l];
             for (int k = 0; k < mbsri_upper_rows(b); ++k)
                 sum += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
-            if (b->modal) sum += Mbar[(MBSRI_FRAME_ROWS + l) * (dim + 1)];
-            size[b->ig - g->ig + l] = sum;
+            if (b->flexible.modal) sum += Mbar[(MBSRI_FRAME_ROWS + l) * (dim + 1)];
+            size[b->group.iu - g->ig + l] = sum;
         }
     }
 }
@@ -84,7 +84,7 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
 {
     double square = 0.0;
     const int d = b->d, next = d + 1;
-    if (!mbsri_turns(b->joint.space) || !mbsri_turns(b->pred_space)) return 0.0;
+    if (!mbsri_turns(b->joint.space) || !mbsri_turns(b->pred.space)) return 0.0;
     for (int c = 0; c < 3; ++c) square += mbsri_dot(3, H + d * c + 3, H + d * c + 3);
     return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
@@ -95,7 +95,7 @@ static double squared_arm(const mbsr_data *d, const mbsri_body *b)
 {
     const double *x = d->p + b->p + MBSR_POSE_X, *A = d->Mbar + b->dd;
     const int next = b->d + 1;
-    if (b->pred_space == MBSR_SPACE_SPATIAL) return mbsri_trace_of_arms(b, d->H + b->dp, A);
+    if (b->pred.space == MBSR_SPACE_SPATIAL) return mbsri_trace_of_arms(b, d->H + b->dp, A);
     return mbsri_dot(3, x, x) * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 

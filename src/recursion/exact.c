@@ -40,12 +40,12 @@ enum { BLOCKS = 14 };
 
 size_t mbsri_exact_room(const mbsr_model *m)
 {
-    return BLOCKS * (size_t)m->max_d * (size_t)m->max_d + 4 * (size_t)m->max_d;
+    return BLOCKS * (size_t)m->most.d * (size_t)m->most.d + 4 * (size_t)m->most.d;
 }
 
 static room place_room(const mbsr_model *m, const mbsr_data *d)
 {
-    const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
+    const size_t dm = (size_t)m->most.d * (size_t)m->most.d;
     mbsri_two *at = d->exact_work;
     room r = {.C = at};
     mbsri_two **const place[] = {&r.T, &r.product, &r.U, &r.D, &r.L, &r.Y, &r.F, &r.next, &r.work};
@@ -69,7 +69,7 @@ static void load_exact(const mbsr_data *d, const mbsri_body *b, mbsri_two *C)
 static void pass_to_predecessor(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A,
                                 mbsri_two *product)
 {
-    const int dim = b->d, dp = b->d_pred;
+    const int dim = b->d, dp = b->pred.d;
     const double *H = d->H + b->dp;
     mbsri_two_zero((size_t)(dim * dp), product);
     for (int c = 0; c < dp; ++c) mbsri_two_ax(dim, dim, 1.0, A, H + c * dim, product + c * dim);
@@ -77,8 +77,8 @@ static void pass_to_predecessor(const mbsr_data *d, const mbsri_body *b, const m
         for (int r = 0; r <= c; ++r) {
             mbsri_two sum = {0.0, 0.0};
             mbsri_two_atx(dim, 1, 1.0, H + r * dim, product + c * dim, &sum);
-            const size_t at = b->pred_dd + (size_t)(c * dp + r),
-                         across = b->pred_dd + (size_t)(r * dp + c);
+            const size_t at = b->pred.dd + (size_t)(c * dp + r),
+                         across = b->pred.dd + (size_t)(r * dp + c);
             sum = mbsri_two_add((mbsri_two){d->Mbar[at], low(d)[at]}, sum);
             d->Mbar[at] = d->Mbar[across] = sum.hi;
             low(d)[at] = low(d)[across] = sum.lo;
@@ -91,7 +91,7 @@ static void place_exact_blocks(const mbsr_model *m, const mbsr_data *d, const mb
                                int b, const mbsri_two *F, mbsri_two *D)
 {
     const mbsri_body *row = m->body + a, *column = m->body + b;
-    const int r = row->ig - g->ig, c = column->ig - g->ig;
+    const int r = row->group.iu - g->ig, c = column->group.iu - g->ig;
     for (int j = 0; j < column->n; ++j) {
         for (int k = 0; k < row->n && (a != b || k <= j); ++k) {
             mbsri_two entry = {0.0, 0.0};
@@ -119,19 +119,19 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
             place_exact_blocks(m, d, g, a, g->member[k], F, r->D);
             if (at == head) break;
             /* F <- -H^T F */
-            mbsri_two_zero((size_t)(at->d_pred * b->n), next);
+            mbsri_two_zero((size_t)(at->pred.d * b->n), next);
             for (int j = 0; j < b->n; ++j)
-                mbsri_two_atx(at->d, at->d_pred, -1.0, d->H + at->dp, F + j * at->d,
-                              next + j * at->d_pred);
+                mbsri_two_atx(at->d, at->pred.d, -1.0, d->H + at->dp, F + j * at->d,
+                              next + j * at->pred.d);
             mbsri_two *swap = F;
             F = next, next = swap;
         }
-        for (int l = 0; l < head->d * b->n; ++l) r->U[(b->ig - g->ig) * head->d + l] = F[l];
+        for (int l = 0; l < head->d * b->n; ++l) r->U[(b->group.iu - g->ig) * head->d + l] = F[l];
     }
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
         for (int l = 0; l < b->n; ++l) {
-            mbsri_two *own = r->D + (b->ig - g->ig + l) * (g->n + 1);
+            mbsri_two *own = r->D + (b->group.iu - g->ig + l) * (g->n + 1);
             *own = mbsri_two_add(*own, mbsri_two_of(b->armature[l]));
         }
     }
@@ -298,11 +298,11 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, rank = mbsri_group_rank(d, g);
-    const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
+    const size_t dm = (size_t)m->most.d * (size_t)m->most.d;
     double *E = d->scratch, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     double *const errors[2] = {d->W, d->unsure};
     const double inertia = rank > 0 ? d->judged[g->ig + rank - 1] : 1.0;
-    if (b->d_pred == 0) return;
+    if (b->pred.d == 0) return;
     load_exact(d, b, r->T);
     for (int j = 0; j < dim; ++j) {
         for (int k = 0; k <= j; ++k) {
@@ -318,30 +318,30 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
         const double share = l == 0 ? 1.0 : MBSRI_EXACT_SHARE;
         mbsri_carry_errors(m, d, g, errors[l], share, dim, E, Q, JQ, product);
         if (!given) confine(b, errors[l] + b->dd, share, d->Mbar + b->dd, inertia, E);
-        mbsri_congruence(dim, b->d_pred, d->H + b->dp, E, errors[l] + b->pred_dd, product);
+        mbsri_congruence(dim, b->pred.d, d->H + b->dp, E, errors[l] + b->pred.dd, product);
     }
 }
 
 /* Of another member of a group what it has itself; Diag(Mbar) is in its errors already. */
 static void pass_member(const mbsri_body *b, mbsr_data *d, const room *r)
 {
-    const size_t dp = (size_t)b->d_pred;
+    const size_t dp = (size_t)b->pred.d;
     double *product = d->scratch;
     if (dp == 0) return;
     load_exact(d, b, r->T);
     for (size_t k = 0; k < dp; ++k) {
-        const double before = d->Mbar[b->pred_dd + k * (dp + 1)];
-        d->W[b->pred_dd + k * (dp + 1)] += before;
-        d->unsure[b->pred_dd + k * (dp + 1)] += MBSRI_EXACT_SHARE * before;
+        const double before = d->Mbar[b->pred.dd + k * (dp + 1)];
+        d->W[b->pred.dd + k * (dp + 1)] += before;
+        d->unsure[b->pred.dd + k * (dp + 1)] += MBSRI_EXACT_SHARE * before;
     }
     pass_to_predecessor(d, b, r->T, r->product);
     for (size_t k = 0; k < dp; ++k) {
-        const double after = d->Mbar[b->pred_dd + k * (dp + 1)];
-        d->W[b->pred_dd + k * (dp + 1)] -= after;
-        d->unsure[b->pred_dd + k * (dp + 1)] -= MBSRI_EXACT_SHARE * after;
+        const double after = d->Mbar[b->pred.dd + k * (dp + 1)];
+        d->W[b->pred.dd + k * (dp + 1)] -= after;
+        d->unsure[b->pred.dd + k * (dp + 1)] -= MBSRI_EXACT_SHARE * after;
     }
-    mbsri_congruence(b->d, b->d_pred, d->H + b->dp, d->W + b->dd, d->W + b->pred_dd, product);
-    mbsri_congruence(b->d, b->d_pred, d->H + b->dp, d->unsure + b->dd, d->unsure + b->pred_dd,
+    mbsri_congruence(b->d, b->pred.d, d->H + b->dp, d->W + b->dd, d->W + b->pred.dd, product);
+    mbsri_congruence(b->d, b->pred.d, d->H + b->dp, d->unsure + b->dd, d->unsure + b->pred.dd,
                      product);
 }
 
@@ -392,8 +392,8 @@ bool mbsri_given_with_errors(const mbsr_model *m, mbsr_data *d)
 int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
 {
     const room r = place_room(m, d);
-    mbsri_zero(m->size_dd, d->W);
-    mbsri_zero(m->size_dd, d->unsure);
+    mbsri_zero(m->size.dd, d->W);
+    mbsri_zero(m->size.dd, d->unsure);
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->Mbar);
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, low(d));
     const bool given = mbsri_given_with_errors(m, d);
@@ -402,7 +402,7 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
         const mbsri_body *b = m->body + i;
         mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
         mbsri_add_diagonal(b->d, MBSRI_EXACT_SHARE, d->Mbar + b->dd, d->unsure + b->dd);
-        if (b->d_pred > 0)
+        if (b->pred.d > 0)
             d->turned[m->body[b->parent].scalar_offset] +=
                 d->turned[b->scalar_offset] + mbsri_trace_of_arms(b, d->H + b->dp, d->Mbar + b->dd);
         if (!mbsri_heads(m, d, i)) {
@@ -450,13 +450,13 @@ void mbsri_exact_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
         for (int k = i; k > 0; k = m->body[k].parent) {
             const mbsri_body *at = m->body + k;
             place_mass(m, d, k, i, F, matrix);
-            mbsri_two_zero((size_t)(at->d_pred * b->n), next);
+            mbsri_two_zero((size_t)(at->pred.d * b->n), next);
             for (int j = 0; j < b->n; ++j)
-                mbsri_two_atx(at->d, at->d_pred, -1.0, d->H + at->dp, F + j * at->d,
-                              next + j * at->d_pred);
+                mbsri_two_atx(at->d, at->pred.d, -1.0, d->H + at->dp, F + j * at->d,
+                              next + j * at->pred.d);
             mbsri_two *swap = F;
             F = next, next = swap;
         }
-        if (b->d_pred > 0) pass_to_predecessor(d, b, r.C, r.product);
+        if (b->pred.d > 0) pass_to_predecessor(d, b, r.C, r.product);
     }
 }

@@ -38,11 +38,11 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             double *UJ = d->scratch;
             mbsri_zero((size_t)b->d, UJ);
             mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
-            const double s = d->s[b->ig + l], turned = mbsri_turned_along(d, b, l),
+            const double s = d->s[b->group.iu + l], turned = mbsri_turned_along(d, b, l),
                          size = mbsri_dot(b->d, J, UJ) + arms * turned +
                                 MBSRI_EXACT_SHARE * b->armature[l];
-            least[b->ig - g->ig + l] = rounding * (1.0 / (s * s) + turned);
-            strict[b->ig - g->ig + l] = size > 0.0 ? 1.0 / sqrt(size) : d->s[b->ig + l];
+            least[b->group.iu - g->ig + l] = rounding * (1.0 / (s * s) + turned);
+            strict[b->group.iu - g->ig + l] = size > 0.0 ? 1.0 / sqrt(size) : d->s[b->group.iu + l];
         }
     }
 }
@@ -136,8 +136,8 @@ static int expected(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
 {
     const double *lambda = d->lambda + g->ig;
     int watched = 0, sure = 0;
-    if (!d->watching) return rank;
-    for (int k = 0; k < g->members; ++k) watched += d->watched[g->member[k]];
+    if (!d->watch.active) return rank;
+    for (int k = 0; k < g->members; ++k) watched += d->watch.rank[g->member[k]];
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     while (sure < rank && mbsri_is_inertia(&rule, lambda[sure], noise)) ++sure;
     return watched >= rank ? rank : watched > sure ? watched : sure;
@@ -185,8 +185,8 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
     if (!ended) return fail_at_body(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     rank = expected(m, d, g, rank, noise);
     mbsri_copy((size_t)n, lambda, d->judged + g->ig);
-    if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
-        mbsri_copy((size_t)n, m->scale + g->ig, s);
+    if (rank > 0 && rank < n && m->typical.inertia && !mbsri_given_scale(m, d, g)) {
+        mbsri_copy((size_t)n, m->typical.inertia + g->ig, s);
         if (!eigenvalues(n, factor, s, X, lambda))
             return fail_at_body(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     }

@@ -47,7 +47,7 @@ static int fill_V(const mbsr_model *m, const mbsr_data *d, int i, double *V, dou
     const int n = b->n, most = n / 2;
     int rows = 0;
     *least = 1.0;
-    for (int k = b->first_marker; k > 0; k = m->body[k].next_marker) {
+    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
         const mbsri_body *marker = m->body + k;
         const double *A = d->Mbar + marker->dd,
                      *H = d->H + marker->dp + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
@@ -75,7 +75,7 @@ static double scale_modes(const mbsr_model *m, const mbsr_data *d, int i, const 
         for (int a = 0; a < n; ++a) f->diagonal[a] += f->V[r * n + a] * f->V[r * n + a];
     }
     mbsri_copy((size_t)n, f->diagonal, s);
-    for (int k = b->first_marker; k > 0; k = m->body[k].next_marker) {
+    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
         const double *E = d->W + m->body[k].dd,
                      *H = d->H + m->body[k].dp + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
         if (mbsri_is_zero(36, E)) continue;
@@ -288,13 +288,14 @@ static void drop(const mbsr_model *m, mbsr_data *d, int i, const mbsri_factors *
 {
     const mbsri_body *b = m->body + i;
     const int rank = f->flex->massive + f->kept;
-    double *s = d->s + b->ig;
+    double *s = d->s + b->group.iu;
     if (rank < f->n) {
         null_vectors_of_modes(f, count, order, N);
-        if (rank > 0 && m->scale) mbsri_copy((size_t)f->n, m->scale + b->ig, s);
+        if (rank > 0 && m->typical.inertia)
+            mbsri_copy((size_t)f->n, m->typical.inertia + b->group.iu, s);
         mbsri_null_columns(f->n, f->n - rank, s, N, d->X + b->nn + rank * f->n);
     }
-    if (rank < f->n) d->lambda[b->ig] = size_of_modes(f, s, N);
+    if (rank < f->n) d->lambda[b->group.iu] = size_of_modes(f, s, N);
     d->rank[i] = rank;
 }
 
@@ -323,14 +324,14 @@ bool mbsri_factors_find_rank(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_group g = mbsri_group_of(m, d, i);
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     const int n = b->n;
-    double *work = mbsri_factors_work(m, d), *s = d->s + b->ig;
+    double *work = mbsri_factors_work(m, d), *s = d->s + b->group.iu;
     int *order = d->pivots, count = 0;
     if (mbsri_given_scale(m, d, &g)) return false;
     double clear;
     const int rows = fill_V(m, d, i, d->D + b->nn, &clear);
     if (rows < 0) return false;
     const double least = known_from(&rule, clear);
-    d->factor_rows[i] = rows;
+    d->factors.rows[i] = rows;
     d->rank[i] = 0;
     mbsri_factors f = mbsri_factors_of(m, d, i);
     const double scale = scale_modes(m, d, i, &f, s);

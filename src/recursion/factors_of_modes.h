@@ -18,7 +18,7 @@ typedef struct mbsri_factors {
 static inline mbsri_factors mbsri_factors_of(const mbsr_model *m, const mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    const int n = b->n, rows = d->factor_rows[i];
+    const int n = b->n, rows = d->factors.rows[i];
     mbsri_factors f = {.flex = b->inertia.flex, .n = n, .d = b->d, .rows = rows};
     f.kept = d->rank[i] - f.flex->massive;
     f.others = rows - f.kept;
@@ -34,7 +34,7 @@ static inline mbsri_factors mbsri_factors_of(const mbsr_model *m, const mbsr_dat
 /* Scratch behind what mbsri_null_part and mbsri_null_force need. */
 static inline double *mbsri_factors_work(const mbsr_model *m, const mbsr_data *d)
 {
-    return d->scratch + m->max_d;
+    return d->scratch + m->most.d;
 }
 
 /* Rank and factors of body i, as far as they are known to be those of D; else false. */

@@ -43,27 +43,29 @@ void mbsri_factors_find(mbsr_model *m)
 {
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
-        b->first_marker = b->next_marker = 0;
-        b->factored = b->upright && b->n >= LEAST_MODES && b->head == i && b->members == 1 &&
-                      b->inertia.kind == MBSR_INERTIA_FLEXIBLE && b->inertia.flex->root;
+        b->marker.first = b->marker.next = 0;
+        b->flexible.factored = b->flexible.upright && b->n >= LEAST_MODES && b->group.head == i &&
+                               b->group.members == 1 && b->inertia.kind == MBSR_INERTIA_FLEXIBLE &&
+                               b->inertia.flex->root;
     }
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_body *b = m->body + i, *pred = m->body + b->parent;
         if (!mbsri_marker_of(b->joint.table, b->joint.user)) {
-            pred->factored = false;
+            pred->flexible.factored = false;
             continue;
         }
-        b->next_marker = pred->first_marker;
-        pred->first_marker = i;
+        b->marker.next = pred->marker.first;
+        pred->marker.first = i;
     }
 }
 
 bool mbsri_factors_open(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    if (!d->factoring) return false;
-    const bool serves = b->factored && !b->added && mbsri_is_zero((size_t)b->n, b->armature);
-    d->factor_rows[i] = serves ? 0 : -1;
+    if (!d->factors.allowed) return false;
+    const bool serves =
+        b->flexible.factored && !b->added && mbsri_is_zero((size_t)b->n, b->armature);
+    d->factors.rows[i] = serves ? 0 : -1;
     if (!serves) return false;
     const size_t columns = (size_t)MBSRI_FRAME_ROWS * (size_t)b->d;
     mbsri_copy(columns, d->M + b->dd, d->Mbar + b->dd);
@@ -86,8 +88,8 @@ void mbsri_factors_take(const mbsr_model *m, mbsr_data *d, int i, const double T
     const double *H = d->H + b->dp;
     mbsri_copy(36, T, d->Mbar + b->dd);
     mbsri_copy(36, E, d->W + b->dd);
-    if (!mbsri_is_zero(36, T)) add_frame_columns(b->d_pred, H, T, d->Mbar + b->pred_dd);
-    if (!mbsri_is_zero(36, E)) add_frame_columns(b->d_pred, H, E, d->W + b->pred_dd);
+    if (!mbsri_is_zero(36, T)) add_frame_columns(b->pred.d, H, T, d->Mbar + b->pred.dd);
+    if (!mbsri_is_zero(36, E)) add_frame_columns(b->pred.d, H, E, d->W + b->pred.dd);
 }
 
 /* ---- solving ---- */
@@ -209,7 +211,7 @@ static void reduce_errors(const mbsr_model *m, const mbsr_data *d, int i, const 
     const mbsri_body *b = m->body + i;
     const int n = f->n;
     const bool deficient = d->rank[i] < n;
-    const double *s = d->s + b->ig, lambda = d->lambda[b->ig];
+    const double *s = d->s + b->group.iu, lambda = d->lambda[b->group.iu];
     for (int j = 0; j < MBSRI_FRAME_ROWS; ++j) {
         for (int k = 0; k < MBSRI_FRAME_ROWS; ++k) {
             const double *g = G + k * n, *W = d->W + b->dd + j * b->d + MBSRI_FRAME_ROWS;
@@ -223,7 +225,7 @@ static void reduce_errors(const mbsr_model *m, const mbsr_data *d, int i, const 
                 G[j * n + a] * G[j * n + a] * (deficient ? fmax(own, lambda / (s[a] * s[a])) : own);
         }
     }
-    for (int k = b->first_marker; k > 0; k = m->body[k].next_marker) {
+    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
         const double *own = d->W + m->body[k].dd,
                      *H = d->H + m->body[k].dp + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
         double P[36] = {0.0}, T[36];
@@ -269,10 +271,10 @@ static void make_whole(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     const size_t dd = (size_t)b->d * (size_t)b->d;
-    d->factor_rows[i] = -1;
+    d->factors.rows[i] = -1;
     mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
     mbsri_zero(dd, d->W + b->dd);
-    for (int k = b->first_marker; k > 0; k = m->body[k].next_marker) {
+    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
         const mbsri_body *marker = m->body + k;
         const double *H = d->H + marker->dp;
         mbsri_congruence(MBSRI_FRAME_ROWS, b->d, H, d->Mbar + marker->dd, d->Mbar + b->dd,

@@ -13,7 +13,7 @@
 /* Whether a body has its block in factors at present. */
 static inline bool mbsri_in_factors(const mbsr_data *d, int i)
 {
-    return d->factoring && d->factor_rows[i] >= 0;
+    return d->factors.allowed && d->factors.rows[i] >= 0;
 }
 
 /* Marks the bodies that may have; once a model is built. */

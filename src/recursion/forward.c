@@ -33,7 +33,7 @@ bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
     const mbsri_body *b = m->body + i;
     if (!d->carries[b->parent]) return false;
     mbsri_zero((size_t)b->d, x);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + b->pred_v, x);
+    mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->Az + b->pred.v, x);
     return true;
 }
 
@@ -62,7 +62,7 @@ void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bo
     for (int k = 1; k < g->members; ++k) {
         const int i = g->member[k];
         const bool moved = mbsri_null_below(m, d, i, x);
-        mbsri_null_velocity(m, d, i, moved ? x : NULL, z + m->body[i].ig - g->ig);
+        mbsri_null_velocity(m, d, i, moved ? x : NULL, z + m->body[i].group.iu - g->ig);
     }
 }
 
@@ -74,7 +74,7 @@ void mbsri_known_part(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
     double *A = d->A + b->v;
     /* A = H A0_pi,  w = e - U^T A */
     mbsri_zero((size_t)b->d, A);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + b->pred_v, A);
+    mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->A + b->pred.v, A);
     mbsri_copy((size_t)g->n, d->e + g->ig, w);
     if (mbsri_in_factors(d, g->member[0])) { /* H ends with the frame, kII = 0 */
         mbsri_factors_see(m, d, g->member[0], -1.0, A, w);
@@ -92,16 +92,16 @@ void mbsri_known_part(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
         A = d->A + b->v;
         if (i > 0) {
             mbsri_zero((size_t)b->d, A);
-            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + b->pred_v, A);
+            mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->A + b->pred.v, A);
         }
-        mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, rate + b->ig - g->ig, A);
+        mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, rate + b->group.iu - g->ig, A);
         for (int k = 0; k < b->d; ++k) A[k] = -A[k] - d->kII[b->v + (size_t)k];
     }
 }
 
 void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double *residual)
 {
-    double *x = d->scratch + m->max_d, *rate = x + m->max_d, *given = rate + m->max_d;
+    double *x = d->scratch + m->most.d, *rate = x + m->most.d, *given = rate + m->most.d;
     d->accelerated = false; /* A is overwritten */
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
@@ -129,7 +129,7 @@ void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double
 void mbsri_forward_with_null(const mbsr_model *m, mbsr_data *d, double *udot, double *residual)
 {
     mbsri_forward(m, d, udot, residual);
-    double *x = d->scratch + m->max_d, *change = x + m->max_d;
+    double *x = d->scratch + m->most.d, *change = x + m->most.d;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
@@ -150,7 +150,7 @@ int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const d
     if (!status) status = mbsri_forces(m, d, tau, NULL);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
-    double *w = d->scratch + m->max_d, *rate = w + m->max_d;
+    double *w = d->scratch + m->most.d, *rate = w + m->most.d;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);

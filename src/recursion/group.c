@@ -11,7 +11,7 @@ static void place_blocks(const mbsr_model *m, const mbsr_data *d, const mbsri_gr
                          int b, const double *F, double *JY)
 {
     const mbsri_body *row = m->body + a, *column = m->body + b;
-    const int r = row->ig - g->ig, c = column->ig - g->ig;
+    const int r = row->group.iu - g->ig, c = column->group.iu - g->ig;
     for (int k = 0; k < row->n; ++k) {
         for (int j = 0; j < column->n; ++j) {
             const double *f = F + (size_t)(j * row->d);
@@ -58,7 +58,7 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     mbsri_zero((size_t)g->n * (size_t)g->n, JY);
     for (int k = g->members - 1; k >= 0; --k) {
         const mbsri_body *b = m->body + g->member[k];
-        const size_t room = (size_t)m->max_d * (size_t)b->n;
+        const size_t room = (size_t)m->most.d * (size_t)b->n;
         double *F = work, *next = F + room;
         /* F = A J */
         for (int j = 0; j < b->n; ++j)
@@ -68,17 +68,17 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
             if (a == head) break;
             /* F <- -H^T F */
             const mbsri_body *at = m->body + a;
-            mbsri_zero((size_t)(at->d_pred * b->n), next);
-            mbsri_atb(at->d, at->d_pred, b->n, -1.0, d->H + at->dp, F, next);
+            mbsri_zero((size_t)(at->pred.d * b->n), next);
+            mbsri_atb(at->d, at->pred.d, b->n, -1.0, d->H + at->dp, F, next);
             double *swap = F;
             F = next, next = swap;
         }
         mbsri_copy((size_t)(m->body[head].d * b->n), F,
-                   Y + (size_t)((b->ig - g->ig) * m->body[head].d));
+                   Y + (size_t)((b->group.iu - g->ig) * m->body[head].d));
     }
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        even_out(b->n, g->n, JY + (size_t)(b->ig - g->ig) * (size_t)(g->n + 1));
+        even_out(b->n, g->n, JY + (size_t)(b->group.iu - g->ig) * (size_t)(g->n + 1));
     }
 }
 
@@ -86,7 +86,7 @@ void mbsri_group_add_armature(const mbsr_model *m, const mbsri_group *g, double 
 {
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        for (int l = 0; l < b->n; ++l) D[(b->ig - g->ig + l) * (g->n + 1)] += b->armature[l];
+        for (int l = 0; l < b->n; ++l) D[(b->group.iu - g->ig + l) * (g->n + 1)] += b->armature[l];
     }
 }
 
@@ -97,16 +97,16 @@ static void load_members(const mbsr_model *m, const mbsr_data *d, const mbsri_gr
     double *a[MBSRI_GROUP_MOST];
     for (int i = 0; i < g->members; ++i) {
         const mbsri_body *at = m->body + g->member[i];
-        double *rest = work + (size_t)(g->members * m->max_d);
-        a[i] = work + (size_t)(i * m->max_d);
+        double *rest = work + (size_t)(g->members * m->most.d);
+        a[i] = work + (size_t)(i * m->most.d);
         for (int l = 0; l < at->d; ++l) a[i][l] = -k[at->v + (size_t)l];
         for (int j = 0; j < i; ++j) {
             if (g->member[j] == at->parent)
-                mbsri_ax(at->d, at->d_pred, -1.0, d->H + at->dp, a[j], a[i]);
+                mbsri_ax(at->d, at->pred.d, -1.0, d->H + at->dp, a[j], a[i]);
         }
         mbsri_copy((size_t)at->d, b + at->v, rest);
         mbsri_ax(at->d, at->d, -1.0, d->Mbar + at->dd, a[i], rest);
-        mbsri_atx(at->d, at->n, -1.0, d->J + at->dn, rest, e + at->ig - g->ig);
+        mbsri_atx(at->d, at->n, -1.0, d->J + at->dn, rest, e + at->group.iu - g->ig);
     }
 }
 
@@ -131,7 +131,7 @@ void mbsri_group_separate(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     mbsri_copy(all * all, d->D + m->body[g->member[0]].nn, A);
     for (int i = g->members - 1; i > 0; --i) {
         const mbsri_body *b = m->body + g->member[i];
-        const int n = b->n, before = b->ig - g->ig;
+        const int n = b->n, before = b->group.iu - g->ig;
         double L[MBSRI_GROUP_MOST * MBSRI_GROUP_MOST];
         if (d->rank[g->member[i]] < n) continue;
         for (int j = 0; j < n; ++j) {
@@ -159,7 +159,7 @@ void mbsri_group_gather(const mbsr_model *m, const mbsri_group *g, const double 
 {
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        mbsri_copy((size_t)b->n, caller + b->u, x + b->ig - g->ig);
+        mbsri_copy((size_t)b->n, caller + b->u, x + b->group.iu - g->ig);
     }
 }
 
@@ -167,6 +167,6 @@ void mbsri_group_scatter(const mbsr_model *m, const mbsri_group *g, const double
 {
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        mbsri_copy((size_t)b->n, x + b->ig - g->ig, caller + b->u);
+        mbsri_copy((size_t)b->n, x + b->group.iu - g->ig, caller + b->u);
     }
 }

@@ -29,13 +29,13 @@ typedef struct mbsri_group {
 /* Whether the joints of the group of that head are eliminated one by one. */
 static inline bool mbsri_apart(const mbsr_model *m, const mbsr_data *d, int head)
 {
-    return d->single || (m->grouped && d->apart[head]);
+    return d->single || (m->order.grouped && d->apart[head]);
 }
 
 /* Whether body i is the head of a group; others are done with it. */
 static inline bool mbsri_heads(const mbsr_model *m, const mbsr_data *d, int i)
 {
-    const int head = m->body[i].head;
+    const int head = m->body[i].group.head;
     return head == i || mbsri_apart(m, d, head);
 }
 
@@ -43,14 +43,14 @@ static inline bool mbsri_heads(const mbsr_model *m, const mbsr_data *d, int i)
 static inline mbsri_group mbsri_group_in_model(const mbsr_model *m, int i)
 {
     const mbsri_body *b = m->body + i;
-    return (mbsri_group){m->member + b->at, b->members, b->group_n, b->ig};
+    return (mbsri_group){m->order.member + b->group.at, b->group.members, b->group.n, b->group.iu};
 }
 
 static inline mbsri_group mbsri_group_of(const mbsr_model *m, const mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    if (!mbsri_apart(m, d, b->head)) return mbsri_group_in_model(m, i);
-    return (mbsri_group){m->member + b->at, 1, b->n, b->ig};
+    if (!mbsri_apart(m, d, b->group.head)) return mbsri_group_in_model(m, i);
+    return (mbsri_group){m->order.member + b->group.at, 1, b->n, b->group.iu};
 }
 
 /* Whether elimination joint by joint would find other equations than that of the whole group: where

@@ -26,7 +26,7 @@ void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *ud
     double *A = d->A + b->v;
     /* A_i = -(H_i A_pi + J_i u_i' + kII_i) */
     mbsri_zero((size_t)b->d, A);
-    mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->A + b->pred_v, A);
+    mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, d->A + b->pred.v, A);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, udot, A);
     for (int k = 0; k < b->d; ++k) A[k] -= d->kII[b->v + (size_t)k];
     mbsri_open_reaction(m, d, i);
@@ -40,7 +40,7 @@ void mbsri_react(const mbsr_model *m, mbsr_data *d, int i, double *out)
     for (int k = 0; k < b->n; ++k) out[k] = -d->tau[b->iu + k];
     mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, out);
     /* mu_pi -= H_i^T mu_i */
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mu, d->mu + b->pred.v);
 }
 
 /* reads H, J, kII, M, f, tau of the stages before;  writes A, mu, out.

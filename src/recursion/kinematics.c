@@ -37,14 +37,14 @@ mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i,
                              .n = b->joint.n,
                              .nq = b->joint.nq,
                              .t = d->t,
-                             .q = b->locks ? d->q_full + b->full : d->q + b->iq,
-                             .u = !velocities ? NULL
-                                  : b->locks  ? d->u_full + b->full
-                                              : d->u + b->iu,
-                             .pred_space = b->pred_space,
-                             .pred_d = b->d_pred,
-                             .p_pred = d->p + b->pred_p,
-                             .V_pred = velocities ? d->V + b->pred_v : NULL,
+                             .q = b->lock.count ? d->q_full + b->full : d->q + b->iq,
+                             .u = !velocities     ? NULL
+                                  : b->lock.count ? d->u_full + b->full
+                                                  : d->u + b->iu,
+                             .pred_space = b->pred.space,
+                             .pred_d = b->pred.d,
+                             .p_pred = d->p + b->pred.p,
+                             .V_pred = velocities ? d->V + b->pred.v : NULL,
                              .p = d->p + b->p,
                              .V = velocities ? d->V + b->v : NULL};
 }
@@ -132,7 +132,7 @@ static int invert_K(const mbsr_model *m, mbsr_data *d, int i)
 
 /* Full column rank of J by the Cholesky factorisation of J^T J with unit diagonal: pivots are
  * squared distances of a column from the span of those before it. The columns' units do not
- * matter. */
+ * matter. Those of rates with armature depend on no others: D has a pivot of their own there. */
 static int check_J(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
@@ -141,7 +141,9 @@ static int check_J(const mbsr_model *m, mbsr_data *d, int i)
     double *L = d->scratch, *norm = L + (size_t)n * (size_t)n;
     for (int k = 0; k < n; ++k) norm[k] = sqrt(mbsri_dot(b->d, J + k * b->d, J + k * b->d));
     for (int k = 0; k < n; ++k) {
-        for (int j = 0; j <= k; ++j) {
+        const bool own = b->armature[k] > 0.0;
+        for (int j = 0; j <= k && own; ++j) L[k * n + j] = j < k ? 0.0 : INFINITY;
+        for (int j = 0; j <= k && !own; ++j) {
             const double scale = norm[j] * norm[k];
             double sum = mbsri_dot(b->d, J + j * b->d, J + k * b->d);
             if (!(scale <= 0.0)) sum /= scale; /* NaN stays NaN */
@@ -184,8 +186,8 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
     double *K = NULL, *H = d->H + b->dp, *J = d->J + b->dn, *kI = d->kI + b->v;
-    double *all = b->locks ? d->scratch : J; /* every column, those held included */
-    mbsri_zero((size_t)b->d * (size_t)b->d_pred, H);
+    double *all = b->lock.count ? d->scratch : J; /* every column, those held included */
+    mbsri_zero((size_t)b->d * (size_t)b->pred.d, H);
     mbsri_zero((size_t)b->d * (size_t)b->joint.n, all);
     mbsri_zero((size_t)b->d, kI);
     if (!unit_K(b)) {
@@ -195,13 +197,13 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
     }
     int status = b->joint.table->jacobians(&args, K, H, all, kI);
     if (status) return mbsri_joint_failed(m, d, i, status, "jacobians");
-    if (b->locks) mbsri_drop_held(b, all, J);
+    if (b->lock.count) mbsri_drop_held(b, all, J);
     /* the rank of J before K is divided out: an ill-conditioned K must not count against J */
     if (!(b->joint.table->flags & MBSR_JOINT_REGULAR_J)) status = check_J(m, d, i);
     if (status || !K) return status;
     status = invert_K(m, d, i);
     if (status) return status;
-    divide_by_K(b, d, b->d_pred, H);
+    divide_by_K(b, d, b->pred.d, H);
     divide_by_K(b, d, b->n, J);
     divide_by_K(b, d, 1, kI);
     return MBSR_OK;
@@ -210,7 +212,7 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
 int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
+    if (b->lock.count) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
     mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
     args.p = NULL;
     /* p_i from k(p_i, p_pi, q_i, t) = 0 */
@@ -263,14 +265,14 @@ int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q
 int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
+    if (b->lock.count) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
     double *V = d->V + b->v, *kII = d->kII + b->v;
     /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
     mbsri_zero((size_t)b->d, V);
-    if (b->d == 6 && b->d_pred == 6) /* sizes known to the compiler */
-        mbsri_ax(6, 6, -1.0, d->H + b->dp, d->V + b->pred_v, V);
+    if (b->d == 6 && b->pred.d == 6) /* sizes known to the compiler */
+        mbsri_ax(6, 6, -1.0, d->H + b->dp, d->V + b->pred.v, V);
     else
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
+        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, d->V + b->pred.v, V);
     mbsri_add_along(b, -1.0, d->J + b->dn, d->u + b->iu, V);
     for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
     if (!mbsri_finite((size_t)b->d, V)) {
@@ -343,12 +345,12 @@ int mbsri_normalise(const mbsr_model *m, mbsr_data *d, double *q)
         const mbsri_body *b = m->body + i;
         if (!b->joint.table->normalise) continue;
         const mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
-        double *own = q + b->q, *full = b->locks ? d->scratch : own;
-        if (b->locks) mbsri_with_held(b, own, true, full);
+        double *own = q + b->q, *full = b->lock.count ? d->scratch : own;
+        if (b->lock.count) mbsri_with_held(b, own, true, full);
         const int status = b->joint.table->normalise(&args, full);
         if (status) return mbsri_joint_failed(m, d, i, status, "normalise");
-        for (int k = 0; k < b->joint.n && b->locks; ++k) {
-            if (isnan(b->locked_at[k])) *own++ = full[k];
+        for (int k = 0; k < b->joint.n && b->lock.count; ++k) {
+            if (isnan(b->lock.at[k])) *own++ = full[k];
         }
     }
     return MBSR_OK;

@@ -8,7 +8,7 @@
 void mbsri_with_held(const mbsri_body *b, const double *x, bool values, double *full)
 {
     for (int k = 0; k < b->joint.n; ++k) {
-        full[k] = isnan(b->locked_at[k]) ? *x++ : values ? b->locked_at[k] : 0.0;
+        full[k] = isnan(b->lock.at[k]) ? *x++ : values ? b->lock.at[k] : 0.0;
     }
 }
 
@@ -16,7 +16,7 @@ void mbsri_drop_held(const mbsri_body *b, const double *full, double *J)
 {
     const size_t d = (size_t)b->d;
     for (size_t k = 0; k < (size_t)b->joint.n; ++k) {
-        if (!isnan(b->locked_at[k])) continue;
+        if (!isnan(b->lock.at[k])) continue;
         memmove(J, full + k * d, d * sizeof *J);
         J += d;
     }

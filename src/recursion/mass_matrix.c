@@ -47,7 +47,7 @@ static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
 /* C_pi += H_i^T C_i H_i;  work: max_d x max_d. */
 static void pass_composite_on(const mbsri_body *b, const mbsr_data *d, double *C, double *work)
 {
-    mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, work);
+    mbsri_congruence(b->d, b->pred.d, d->H + b->dp, C + b->dd, C + b->pred.dd, work);
 }
 
 /* C = M, in the place of Mbar, so mbsr_stage_backward must run again. */
@@ -55,7 +55,7 @@ static double *begin_composite(const mbsr_model *m, mbsr_data *d)
 {
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
-    mbsri_copy(m->size_dd, d->M, d->Mbar);
+    mbsri_copy(m->size.dd, d->M, d->Mbar);
     return d->Mbar;
 }
 
@@ -63,7 +63,7 @@ static double *begin_composite(const mbsr_model *m, mbsr_data *d)
 static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
 {
     double *C = begin_composite(m, d), *now = d->scratch,
-           *next = now + (size_t)m->max_d * (size_t)m->max_d;
+           *next = now + (size_t)m->most.d * (size_t)m->most.d;
     bool lost = false;
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
@@ -74,9 +74,9 @@ static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
             const mbsri_body *row = m->body + k;
             place_mass_block(m, d, k, i, now, matrix);
             /* m_pi = -H_k^T m_k */
-            mbsri_zero((size_t)row->d_pred * (size_t)b->n, next);
-            mbsri_atb(row->d, row->d_pred, b->n, -1.0, d->H + row->dp, now, next);
-            mbsri_copy((size_t)row->d_pred * (size_t)b->n, next, now);
+            mbsri_zero((size_t)row->pred.d * (size_t)b->n, next);
+            mbsri_atb(row->d, row->pred.d, b->n, -1.0, d->H + row->dp, now, next);
+            mbsri_copy((size_t)row->pred.d * (size_t)b->n, next, now);
         }
         lost = lost || loses_digits(b, d->J + b->dn, C + b->dd, matrix, (size_t)m->nu);
         pass_composite_on(b, d, C, next);
@@ -86,7 +86,7 @@ static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
 
 void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal)
 {
-    double *C = begin_composite(m, d), *momentum = d->scratch, *work = momentum + m->max_d;
+    double *C = begin_composite(m, d), *momentum = d->scratch, *work = momentum + m->most.d;
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         for (int k = 0; k < b->n; ++k) {
@@ -109,5 +109,5 @@ void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
         if (!mbsri_finite(size, matrix)) (void)composites(m, d, matrix);
     }
     for (size_t k = 0; k < (size_t)m->nu; ++k)
-        matrix[(size_t)m->u_of[k] * ((size_t)m->nu + 1)] += m->armature[k];
+        matrix[(size_t)m->order.u_of[k] * ((size_t)m->nu + 1)] += m->armature[k];
 }

@@ -16,7 +16,7 @@ enum { MBSRI_FRAME_ROWS = 6 };
 /* Leading rows of J, H that are not those of -1 and 0. */
 static inline int mbsri_upper_rows(const mbsri_body *b)
 {
-    return b->modal ? MBSRI_FRAME_ROWS : b->d;
+    return b->flexible.modal ? MBSRI_FRAME_ROWS : b->d;
 }
 
 /* y (d) = A times column k of J, A d x d */
@@ -25,8 +25,8 @@ static inline void mbsri_along_rate(const mbsri_body *b, const double *A, const 
 {
     const int d = b->d, rows = mbsri_upper_rows(b);
     mbsri_zero((size_t)d, y);
-    if (!b->upright) mbsri_ax(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
-    if (!b->modal) return;
+    if (!b->flexible.upright) mbsri_ax(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
+    if (!b->flexible.modal) return;
     const double *column = A + (size_t)(rows + k) * (size_t)d;
     for (int l = 0; l < d; ++l) y[l] -= column[l];
 }
@@ -35,15 +35,15 @@ static inline void mbsri_along_rate(const mbsri_body *b, const double *A, const 
 static inline double mbsri_rate_of(const mbsri_body *b, const double *J, int k, const double *y)
 {
     const int rows = mbsri_upper_rows(b);
-    if (b->upright) return -y[rows + k];
+    if (b->flexible.upright) return -y[rows + k];
     const double sum = mbsri_dot(rows, J + (size_t)k * (size_t)b->d, y);
-    return b->modal ? sum - y[rows + k] : sum;
+    return b->flexible.modal ? sum - y[rows + k] : sum;
 }
 
 /* x (n) += J^T y (d);  and J'^T y */
 static inline void mbsri_add_rates(const mbsri_body *b, const double *J, const double *y, double *x)
 {
-    if (!b->modal) {
+    if (!b->flexible.modal) {
         mbsri_atx(b->d, b->n, 1.0, J, y, x);
         return;
     }
@@ -53,7 +53,7 @@ static inline void mbsri_add_rates(const mbsri_body *b, const double *J, const d
 static inline void mbsri_add_rates_dot(const mbsri_body *b, const double *Jdot, const double *y,
                                        double *x)
 {
-    if (b->upright) return;
+    if (b->flexible.upright) return;
     const int rows = mbsri_upper_rows(b);
     for (int k = 0; k < b->n; ++k) x[k] += mbsri_dot(rows, Jdot + (size_t)k * (size_t)b->d, y);
 }
@@ -62,12 +62,13 @@ static inline void mbsri_add_rates_dot(const mbsri_body *b, const double *Jdot, 
 static inline void mbsri_add_along(const mbsri_body *b, double s, const double *J, const double *u,
                                    double *y)
 {
-    if (!b->modal) {
+    if (!b->flexible.modal) {
         mbsri_ax(b->d, b->n, s, J, u, y);
         return;
     }
     for (int k = 0; k < b->n; ++k) {
-        if (!b->upright) mbsri_ax(MBSRI_FRAME_ROWS, 1, s * u[k], J + k * b->d, &(double){1.0}, y);
+        if (!b->flexible.upright)
+            mbsri_ax(MBSRI_FRAME_ROWS, 1, s * u[k], J + k * b->d, &(double){1.0}, y);
         y[MBSRI_FRAME_ROWS + k] -= s * u[k];
     }
 }
@@ -76,7 +77,7 @@ static inline void mbsri_add_along(const mbsri_body *b, double s, const double *
 static inline double mbsri_along_itself(const mbsri_body *b, const double *A, const double *J,
                                         int k, double *work)
 {
-    if (b->upright) return A[(size_t)(MBSRI_FRAME_ROWS + k) * (size_t)(b->d + 1)];
+    if (b->flexible.upright) return A[(size_t)(MBSRI_FRAME_ROWS + k) * (size_t)(b->d + 1)];
     mbsri_along_rate(b, A, J, k, work);
     return mbsri_rate_of(b, J, k, work);
 }

@@ -14,7 +14,7 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
     double *imp = d->imp + b->v;
     /* m_i = -M_i V_i - sum_j H_j^T m_j */
     mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, -1.0, d->V + b->v, imp);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, imp, d->imp + b->pred.v);
     /* p_i = J_i^T m_i + a_i u_i */
     for (int k = 0; k < b->n; ++k) p[k] = b->armature[k] * d->u[b->iu + k];
     mbsri_add_rates(b, d->J + b->dn, imp, p);
@@ -24,12 +24,12 @@ void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pd
 {
     const mbsri_body *b = m->body + i;
     const double *imp = d->imp + b->v;
-    double *sigma = d->sigma + b->v, *below = d->sigma + b->pred_v;
+    double *sigma = d->sigma + b->v, *below = d->sigma + b->pred.v;
     /* sigma_i = -f_i - M_i' V_i - sum_j (H_j^T sigma_j + H_j'^T m_j) */
     for (int k = 0; k < b->d; ++k) sigma[k] -= d->f[b->v + (size_t)k];
     mbsri_ax_long(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sigma, below);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->Hdot + b->dp, imp, below);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, sigma, below);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->Hdot + b->dp, imp, below);
     /* p_i' = J_i'^T m_i + J_i^T sigma_i + tau_i */
     mbsri_copy((size_t)b->n, d->tau + b->iu, pdot);
     mbsri_add_rates_dot(b, d->Jdot + b->dn, imp, pdot);
@@ -39,30 +39,30 @@ void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pd
 void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p)
 {
     const mbsri_body *b = m->body + i;
-    double *mbar = d->impbar + b->v, *ep = d->ep + b->ig;
+    double *mbar = d->impbar + b->v, *ep = d->ep + b->group.iu;
     /* mbar + Mbar kI,  ep = p - J^T (.),  m = (.) + G ep to the predecessor */
     double *sum = d->scratch;
     mbsri_copy((size_t)b->n, p, ep);
     if (mbsri_in_factors(d, i)) { /* kI = 0 */
         mbsri_factors_load(m, d, i, ep, mbar);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mbar, d->impbar + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mbar, d->impbar + b->pred.v);
         return;
     }
     mbsri_copy((size_t)b->d, mbar, sum);
     mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, sum);
-    mbsri_group_load(m, d, i, d->impbar, d->kI, ep, sum, sum + m->max_d);
+    mbsri_group_load(m, d, i, d->impbar, d->kI, ep, sum, sum + m->most.d);
     if (mbsri_heads(m, d, i)) mbsri_copy((size_t)b->d, sum, mbar);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, sum, d->impbar + b->pred.v);
 }
 
 void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *F)
 {
     const mbsri_body *b = m->body + g->member[0];
     const double s = 1.0;
-    double *x = d->scratch + m->max_d, *projected = x + m->max_d;
+    double *x = d->scratch + m->most.d, *projected = x + m->most.d;
     /* r = D u - ep + U^T H V_pi */
     mbsri_zero((size_t)b->d, x);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
+    mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->V + b->pred.v, x);
     for (int k = 0; k < g->n; ++k) F[k] = -d->ep[g->ig + k];
     const bool factored = mbsri_in_factors(d, g->member[0]);
     if (factored) {
@@ -73,7 +73,7 @@ void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
     }
     for (int k = 0; k < g->members && !factored; ++k) {
         const mbsri_body *member = m->body + g->member[k];
-        mbsri_ax(g->n, member->n, 1.0, d->D + b->nn + (size_t)((member->ig - g->ig) * g->n),
+        mbsri_ax(g->n, member->n, 1.0, d->D + b->nn + (size_t)((member->group.iu - g->ig) * g->n),
                  d->u + member->iu, F);
     }
     if (g->members > 1 && !mbsri_coupled(m, d, g)) {
@@ -83,7 +83,7 @@ void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
             const mbsri_body *member = m->body + g->member[k];
             if (d->rank[g->member[k]] == member->n) continue;
             for (int l = 0; l < member->n; ++l)
-                F[member->ig - g->ig + l] = -s * d->e[member->ig + l];
+                F[member->group.iu - g->ig + l] = -s * d->e[member->group.iu + l];
         }
         return;
     }

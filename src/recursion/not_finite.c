@@ -19,7 +19,7 @@ static const char *culprit(const mbsr_model *m, const mbsr_data *d, int i)
         mbsri_stage stage;
     } list[] = {
         {"the pose", (size_t)b->np, d->p + b->p, MBSRI_STAGE_POSITIONS},
-        {"H", dim * (size_t)b->d_pred, d->H + b->dp, MBSRI_STAGE_POSITIONS},
+        {"H", dim * (size_t)b->pred.d, d->H + b->dp, MBSRI_STAGE_POSITIONS},
         {"J", dim * n, d->J + b->dn, MBSRI_STAGE_POSITIONS},
         {"kI", i > 0 ? dim : 0, d->kI + b->v, MBSRI_STAGE_POSITIONS},
         {"the mass matrix", i > 0 ? dim * dim : 0, d->M + b->dd, MBSRI_STAGE_VELOCITIES},

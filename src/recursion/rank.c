@@ -55,8 +55,8 @@ static double equilibrate_joint(const mbsri_body *b, const mbsr_data *d, const d
 
 const double *mbsri_given_scale(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g)
 {
-    if (d->use_frame) return d->s_frame;
-    const bool kept = d->keep_scale && !mbsri_apart(m, d, m->body[g->member[0]].head);
+    if (d->frame.used) return d->s_frame;
+    const bool kept = d->keep_scale && !mbsri_apart(m, d, m->body[g->member[0]].group.head);
     return kept ? d->s : NULL;
 }
 
@@ -69,7 +69,7 @@ double mbsri_equilibrate(const mbsr_model *m, const mbsr_data *d, const mbsri_gr
     for (int k = 0; k < g->members && !isnan(largest); ++k) {
         const mbsri_body *b = m->body + g->member[k];
         const double size =
-            equilibrate_joint(b, d, given ? given + b->ig : NULL, d->s + b->ig, noise);
+            equilibrate_joint(b, d, given ? given + b->group.iu : NULL, d->s + b->group.iu, noise);
         largest = isnan(size) ? size : fmax(size, largest);
     }
     return largest;
@@ -84,8 +84,8 @@ static double turned_noise(const mbsr_model *m, const mbsr_data *d, const mbsri_
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
         for (int l = 0; l < b->n; ++l) {
-            const double s = d->s[b->ig + l], part = mbsri_turned_along(d, b, l) * s * s;
-            strict[b->ig - g->ig + l] = s / sqrt(1.0 + part);
+            const double s = d->s[b->group.iu + l], part = mbsri_turned_along(d, b, l) * s * s;
+            strict[b->group.iu - g->ig + l] = s / sqrt(1.0 + part);
             largest = fmax(largest, part);
         }
     }
@@ -100,8 +100,9 @@ static int count_above(const mbsr_model *m, int n, const double *D, const double
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) A[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
-    const int info = n <= MBSRI_JACOBI_MAX ? mbsri_jacobi(n, A, lambda)
-                                           : mbsri_lapack_syev(n, A, lambda, work, m->lapack_work);
+    const int info = n <= MBSRI_JACOBI_MAX
+                         ? mbsri_jacobi(n, A, lambda)
+                         : mbsri_lapack_syev(n, A, lambda, work, m->most.lapack_work);
     int count = 0;
     for (int k = 0; k < n && info == 0; ++k) count += lambda[k] > tolerance;
     return info == 0 ? count : n;
@@ -116,7 +117,7 @@ void mbsri_share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, i
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     for (int i = g->members - 1; i >= 0; --i) {
         const mbsri_body *b = m->body + g->member[i];
-        const int first = b->ig - g->ig;
+        const int first = b->group.iu - g->ig;
         int above = first; /* no more than these are left for the joints before */
         for (int turn = 0; turn < b->n; ++turn) {
             /* the largest pivot of the joint */
@@ -210,7 +211,7 @@ static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
         return 0;
     }
     if (n <= MBSRI_JACOBI_MAX) return mbsri_jacobi(n, X, lambda); /* faster than a call */
-    const int info = mbsri_lapack_syev(n, X, lambda, d->scratch + n, m->lapack_work);
+    const int info = mbsri_lapack_syev(n, X, lambda, d->scratch + n, m->most.lapack_work);
     reverse(n, X, lambda);
     return info;
 }
@@ -399,10 +400,10 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
         mbsri_share_rank(m, d, g, rank, tolerance, A);
     }
     if (rank > 0 && rank < n) {
-        const bool of_model = m->scale && !mbsri_given_scale(m, d, g);
+        const bool of_model = m->typical.inertia && !mbsri_given_scale(m, d, g);
         double *w = d->scratch;
         if (s == scale) mbsri_copy((size_t)n, s, w);
-        if (of_model) mbsri_copy((size_t)n, m->scale + g->ig, scale);
+        if (of_model) mbsri_copy((size_t)n, m->typical.inertia + g->ig, scale);
         if ((of_model || s != scale) && rescale(g, d, w, rank, d->X + b->nn, w + n))
             return not_converged(m, d, i);
     }
@@ -450,11 +451,11 @@ void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, const mbsri_group
 
 int mbsri_rank_watched(const mbsr_model *m, mbsr_data *d, int i)
 {
-    if (!d->watching) return MBSR_OK;
+    if (!d->watch.active) return MBSR_OK;
     const mbsri_group g = mbsri_group_of(m, d, i);
     const int rank = mbsri_group_rank(d, &g);
     int watched = 0;
-    for (int k = 0; k < g.members; ++k) watched += d->watched[g.member[k]];
+    for (int k = 0; k < g.members; ++k) watched += d->watch.rank[g.member[k]];
     if (rank == watched) return MBSR_OK;
     char label[MBSRI_LABEL];
     return mbsri_fail(&d->error, MBSR_RANK_CHANGED, m->body[i].id, MBSR_NONE,

@@ -146,7 +146,7 @@ static bool known(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     const mbsri_body *b = m->body + g->member[0];
     double squares = 0.0, strict = 0.0, turned = 0.0, *share = p->size;
     for (int k = 0; k < p->n; ++k) {
-        const double s = d->s[b->ig + p->order[k]],
+        const double s = d->s[b->group.iu + p->order[k]],
                      part = mbsri_turned_along(d, b, p->order[k]) * s * s;
         turned = fmax(turned, part);
         share[k] = 1.0 + part;
@@ -245,7 +245,8 @@ bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *
     const mbsri_body *b = m->body + i;
     if (n < 2 || g->members > 1) return false;
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
-    double *s = d->s + b->ig, *X = d->X + b->nn, *D = d->D + b->nn, *Dinv = d->Dinv + b->nn, noise;
+    double *s = d->s + b->group.iu, *X = d->X + b->nn, *D = d->D + b->nn, *Dinv = d->Dinv + b->nn,
+           noise;
     const double scale = mbsri_equilibrate(m, d, g, &noise);
     if (!isfinite(scale)) return false;
     pivots p = pivots_in_scratch(d, n);
@@ -261,13 +262,13 @@ bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *
     mbsri_copy((size_t)n, s, w);
     if (p.rank < n) {
         null_vectors_of_pivots(&p, w, p.N);
-        if (p.rank > 0 && m->scale && !mbsri_given_scale(m, d, g))
-            mbsri_copy((size_t)n, m->scale + g->ig, s);
+        if (p.rank > 0 && m->typical.inertia && !mbsri_given_scale(m, d, g))
+            mbsri_copy((size_t)n, m->typical.inertia + g->ig, s);
         mbsri_null_columns(n, n - p.rank, s, p.N, X + p.rank * n);
     }
     const double size = size_of_scaled(n, s, D);
     keep_pivots(&p, w, s, size, X);
-    for (int k = 0; k < n; ++k) d->lambda[b->ig + k] = k < p.rank ? size : 0.0;
+    for (int k = 0; k < n; ++k) d->lambda[b->group.iu + k] = k < p.rank ? size : 0.0;
     invert_block(&p, w, Dinv);
     for (int l = p.rank; l < n; ++l)
         project_inverse(n, s, X + l * n, Dinv, p.L, p.L + n, p.L + 2 * n);

@@ -39,7 +39,7 @@ static bool by_differences(const mbsri_body *b)
 
 bool mbsri_rates_need_tree(const mbsri_body *b)
 {
-    return by_differences(b) && b->pred_space == MBSR_SPACE_GENERAL;
+    return by_differences(b) && b->pred.space == MBSR_SPACE_GENERAL;
 }
 
 size_t mbsri_rates_room(const mbsr_model *m, const mbsri_body *b)
@@ -66,15 +66,15 @@ static int joint_rates(const mbsr_model *m, mbsr_data *d, int i)
     const size_t dd = (size_t)b->d * (size_t)b->d;
     double *Kdot = d->scratch, *spare = Kdot + dd, *Hdot = d->Hdot + b->dp, *Jdot = d->Jdot + b->dn;
     if (!unit_K) mbsri_zero(dd, Kdot);
-    mbsri_zero((size_t)b->d * (size_t)b->d_pred, Hdot);
-    double *all = b->locks ? spare + dd : Jdot; /* every column, those held included */
+    mbsri_zero((size_t)b->d * (size_t)b->pred.d, Hdot);
+    double *all = b->lock.count ? spare + dd : Jdot; /* every column, those held included */
     mbsri_zero((size_t)b->d * (size_t)b->joint.n, all);
     const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
     const int status = b->joint.table->rates(&args, unit_K ? NULL : Kdot, Hdot, all);
     if (status) return mbsri_joint_failed(m, d, i, status, "rates");
-    if (b->locks) mbsri_drop_held(b, all, Jdot);
+    if (b->lock.count) mbsri_drop_held(b, all, Jdot);
     if (unit_K) return MBSR_OK;
-    divide_by_K(b, d, Kdot, b->d_pred, d->H + b->dp, Hdot, spare);
+    divide_by_K(b, d, Kdot, b->pred.d, d->H + b->dp, Hdot, spare);
     divide_by_K(b, d, Kdot, b->n, d->J + b->dn, Jdot, spare);
     return MBSR_OK;
 }
@@ -88,7 +88,7 @@ static const double weight[SAMPLES] = {-1.0, 8.0, -8.0, 1.0},
 
 static void clear_rates(const mbsri_body *b, mbsr_data *d)
 {
-    mbsri_zero((size_t)(b->d * b->d_pred), d->Hdot + b->dp);
+    mbsri_zero((size_t)(b->d * b->pred.d), d->Hdot + b->dp);
     mbsri_zero((size_t)(b->d * b->n), d->Jdot + b->dn);
     mbsri_zero((size_t)(b->d * b->d), d->Mdot + b->dd);
 }
@@ -103,7 +103,7 @@ static int add_rate_sample(const mbsr_model *m, mbsr_data *d, int i, double fact
 {
     const mbsri_body *b = m->body + i;
     if (!analytic_joint(b)) {
-        add_scaled((size_t)(b->d * b->d_pred), factor, d->H + b->dp, d->Hdot + b->dp);
+        add_scaled((size_t)(b->d * b->pred.d), factor, d->H + b->dp, d->Hdot + b->dp);
         add_scaled((size_t)(b->d * b->n), factor, d->J + b->dn, d->Jdot + b->dn);
     }
     if (analytic_mass(b)) return MBSR_OK;
@@ -122,7 +122,7 @@ static double speed_of_differences(const mbsr_model *m, const mbsr_data *d, int 
     const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
     double speed = mbsri_span_rate(&s);
     speed = fmax(speed, mbsri_twist_rate(&s, b, d->V + b->v));
-    speed = fmax(speed, mbsri_twist_rate(&s, pred, d->V + b->pred_v));
+    speed = fmax(speed, mbsri_twist_rate(&s, pred, d->V + b->pred.v));
     for (int k = 0; k < b->nq && b->joint.space == MBSR_SPACE_GENERAL; ++k) {
         const double span = mbsri_coordinate_span(&s, m, b, false, k);
         speed = fmax(speed, fabs(qdot[k]) / (span + fabs(q[k])));
@@ -147,14 +147,14 @@ typedef struct view {
 static int open_view(const mbsr_model *m, mbsr_data *d, int i, view *at)
 {
     const mbsri_body *b = m->body + i;
-    *at = (view){.space = b->pred_space, .nq = b->nq, .np = m->body[b->parent].np, .t = d->t};
+    *at = (view){.space = b->pred.space, .nq = b->nq, .np = m->body[b->parent].np, .t = d->t};
     at->q = d->moved;
     at->qdot = at->q + at->nq;
     at->pose = at->qdot + at->nq;
     at->rate = at->pose + at->np;
     mbsri_copy((size_t)at->nq, d->q + b->iq, at->q);
-    mbsri_copy((size_t)at->np, d->p + b->pred_p, at->pose);
-    if (at->np > 0) mbsri_pose_rate(at->space, at->np, at->pose, d->V + b->pred_v, at->rate);
+    mbsri_copy((size_t)at->np, d->p + b->pred.p, at->pose);
+    if (at->np > 0) mbsri_pose_rate(at->space, at->np, at->pose, d->V + b->pred.v, at->rate);
     return mbsri_coordinate_rates_of(m, d, i, at->qdot);
 }
 
@@ -164,7 +164,7 @@ static int move_on(const mbsr_model *m, mbsr_data *d, int i, const view *at, dou
     const mbsri_body *b = m->body + i;
     d->t = at->t + h;
     for (int k = 0; k < at->nq; ++k) d->q[b->iq + k] = at->q[k] + h * at->qdot[k];
-    if (at->np > 0) mbsri_pose_move(at->space, at->np, at->pose, at->rate, h, d->p + b->pred_p);
+    if (at->np > 0) mbsri_pose_move(at->space, at->np, at->pose, at->rate, h, d->p + b->pred.p);
     return mbsri_position_of(m, d, i);
 }
 
@@ -174,7 +174,7 @@ static int move_back(const mbsr_model *m, mbsr_data *d, int i, const view *at)
     const mbsri_body *b = m->body + i;
     d->t = at->t;
     mbsri_copy((size_t)at->nq, at->q, d->q + b->iq);
-    mbsri_copy((size_t)at->np, at->pose, d->p + b->pred_p);
+    mbsri_copy((size_t)at->np, at->pose, d->p + b->pred.p);
     const int status = mbsri_position_of(m, d, i);
     if (status || analytic_mass(b)) return status;
     return mbsri_inertia_velocity(b, d->t, d->p + b->p, d->V + b->v, d->M + b->dd, d->h + b->v);

@@ -49,8 +49,8 @@ static void rounding(const mbsr_model *m, const mbsr_data *d, int i, int sample,
     }
     for (size_t r = 0; r < dim; ++r) {
         double size = fabs(d->kII[b->v + r]);
-        for (size_t l = 0; l < (size_t)b->d_pred; ++l)
-            size += fabs(d->H[b->dp + l * dim + r] * d->A[b->pred_v + l]);
+        for (size_t l = 0; l < (size_t)b->pred.d; ++l)
+            size += fabs(d->H[b->dp + l * dim + r] * d->A[b->pred.v + l]);
         for (size_t l = 0; l < (size_t)b->n; ++l)
             size += fabs(d->J[b->dn + l * dim + r] * d->udot[(size_t)b->iu + l]);
         c->kII[r] = DBL_EPSILON * size * mbsri_sign(3 * sample + 1, b->v + r);
@@ -62,12 +62,12 @@ static void rounding(const mbsr_model *m, const mbsr_data *d, int i, int sample,
  * reads J, H, G, U, Dinv, Mbar;  writes impbar, sigma (kII), ep, Az (a). */
 static void solve_correction(const mbsr_model *m, mbsr_data *d, int sample, double *x)
 {
-    double *a_pred = d->scratch, *du = a_pred + m->max_d, *sum = du + m->max_d;
-    mbsri_zero(m->size_v, d->impbar);
+    double *a_pred = d->scratch, *du = a_pred + m->most.d, *sum = du + m->most.d;
+    mbsri_zero(m->size.v, d->impbar);
     mbsri_zero((size_t)m->root.d, d->Az);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
-        double *bar = d->impbar + b->v, *load = d->ep + b->ig, *kII = d->sigma + b->v;
+        double *bar = d->impbar + b->v, *load = d->ep + b->group.iu, *kII = d->sigma + b->v;
         const changes c = {d->scratch, kII, load};
         if (sample < 0)
             refined_residual(b, d, &c);
@@ -76,14 +76,14 @@ static void solve_correction(const mbsr_model *m, mbsr_data *d, int sample, doub
         for (int k = 0; k < b->d; ++k) bar[k] += c.f[k];
         mbsri_copy((size_t)b->d, bar, sum);
         mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, kII, sum);
-        mbsri_group_load(m, d, i, d->impbar, d->sigma, load, sum, sum + m->max_d);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
+        mbsri_group_load(m, d, i, d->impbar, d->sigma, load, sum, sum + m->most.d);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, sum, d->impbar + b->pred.v);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double *a = d->Az + b->v, *own = x + b->u;
         mbsri_zero((size_t)b->d, a_pred);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + b->pred_v, a_pred);
+        mbsri_ax(b->d, b->pred.d, 1.0, d->H + b->dp, d->Az + b->pred.v, a_pred);
         if (mbsri_heads(m, d, i)) {
             const mbsri_group g = mbsri_group_of(m, d, i);
             double *load = d->ep + g.ig;

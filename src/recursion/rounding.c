@@ -52,7 +52,7 @@ mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, con
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
 {
     const mbsri_closure *first = mbsri_all_closures(m);
-    double length = m->length, turn, move;
+    double length = m->typical.length, turn, move;
     for (int i = 1; i <= m->bodies; ++i)
         length = fmax(length, mbsri_lever_of(m->body + i, d->H + m->body[i].dp));
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
@@ -70,7 +70,7 @@ static void find_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_clos
                        double lever, double *size)
 {
     double *f = d->closure_V, *tau = d->closure_w, turn, move;
-    mbsri_zero(m->size_v, f);
+    mbsri_zero(m->size.v, f);
     mbsri_zero((size_t)m->nu, tau);
     for (int l = 0; l < c->bodies; ++l) {
         const mbsri_body *b = m->body + c->body[l];
@@ -88,8 +88,8 @@ static void find_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_clos
         const double *own = f + b->v;
         for (int j = 0; j < b->d * b->n; ++j)
             tau[b->iu + j / b->d] += fabs(d->J[b->dn + (size_t)j]) * own[j % b->d];
-        for (int j = 0; j < b->d * b->d_pred; ++j)
-            f[b->pred_v + (size_t)(j / b->d)] += fabs(d->H[b->dp + (size_t)j]) * own[j % b->d];
+        for (int j = 0; j < b->d * b->pred.d; ++j)
+            f[b->pred.v + (size_t)(j / b->d)] += fabs(d->H[b->dp + (size_t)j]) * own[j % b->d];
     }
     mbsri_scatter(m, tau, size);
 }
@@ -135,11 +135,11 @@ void mbsri_clear_masses(const mbsr_model *m, mbsr_data *d, double *matrix)
 {
     const size_t nu = (size_t)m->nu;
     double *lost = d->closure_V; /* at v of each body: of all that its joint moves */
-    mbsri_zero(m->size_v, lost);
+    mbsri_zero(m->size.v, lost);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         lost[b->v] += lost_of(b, d->M + b->dd);
-        if (b->parent > 0) lost[b->pred_v] += lost[b->v];
+        if (b->parent > 0) lost[b->pred.v] += lost[b->v];
         for (int l = 0; l < b->n; ++l) {
             const size_t j = (size_t)(b->u + l);
             const double *J = d->J + b->dn + (size_t)(l * b->d);

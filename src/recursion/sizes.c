@@ -93,7 +93,7 @@ static void take_up(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
     double *e = work, *force = e + g->n;
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        double *own = e + b->ig - g->ig;
+        double *own = e + b->group.iu - g->ig;
         for (int l = 0; l < b->n; ++l)
             own[l] = mbsri_sign(sample + SAMPLES, (size_t)(b->iu + l)) *
                      mbsri_joint_size(b, d, l, d->Az + b->v);
@@ -114,12 +114,12 @@ static void pass_sample(const mbsr_model *m, const mbsr_data *d, int i, int samp
         const mbsri_group g = mbsri_group_of(m, d, i);
         take_up(m, d, &g, sample, mu, mu + b->d);
     }
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, sample_of(d, sample) + b->pred_v);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mu, sample_of(d, sample) + b->pred.v);
 }
 
 void mbsri_gross_forces(const mbsr_model *m, mbsr_data *d)
 {
-    for (int l = 0; l < SAMPLES; ++l) mbsri_zero(m->size_v, sample_of(d, l));
+    for (int l = 0; l < SAMPLES; ++l) mbsri_zero(m->size.v, sample_of(d, l));
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_own_sizes(m, d, i, d->Az + m->body[i].v);
         for (int l = 0; l < SAMPLES; ++l) pass_sample(m, d, i, l);
@@ -132,7 +132,7 @@ double mbsri_gross_load(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
     double size = 0.0, square = 0.0, load[SAMPLES] = {0.0};
     for (int i = 0; i < g->members; ++i) {
         const mbsri_body *b = m->body + g->member[i];
-        const double *own = x + b->ig - g->ig;
+        const double *own = x + b->group.iu - g->ig;
         for (int k = 0; k < b->n; ++k) {
             size += fabs(own[k]) * mbsri_joint_size(b, d, k, d->Az + b->v);
             const double *J = d->J + b->dn + (size_t)k * (size_t)b->d;

@@ -16,10 +16,10 @@ mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated)
 {
     static const mbsr_scales none = {0.0, 0.0, 0.0, 0.0};
     const mbsr_scales *own = stated ? stated : &none;
-    return (mbsri_spans){.length = first_of(own->length, m->length, 1.0),
+    return (mbsri_spans){.length = first_of(own->length, m->typical.length, 1.0),
                          .angle = first_of(own->angle, 1.0, 1.0),
                          .other = own->other,
-                         .rate = own->time > 0.0 ? 1.0 / own->time : m->frequency};
+                         .rate = own->time > 0.0 ? 1.0 / own->time : m->typical.frequency};
 }
 
 double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c)
@@ -38,7 +38,8 @@ double mbsri_coordinate_span(const mbsri_spans *s, const mbsr_model *m, const mb
     case MBSR_COORDINATE_TRANSLATION: return s->length;
     case MBSR_COORDINATE_OTHER: break;
     }
-    const double own = m->span ? m->span[velocity ? m->nq + b->u + k : b->q + k] : 1.0;
+    const double own =
+        m->typical.span ? m->typical.span[velocity ? m->nq + b->u + k : b->q + k] : 1.0;
     return first_of(s->other, b->joint.table->scales.other, own);
 }
 
@@ -64,8 +65,8 @@ double mbsri_largest_rate(const mbsr_model *m, const double *x)
 double mbsri_lever_of(const mbsri_body *b, const double *H)
 {
     double lever = 0.0;
-    for (int c = 0; c < b->d_pred; ++c, H += b->d) {
-        for (int r = 0; r < b->d && mbsri_is_angle(b->pred_space, c); ++r)
+    for (int c = 0; c < b->pred.d; ++c, H += b->d) {
+        for (int r = 0; r < b->d && mbsri_is_angle(b->pred.space, c); ++r)
             lever = fmax(lever, mbsri_is_angle(b->joint.space, r) ? 0.0 : fabs(H[r]));
     }
     return lever;

@@ -211,16 +211,16 @@ int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int body, doubl
     if (i < 0) return status;
     const int rows = m->body[i].d;
     const size_t dim = (size_t)rows;
-    double *X = d->scratch, *next = X + (size_t)m->max_d * (size_t)m->max_d;
+    double *X = d->scratch, *next = X + (size_t)m->most.d * (size_t)m->most.d;
     mbsri_zero(dim * (size_t)m->nu, jacobian);
     mbsri_zero(dim * dim, X);
     for (int k = 0; k < rows; ++k) X[k * (rows + 1)] = 1.0;
     for (int k = i; k > 0; k = m->body[k].parent) {
         const mbsri_body *b = m->body + k;
         mbsri_ab(rows, b->d, b->n, -1.0, X, d->J + b->dn, jacobian + dim * (size_t)b->u);
-        mbsri_zero(dim * (size_t)b->d_pred, next);
-        mbsri_ab(rows, b->d, b->d_pred, -1.0, X, d->H + b->dp, next);
-        mbsri_copy(dim * (size_t)b->d_pred, next, X);
+        mbsri_zero(dim * (size_t)b->pred.d, next);
+        mbsri_ab(rows, b->d, b->pred.d, -1.0, X, d->H + b->dp, next);
+        mbsri_copy(dim * (size_t)b->pred.d, next, X);
     }
     return mbsri_check_result(m, d, dim * (size_t)m->nu, jacobian, "mbsr_body_jacobian");
 }

@@ -12,8 +12,8 @@ int mbsr_closures_weight(const mbsr_model *model, double *w)
 {
     if (!model || !w) return MBSR_ERR_NULL;
     if (!model->finished) return MBSR_ERR_UNFINISHED;
-    if (model->weight)
-        mbsri_scatter(model, model->weight, w);
+    if (model->typical.weight)
+        mbsri_scatter(model, model->typical.weight, w);
     else
         for (int k = 0; k < model->nu; ++k) w[k] = 1.0;
     return MBSR_OK;

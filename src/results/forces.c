@@ -30,11 +30,11 @@ int mbsr_force_load(const mbsr_model *model, mbsr_data *data, int force, int pla
     const bool every = (element->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
     const int most = every ? m->bodies : element->def.bodies;
     if (place < 0 || place >= most) return no_place(d, element, place);
-    const int i = every ? m->index[place] : m->list_index[element->list + (size_t)place];
+    const int i = every ? m->index[place] : m->stored.list_index[element->list + (size_t)place];
     const mbsri_body *b = m->body + i;
     /* behind what mbsri_force_on takes of the scratch */
-    double *own_f = d->scratch + m->max_d + m->max_n, *own_tau = own_f + m->max_d;
-    mbsri_zero((size_t)(m->max_d + m->max_n), own_f);
+    double *own_f = d->scratch + m->most.d + m->most.n, *own_tau = own_f + m->most.d;
+    mbsri_zero((size_t)(m->most.d + m->most.n), own_f);
     status = mbsri_force_on(m, d, element, every ? i : place, own_f, own_tau);
     if (!status) status = mbsri_check_result(m, d, (size_t)b->d, own_f, "mbsr_force_load");
     if (!status) status = mbsri_check_result(m, d, (size_t)b->n, own_tau, "mbsr_force_load");
@@ -105,7 +105,7 @@ int mbsr_force_switch(const mbsr_model *model, mbsr_data *data, int force, int o
                           "mbsr_force_switch: force %d is closure %d, which is always on", force,
                           element->closure);
     }
-    d->off[element - (const mbsri_force *)m->forces.data] = on == 0;
+    d->element.off[element - (const mbsri_force *)m->forces.data] = on == 0;
     if (d->stage > MBSRI_STAGE_VELOCITIES) d->stage = MBSRI_STAGE_VELOCITIES;
     d->accelerated = false;
     return MBSR_OK;

@@ -271,12 +271,12 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
     int status = mbsri_enter(model, data, q && report, MBSRI_STAGE_NONE, name);
     if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
     if (status) return status;
-    const bool watching = data->watching;
-    data->watching = false;
+    const bool watching = data->watch.active;
+    data->watch.active = false;
     status = mbsri_dense_open_ranks(&w, model, data, false, name);
     if (!status) status = report_on(&w, t, q, report, redundant, unique);
     mbsri_dense_close(&w);
-    data->watching = watching;
+    data->watch.active = watching;
     return status;
 }
 

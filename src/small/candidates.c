@@ -14,7 +14,7 @@ static const mbsr_inertia *given(const mbsr_model *m, int i)
 {
     const mbsri_body *b = m->body + i;
     if (b->neglected == 0) return &b->inertia;
-    return &((const mbsri_neglected *)m->neglected.data)[b->neglected - 1].given;
+    return &((const mbsri_neglected *)m->given.inertias.data)[b->neglected - 1].given;
 }
 
 static double trace(const mbsr_model *m, int i, const mbsr_inertia *inertia)
@@ -24,8 +24,8 @@ static double trace(const mbsr_model *m, int i, const mbsr_inertia *inertia)
     double sum = 0.0;
     if (inertia->kind != MBSR_INERTIA_MATRIX || !inertia->matrix) return 0.0;
     if (b->neglected > 0)
-        matrix = (const double *)m->matrices.data +
-                 ((const mbsri_neglected *)m->neglected.data)[b->neglected - 1].matrix;
+        matrix = (const double *)m->stored.matrices.data +
+                 ((const mbsri_neglected *)m->given.inertias.data)[b->neglected - 1].matrix;
     const int first = b->joint.space == MBSR_SPACE_SPATIAL ? 3 : 0;
     for (int k = first; k < b->d; ++k) sum += matrix[k * (b->d + 1)];
     return sum / (b->d - first);
@@ -35,7 +35,7 @@ static double trace(const mbsr_model *m, int i, const mbsr_inertia *inertia)
 static double size_of(const mbsr_model *m, int i)
 {
     const mbsr_inertia *inertia = given(m, i);
-    const double length = m->length > 0.0 ? m->length : 1.0;
+    const double length = m->typical.length > 0.0 ? m->typical.length : 1.0;
     switch (inertia->kind) {
     case MBSR_INERTIA_PARTICLE: return inertia->mass;
     case MBSR_INERTIA_PLANAR: return inertia->mass + inertia->moment / (length * length);
@@ -83,7 +83,7 @@ static bool pass(const mbsr_model *m, double ratio, const double *size, double *
         }
     }
     for (size_t k = 0; k < m->forces.count; ++k) {
-        const int *list = m->list_index + force[k].list;
+        const int *list = m->stored.list_index + force[k].list;
         for (int a = 0; a < force[k].def.bodies; ++a) {
             for (int b = 0; b < a; ++b) {
                 if (list[a] > 0 && list[b] > 0)

@@ -23,9 +23,9 @@ static const double apart = 1e-4, apart_if_light = 0.02;
 /* force of each candidate at t = from + h, along the smooth motion. */
 static int forces_at(mbsr_small_masses *s, double h)
 {
-    if (h == 0.0) return mbsri_small_forces(s, s->from, s->y, s->yp);
+    if (h == 0.0) return mbsri_small_forces(s, s->start.t, s->y, s->yp);
     const int status = mbsri_small_beside(s, h, s->y_full, s->yp_full);
-    return status ? status : mbsri_small_forces(s, s->from + h, s->y_full, s->yp_full);
+    return status ? status : mbsri_small_forces(s, s->start.t + h, s->y_full, s->yp_full);
 }
 
 static void clear_loads(mbsr_small_masses *s)
@@ -52,12 +52,12 @@ static int find_loads(mbsr_small_masses *s, double h)
     }
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
-        c->load.from = s->from;
+        c->load.from = s->start.t;
         for (int l = 0; l < c->load.n && !c->held; ++l) {
             const double before = c->beside[l], now = c->rest[l], after = c->force[l];
             c->load.value[l] = -now;
             c->load.rate[l] = -(after - before) / (2.0 * h);
-            c->load.bend[l] = s->lights > 0 ? -(after - 2.0 * now + before) / (h * h) : 0.0;
+            c->load.bend[l] = s->slow.count > 0 ? -(after - 2.0 * now + before) / (h * h) : 0.0;
         }
     }
     return status;
@@ -66,28 +66,30 @@ static int find_loads(mbsr_small_masses *s, double h)
 /* s->y, s->yp and the rates of lightly damped directions are kept, or as they were again. */
 static void keep(mbsr_small_masses *s)
 {
-    mbsri_copy((size_t)s->size, s->y, s->kept);
-    mbsri_copy((size_t)s->size, s->yp, s->kept + s->size);
-    for (int l = 0; l < s->lights; ++l) mbsri_copy(4, s->light[l].rate, s->light[l].kept);
+    mbsri_copy((size_t)s->size, s->y, s->work.kept);
+    mbsri_copy((size_t)s->size, s->yp, s->work.kept + s->size);
+    for (int l = 0; l < s->slow.count; ++l)
+        mbsri_copy(4, s->slow.each[l].rate, s->slow.each[l].kept);
 }
 
 static void restore(mbsr_small_masses *s)
 {
     clear_loads(s);
-    mbsri_copy((size_t)s->size, s->kept, s->y);
-    mbsri_copy((size_t)s->size, s->kept + s->size, s->yp);
-    for (int l = 0; l < s->lights; ++l) mbsri_copy(4, s->light[l].kept, s->light[l].rate);
+    mbsri_copy((size_t)s->size, s->work.kept, s->y);
+    mbsri_copy((size_t)s->size, s->work.kept + s->size, s->yp);
+    for (int l = 0; l < s->slow.count; ++l)
+        mbsri_copy(4, s->slow.each[l].kept, s->slow.each[l].rate);
 }
 
 int mbsri_small_correct(mbsr_small_masses *s, double *q, double *u)
 {
     const mbsr_model *m = s->reduced.model;
-    const bool light = s->lights > 0;
-    int status = light ? mbsri_small_factor(s, s->from, s->y, s->yp, s->light_c) : MBSR_OK;
+    const bool light = s->slow.count > 0;
+    int status = light ? mbsri_small_factor(s, s->start.t, s->y, s->yp, s->slow.c) : MBSR_OK;
     if (status) return status;
     keep(s);
     status = find_loads(s, (light ? apart_if_light : apart) * s->opt.time_scale);
-    if (!status) status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
+    if (!status) status = mbsri_small_settle(s, s->start.t, s->start.q, s->start.u, s->y, s->yp);
     if (!status && light) status = mbsri_small_refine(s);
     if (!status) {
         mbsri_copy((size_t)m->nq, s->y, q);

@@ -26,7 +26,7 @@ static const double largest_ratio = 1e6;
 static void set_pattern(const mbsr_small_masses *s, double c, double rate, double *pattern)
 {
     const mbsr_model *m = s->given;
-    for (int k = 0; k < s->size; ++k) pattern[k] = -s->total[k] / rate;
+    for (int k = 0; k < s->size; ++k) pattern[k] = -s->work.total[k] / rate;
     for (int k = 0; k < m->nq; ++k) pattern[k] *= c;
 }
 
@@ -36,19 +36,21 @@ static int impedances(mbsr_small_masses *s, const mbsri_twin *twin, const double
                       const double *yp, double c, double *Z, int stride, double *pattern)
 {
     const mbsr_model *m = s->given;
-    int status = mbsri_small_unloaded(s, twin, s->from, y, yp), l = 0;
+    int status = mbsri_small_unloaded(s, twin, s->start.t, y, yp), l = 0;
     for (int k = 0; k < s->pushes && !status; ++k) {
         mbsri_pushed *pushed = s->pushed + k;
         const mbsri_body *b = m->body + pushed->i;
         for (int j = 0; j < b->n && !status; ++j, ++l) {
-            double *unit = s->moved_v;
+            double *unit = s->work.load;
             mbsri_zero((size_t)b->n, unit);
             unit[j] = 1.0;
-            status = mbsri_small_column(s, twin, s->from, y, yp, &pushed->push, unit, s->rhs);
+            status =
+                mbsri_small_column(s, twin, s->start.t, y, yp, &pushed->push, unit, s->work.rhs);
             if (status) return status;
-            status = mbsr_newton_solve(twin->newton, s->rhs, s->total);
+            status = mbsr_newton_solve(twin->newton, s->work.rhs, s->work.total);
             if (status) return mbsri_small_failed(s, status, mbsr_newton_error(twin->newton));
-            const double rate = -s->total[m->nq + m->nu + b->u + j]; /* c times the displacement */
+            const double rate =
+                -s->work.total[m->nq + m->nu + b->u + j]; /* c times the displacement */
             Z[l * stride] = rate != 0.0 ? c / rate : 0.0;
             if (pattern && rate != 0.0) set_pattern(s, c, rate, pattern + l * s->size);
         }
@@ -58,9 +60,9 @@ static int impedances(mbsr_small_masses *s, const mbsri_twin *twin, const double
 
 static int factor_full(mbsr_small_masses *s, double c)
 {
-    ++s->factorisations;
+    ++s->factorised.count;
     const int status =
-        mbsr_newton_factor(s->full.newton, s->full.data, s->from, s->y_full, s->yp_full, c);
+        mbsr_newton_factor(s->full.newton, s->full.data, s->start.t, s->y_full, s->yp_full, c);
     return mbsri_small_failed(s, status, mbsr_newton_error(s->full.newton));
 }
 
@@ -101,21 +103,21 @@ int mbsri_small_measure(mbsr_small_masses *s)
     int status = MBSR_OK;
     for (int p = PROBES - 1; p >= 0 && !status; --p) {
         c[p] = probe[p] / scale;
-        status = mbsri_small_factor(s, s->from, s->y, s->yp, c[p]);
+        status = mbsri_small_factor(s, s->start.t, s->y, s->yp, c[p]);
         if (!status)
-            status = impedances(s, &s->reduced, s->y, s->yp, c[p], s->impedance + p, PROBES + 1,
-                                p == PROBES - 1 ? s->pattern : NULL);
+            status = impedances(s, &s->reduced, s->y, s->yp, c[p], s->swings.impedance + p,
+                                PROBES + 1, p == PROBES - 1 ? s->swings.pattern : NULL);
     }
-    s->light_c = c[0];
+    s->slow.c = c[0];
     if (!status) status = factor_full(s, c[PROBES - 1]);
     if (!status)
         status = impedances(s, &s->full, s->y_full, s->yp_full, c[PROBES - 1],
-                            s->impedance + PROBES, PROBES + 1, NULL);
+                            s->swings.impedance + PROBES, PROBES + 1, NULL);
     for (int l = 0; l < s->directions && !status; ++l) {
         mbsr_small_direction *x = s->direction + l;
         *x = (mbsr_small_direction){.body = x->body, .coordinate = x->coordinate, .mass = x->mass};
         if (s->candidate[x->mass].held) continue;
-        fit(c, s->impedance + l * (PROBES + 1), x);
+        fit(c, s->swings.impedance + l * (PROBES + 1), x);
         roots(scale, x);
     }
     return status;
@@ -123,8 +125,8 @@ int mbsri_small_measure(mbsr_small_masses *s)
 
 int mbsri_small_displace(mbsr_small_masses *s)
 {
-    const mbsri_small_formula still = {s->light_c, {0.0, 0.0}, 0.0};
-    const int status = mbsri_small_solve(s, s->from, s->y, s->yp, &still);
+    const mbsri_small_formula still = {s->slow.c, {0.0, 0.0}, 0.0};
+    const int status = mbsri_small_solve(s, s->start.t, s->y, s->yp, &still);
     for (int k = 0; k < s->candidates && !status; ++k)
         mbsri_copy((size_t)s->size, s->candidate[k].error[0], s->candidate[k].offset);
     return status;
@@ -139,9 +141,9 @@ void mbsri_small_amplitudes(mbsr_small_masses *s)
         mbsr_small_direction *x = s->direction + l;
         const mbsri_body *b = m->body + m->index[x->body];
         const int at = b->u + x->coordinate;
-        double position = 0.0, velocity = s->u_given[at] - s->y[u + at];
+        double position = 0.0, velocity = s->start.u[at] - s->y[u + at];
         const bool plain = b->nq == b->n;
-        if (plain) position = s->q_given[b->q + x->coordinate] - s->y[b->q + x->coordinate];
+        if (plain) position = s->start.q[b->q + x->coordinate] - s->y[b->q + x->coordinate];
         for (int k = 0; k < s->candidates; ++k) {
             const mbsri_candidate *c = s->candidate + k;
             if (c->held) continue;

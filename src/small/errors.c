@@ -26,17 +26,18 @@ static int load(mbsr_small_masses *s, mbsri_candidate *c, double t, const double
 {
     const mbsr_model *m = s->reduced.model;
     const int d = m->body[c->i].d;
-    for (int k = 0; k < d; ++k) s->moved_v[k] = c->force[k] - f->impulse * c->impulse[k];
-    const int status = mbsri_small_column(s, &s->reduced, t, y, yp, &c->load, s->moved_v, s->rhs);
+    for (int k = 0; k < d; ++k) s->work.load[k] = c->force[k] - f->impulse * c->impulse[k];
+    const int status =
+        mbsri_small_column(s, &s->reduced, t, y, yp, &c->load, s->work.load, s->work.rhs);
     for (int k = 0; k < m->nq + m->nu; ++k)
-        s->rhs[k] -= f->b[0] * c->error[1][k] + f->b[1] * c->error[2][k];
+        s->work.rhs[k] -= f->b[0] * c->error[1][k] + f->b[1] * c->error[2][k];
     return status;
 }
 
 int mbsri_small_factor(mbsr_small_masses *s, double t, const double *y, const double *yp, double c)
 {
     const int status = mbsr_newton_factor(s->reduced.newton, s->reduced.data, t, y, yp, c);
-    ++s->factorisations;
+    ++s->factorised.count;
     return mbsri_small_failed(s, status, mbsr_newton_error(s->reduced.newton));
 }
 
@@ -49,7 +50,7 @@ int mbsri_small_solve(mbsr_small_masses *s, double t, const double *y, const dou
         if (c->held) continue;
         status = load(s, c, t, y, yp, f);
         if (status) return status;
-        status = mbsr_newton_solve(s->reduced.newton, s->rhs, c->error[0]);
+        status = mbsr_newton_solve(s->reduced.newton, s->work.rhs, c->error[0]);
         if (status) return mbsri_small_failed(s, status, mbsr_newton_error(s->reduced.newton));
     }
     return status;
@@ -63,9 +64,9 @@ static int outputs_at(mbsr_small_masses *s, double t, const double *y, const dou
 {
     const mbsr_model *m = s->reduced.model;
     const int nq = m->nq, u = nq + m->nu;
-    for (int k = 0; k < nq; ++k) s->moved_q[k] = y[k] + sign * error[k];
-    for (int k = 0; k < m->nu; ++k) s->moved_u[k] = y[u + k] + sign * error[u + k];
-    const int status = s->opt.output(s->opt.output_user, t, s->moved_q, s->moved_u, value);
+    for (int k = 0; k < nq; ++k) s->work.q[k] = y[k] + sign * error[k];
+    for (int k = 0; k < m->nu; ++k) s->work.u[k] = y[u + k] + sign * error[u + k];
+    const int status = s->opt.output(s->opt.output_user, t, s->work.q, s->work.u, value);
     if (!status) return MBSR_OK;
     return mbsri_fail(&s->error, status, MBSR_NONE, MBSR_NONE,
                       "the function of outputs returned %d at t = %g", status, t);
@@ -76,12 +77,13 @@ static int compare(mbsr_small_masses *s, double t, const double *y, const double
 {
     int status = MBSR_OK;
     if (s->opt.output) {
-        status = outputs_at(s, t, y, error, 1.0, s->out_a);
-        if (!status) status = outputs_at(s, t, y, error, -1.0, s->out_b);
+        status = outputs_at(s, t, y, error, 1.0, s->work.above);
+        if (!status) status = outputs_at(s, t, y, error, -1.0, s->work.below);
         if (status) return status;
     }
     for (int k = 0; k < s->outputs; ++k) {
-        const double e = fabs(s->opt.output ? 0.5 * (s->out_a[k] - s->out_b[k]) : error[k]);
+        const double e =
+            fabs(s->opt.output ? 0.5 * (s->work.above[k] - s->work.below[k]) : error[k]);
         const double share = e / s->tolerance[k];
         if (!isfinite(share))
             return mbsri_fail(&s->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
@@ -94,14 +96,14 @@ static int compare(mbsr_small_masses *s, double t, const double *y, const double
 int mbsri_small_note(mbsr_small_masses *s, double t, const double *y)
 {
     int status = MBSR_OK;
-    mbsri_zero((size_t)s->size, s->total);
+    mbsri_zero((size_t)s->size, s->work.total);
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
         if (c->held) continue;
-        for (int l = 0; l < s->size; ++l) s->total[l] += c->error[0][l];
+        for (int l = 0; l < s->size; ++l) s->work.total[l] += c->error[0][l];
         status = compare(s, t, y, c->error[0], &c->worst);
     }
-    return status ? status : compare(s, t, y, s->total, &s->worst);
+    return status ? status : compare(s, t, y, s->work.total, &s->zeros.worst);
 }
 
 /* ---- along a run ---- */
@@ -120,10 +122,10 @@ static void shift(mbsr_small_masses *s)
  * is implicit Euler, too. */
 static mbsri_small_formula formula_to(const mbsr_small_masses *s, double t)
 {
-    const double h = t - s->t[0];
-    if (s->states <= 2)
-        return (mbsri_small_formula){1.0 / h, {-1.0 / h, 0.0}, s->states == 1 ? 1.0 / h : 0.0};
-    const double x = h / (s->t[0] - s->t[1]);
+    const double h = t - s->run.t[0];
+    if (s->run.states <= 2)
+        return (mbsri_small_formula){1.0 / h, {-1.0 / h, 0.0}, s->run.states == 1 ? 1.0 / h : 0.0};
+    const double x = h / (s->run.t[0] - s->run.t[1]);
     return (mbsri_small_formula){
         (1.0 + 2.0 * x) / ((1.0 + x) * h), {-(1.0 + x) / h, x * x / ((1.0 + x) * h)}, 0.0};
 }
@@ -131,17 +133,17 @@ static mbsri_small_formula formula_to(const mbsr_small_masses *s, double t)
 /* The errors begin as zero: what `start` has estimated for the whole duration goes. */
 static void begin(mbsr_small_masses *s)
 {
-    s->worst = (mbsri_small_worst){0.0, 0.0, s->from, 0};
+    s->zeros.worst = (mbsri_small_worst){0.0, 0.0, s->start.t, 0};
     for (int k = 0; k < s->candidates; ++k) {
         mbsri_candidate *c = s->candidate + k;
         for (int l = 0; l < 3; ++l) mbsri_zero((size_t)s->size, c->error[l]);
-        c->worst = s->worst;
+        c->worst = s->zeros.worst;
     }
 }
 
 int mbsri_small_follow(mbsr_small_masses *s, double t, const double *y, const double *yp)
 {
-    if (s->states == 1) begin(s);
+    if (s->run.states == 1) begin(s);
     const mbsri_small_formula formula = formula_to(s, t);
     int status = mbsri_small_forces(s, t, y, yp);
     if (!status) status = mbsri_small_swings_follow(s, t, y);
@@ -150,11 +152,11 @@ int mbsri_small_follow(mbsr_small_masses *s, double t, const double *y, const do
     status = mbsri_small_factor(s, t, y, yp, formula.c);
     if (!status) status = mbsri_small_solve(s, t, y, yp, &formula);
     /* in the step of the impulse springs give way that swing back in the next */
-    if (!status && s->states > 1) status = mbsri_small_note(s, t, y);
+    if (!status && s->run.states > 1) status = mbsri_small_note(s, t, y);
     if (status) return status;
-    s->t[2] = s->t[1];
-    s->t[1] = s->t[0];
-    s->t[0] = t;
-    ++s->states;
+    s->run.t[2] = s->run.t[1];
+    s->run.t[1] = s->run.t[0];
+    s->run.t[0] = t;
+    ++s->run.states;
     return MBSR_OK;
 }

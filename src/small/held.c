@@ -45,9 +45,9 @@ int mbsri_small_hold(mbsr_small_masses *s, double t, const mbsr_index_report *re
 {
     const mbsri_twin *twin = &s->full;
     const mbsr_model *m = twin->model;
-    double *u = s->moved_u;
+    double *u = s->work.u;
     *count = 0;
-    int status = mbsr_stage_positions(m, twin->data, t, s->q_given);
+    int status = mbsr_stage_positions(m, twin->data, t, s->start.q);
     mbsri_zero((size_t)m->nu, u);
     status = status ? mbsri_small_failed(s, status, mbsr_data_error(twin->data))
                     : find_motions(s, u, true);

@@ -133,7 +133,7 @@ int mbsri_small_split(mbsr_small_masses *s, double t, const double *y, double h)
         mbsri_candidate *c = s->candidate + k;
         const mbsri_body *b = m->body + c->i;
         const double *p = d->p + b->p, *V = d->V + b->v;
-        double *A = s->moved_v;
+        double *A = s->work.load;
         status = evaluate(s, c, t, p, V, d->A + b->v, c->mean, false);
         for (int l = 0; l < b->d; ++l) c->rest[l] = c->force[l] - c->mean[l];
         for (int l = 0; l < b->d && h > 0.0; ++l) A[l] = (V[l] - c->velocity[l]) / h;
@@ -147,8 +147,8 @@ int mbsri_small_impulses(mbsr_small_masses *s, double t, const double *y)
 {
     const mbsr_model *m = s->reduced.model;
     mbsr_data *d = s->reduced.data;
-    int status = mbsri_positions(m, d, t, s->q_given);
-    if (!status) status = mbsri_velocities(m, d, s->u_given);
+    int status = mbsri_positions(m, d, t, s->start.q);
+    if (!status) status = mbsri_velocities(m, d, s->start.u);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(d));
     for (int k = 0; k < s->candidates; ++k) {
         const mbsri_body *b = m->body + s->candidate[k].i;
@@ -160,7 +160,7 @@ int mbsri_small_impulses(mbsr_small_masses *s, double t, const double *y)
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
         const mbsri_body *b = m->body + c->i;
-        double *jump = s->moved_v;
+        double *jump = s->work.load;
         for (int l = 0; l < b->d; ++l) jump[l] = c->impulse[l] - d->V[b->v + (size_t)l];
         status = evaluate(s, c, t, d->p + b->p, d->V + b->v, jump, c->impulse, false);
     }
@@ -171,7 +171,7 @@ int mbsri_small_unloaded(mbsr_small_masses *s, const mbsri_twin *twin, double t,
                          const double *yp)
 {
     const int status =
-        mbsr_dae_residual(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, y, yp, s->F);
+        mbsr_dae_residual(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, y, yp, s->work.F);
     return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
 }
 
@@ -187,9 +187,10 @@ int mbsri_small_column(mbsr_small_masses *s, const mbsri_twin *twin, double t, c
     if (most < least) return MBSR_OK;
     for (int k = 0; k < load->n; ++k) load->value[k] = x[k] * (large / most);
     const int status =
-        mbsr_dae_residual(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, y, yp, s->F_loaded);
+        mbsr_dae_residual(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, y, yp, s->work.F_loaded);
     mbsri_zero((size_t)load->n, load->value);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
-    for (int k = 0; k < s->size; ++k) column[k] = (s->F_loaded[k] - s->F[k]) * (most / large);
+    for (int k = 0; k < s->size; ++k)
+        column[k] = (s->work.F_loaded[k] - s->work.F[k]) * (most / large);
     return MBSR_OK;
 }

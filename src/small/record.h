@@ -82,41 +82,59 @@ struct mbsr_small_masses {
     mbsri_candidate *candidate;
     mbsri_pushed *pushed;
     mbsr_small_direction *direction;
-    mbsri_swing *swing; /* of each direction */
-    double *tolerance;  /* of outputs */
-    int lights;
-    mbsri_light *light; /* room for all directions */
-    double *light_wanted;
-    double light_c; /* of the factorisation that the reduced twin's solver has */
-
+    double *tolerance; /* of outputs */
     mbsri_twin full, reduced;
     mbsr_model *clean; /* the reduced model for the caller's run */
+    struct {
+        int count;
+        mbsri_light *each; /* lightly damped directions, with room for all */
+        double *wanted;    /* one number of each */
+        double c;          /* of the factorisation that the reduced twin's solver has */
+    } slow;
+    struct {
+        mbsri_swing *each; /* of each direction */
+        double *pattern;   /* size a direction: what moves with its coordinate */
+        double *scale;     /* of the inertia of each direction's joint */
+        double *impedance; /* 4 a direction */
+    } swings;
 
     /* the run so far */
-    bool started;
-    int states;
-    double from, t[3];         /* the start; this state's time and those of the two before */
-    double *q_given, *u_given; /* nq, nu */
-    double *y, *yp, *y_full, *yp_full;         /* size */
-    double *F, *F_loaded, *rhs, *total;        /* size */
-    double *out_a, *out_b, *moved_q, *moved_u; /* outputs, nq, nu */
-    double *slope;                             /* size */
-    double *trial;                             /* 3 size */
-    double *kept;                              /* 2 size: y, yp while there is a load */
-    double *moved_v;                           /* the most numbers of a load */
-    double *pattern;                           /* size a direction */
-    double *scale;                             /* of the inertia of each direction's joint */
-    double *impedance;                         /* 4 a direction */
-    double *along[3];                          /* nu: generalised force, rest and mean */
-    double *scale_without;                     /* nu: as scale, of the reduced model */
-    double *p_last, *tested;                   /* nu: momenta, their change in tolerances */
-    double saved;                              /* steps of all zeros so far */
-    mbsri_small_worst worst;                   /* of all zeros together */
-    long factorisations, at_start;
-
-    mbsr_small_mass *mass; /* the report */
-    char *text;
-    size_t text_size;
+    struct {
+        bool known;
+        double t;
+        double *q, *u; /* nq, nu: as given */
+    } start;
+    struct {
+        int states;
+        double t[3]; /* of this state and of the two before */
+    } run;
+    double *y, *yp, *y_full, *yp_full; /* size: the state, without and with the masses */
+    struct {
+        double *along[3]; /* nu: generalised force, rest and mean */
+        double *scale;    /* nu: scale of inertia in the reduced model */
+        double *momentum; /* nu: p of the last state */
+        double *tested;   /* nu: its change in tolerances */
+    } rates;
+    struct {
+        double saved;            /* steps of all zeros so far */
+        mbsri_small_worst worst; /* of all zeros together */
+    } zeros;
+    struct {
+        long count, at_start;
+    } factorised;
+    struct {
+        double *F, *F_loaded, *rhs, *total, *slope; /* size */
+        double *trial;                              /* 3 size */
+        double *kept;                               /* 2 size: y, yp while there is a load */
+        double *above, *below;                      /* outputs, at a state displaced both ways */
+        double *q, *u;                              /* nq, nu: displaced */
+        double *load;                               /* the most numbers of a load */
+    } work;
+    struct {
+        mbsr_small_mass *mass;
+        char *text;
+        size_t text_size;
+    } report;
     double *numbers; /* the memory of all of the above that are numbers */
 };
 

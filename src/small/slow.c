@@ -29,11 +29,11 @@ static int differentiate(mbsr_small_masses *s)
     int status = MBSR_OK;
     for (int p = -2; p <= 2 && !status; ++p) {
         status = mbsri_small_beside(s, p * h, s->y_full, s->yp_full);
-        for (int l = 0; l < s->lights && !status; ++l)
-            s->light[l].position[p + 2] = s->y_full[s->light[l].q];
+        for (int l = 0; l < s->slow.count && !status; ++l)
+            s->slow.each[l].position[p + 2] = s->y_full[s->slow.each[l].q];
     }
-    for (int l = 0; l < s->lights && !status; ++l) {
-        mbsri_light *x = s->light + l;
+    for (int l = 0; l < s->slow.count && !status; ++l) {
+        mbsri_light *x = s->slow.each + l;
         const double *z = x->position, even = z[3] + z[1], odd = z[3] - z[1];
         x->rate[0] = (8.0 * odd - (z[4] - z[0])) / (12.0 * h);
         x->rate[1] = (16.0 * even - 30.0 * z[2] - (z[4] + z[0])) / (12.0 * h * h);
@@ -48,7 +48,8 @@ int mbsri_small_refine(mbsr_small_masses *s)
     int status = MBSR_OK;
     for (int pass = 0; pass < PASSES && !status; ++pass) {
         status = differentiate(s);
-        if (!status) status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
+        if (!status)
+            status = mbsri_small_settle(s, s->start.t, s->start.q, s->start.u, s->y, s->yp);
     }
     return status;
 }
@@ -56,15 +57,16 @@ int mbsri_small_refine(mbsr_small_masses *s)
 static void find(mbsr_small_masses *s)
 {
     const mbsr_model *m = s->given;
-    s->lights = 0;
+    s->slow.count = 0;
     for (int l = 0; l < s->directions; ++l) {
         const mbsr_small_direction *x = s->direction + l;
         const mbsri_body *b = m->body + m->index[x->body];
         if (!is_light(s, x)) continue;
-        s->light[s->lights++] = (mbsri_light){.q = b->q + x->coordinate,
-                                              .u = b->u + x->coordinate,
-                                              .relaxation = x->damping / x->stiffness,
-                                              .pattern = s->pattern + (size_t)l * (size_t)s->size};
+        s->slow.each[s->slow.count++] =
+            (mbsri_light){.q = b->q + x->coordinate,
+                          .u = b->u + x->coordinate,
+                          .relaxation = x->damping / x->stiffness,
+                          .pattern = s->swings.pattern + (size_t)l * (size_t)s->size};
     }
 }
 
@@ -72,12 +74,12 @@ int mbsri_small_slow(mbsr_small_masses *s)
 {
     const int u = s->given->nq + s->given->nu;
     find(s);
-    if (s->lights == 0) return MBSR_OK;
-    int status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
+    if (s->slow.count == 0) return MBSR_OK;
+    int status = mbsri_small_settle(s, s->start.t, s->start.q, s->start.u, s->y, s->yp);
     if (!status) status = mbsri_small_refine(s);
-    if (!status) mbsri_small_impose(s, s->from, 1, s->yp + u);
+    if (!status) mbsri_small_impose(s, s->start.t, 1, s->yp + u);
     if (status <= 0) return status;
     /* as for other directions, then: they begin where they are */
-    s->lights = 0;
-    return mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
+    s->slow.count = 0;
+    return mbsri_small_settle(s, s->start.t, s->start.q, s->start.u, s->y, s->yp);
 }

@@ -104,27 +104,28 @@ static void place(mbsr_small_masses *s, layout *l)
 {
     const mbsr_model *m = s->given;
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->size;
-    double **const states[] = {&s->y, &s->yp,       &s->y_full, &s->yp_full,
-                               &s->F, &s->F_loaded, &s->rhs,    &s->total};
+    double **const states[] = {&s->y,        &s->yp,        &s->y_full,
+                               &s->yp_full,  &s->work.F,    &s->work.F_loaded,
+                               &s->work.rhs, &s->work.total};
     for (size_t k = 0; k < sizeof states / sizeof states[0]; ++k) *states[k] = take(l, size);
-    s->q_given = take(l, nq);
-    s->moved_q = take(l, nq);
-    s->u_given = take(l, nu);
-    s->moved_u = take(l, nu);
-    s->moved_v = take(l, (size_t)(m->max_d > m->max_n ? m->max_d : m->max_n));
-    s->slope = take(l, size);
-    s->trial = take(l, 3 * size);
-    s->kept = take(l, 2 * size);
-    s->pattern = take(l, size * (size_t)s->directions);
-    s->light_wanted = take(l, (size_t)s->directions);
-    s->scale = take(l, (size_t)s->directions);
-    s->impedance = take(l, 4 * (size_t)s->directions);
-    double **const joints[] = {&s->along[0],      &s->along[1], &s->along[2],
-                               &s->scale_without, &s->p_last,   &s->tested};
+    s->start.q = take(l, nq);
+    s->work.q = take(l, nq);
+    s->start.u = take(l, nu);
+    s->work.u = take(l, nu);
+    s->work.load = take(l, (size_t)(m->most.d > m->most.n ? m->most.d : m->most.n));
+    s->work.slope = take(l, size);
+    s->work.trial = take(l, 3 * size);
+    s->work.kept = take(l, 2 * size);
+    s->swings.pattern = take(l, size * (size_t)s->directions);
+    s->slow.wanted = take(l, (size_t)s->directions);
+    s->swings.scale = take(l, (size_t)s->directions);
+    s->swings.impedance = take(l, 4 * (size_t)s->directions);
+    double **const joints[] = {&s->rates.along[0], &s->rates.along[1], &s->rates.along[2],
+                               &s->rates.scale,    &s->rates.momentum, &s->rates.tested};
     for (size_t k = 0; k < sizeof joints / sizeof joints[0]; ++k) *joints[k] = take(l, nu);
     s->tolerance = take(l, (size_t)s->outputs);
-    s->out_a = take(l, (size_t)s->outputs);
-    s->out_b = take(l, (size_t)s->outputs);
+    s->work.above = take(l, (size_t)s->outputs);
+    s->work.below = take(l, (size_t)s->outputs);
     for (int k = 0; k < s->candidates; ++k) {
         mbsri_candidate *c = s->candidate + k;
         const int d = m->body[c->i].d;
@@ -153,12 +154,13 @@ static int allocate(mbsr_small_masses *s)
     mbsri_small_directions(s, &s->pushes, &s->directions);
     s->pushed = mbsri_allocate(a, ((size_t)s->pushes + 1) * sizeof *s->pushed);
     s->direction = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->direction);
-    s->light = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->light);
-    s->swing = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->swing);
-    s->mass = mbsri_allocate(a, ((size_t)s->candidates + 1) * sizeof *s->mass);
-    s->text_size = mbsri_small_text_size(s);
-    s->text = mbsri_allocate(a, s->text_size);
-    if (!s->pushed || !s->direction || !s->light || !s->swing || !s->mass || !s->text)
+    s->slow.each = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->slow.each);
+    s->swings.each = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->swings.each);
+    s->report.mass = mbsri_allocate(a, ((size_t)s->candidates + 1) * sizeof *s->report.mass);
+    s->report.text_size = mbsri_small_text_size(s);
+    s->report.text = mbsri_allocate(a, s->report.text_size);
+    if (!s->pushed || !s->direction || !s->slow.each || !s->swings.each || !s->report.mass ||
+        !s->report.text)
         return no_memory(s);
     mbsri_small_directions(s, &s->pushes, &s->directions);
     layout l = {NULL, 0};
@@ -236,10 +238,10 @@ void mbsr_small_masses_destroy(mbsr_small_masses *small)
     mbsri_release(&allocator, s->candidate);
     mbsri_release(&allocator, s->pushed);
     mbsri_release(&allocator, s->direction);
-    mbsri_release(&allocator, s->light);
-    mbsri_release(&allocator, s->swing);
-    mbsri_release(&allocator, s->mass);
-    mbsri_release(&allocator, s->text);
+    mbsri_release(&allocator, s->slow.each);
+    mbsri_release(&allocator, s->swings.each);
+    mbsri_release(&allocator, s->report.mass);
+    mbsri_release(&allocator, s->report.text);
     mbsri_release(&allocator, s->numbers);
     mbsri_release(&allocator, s);
 }
@@ -252,7 +254,7 @@ static int give_back(mbsr_small_masses *s, double t, bool *again)
     const mbsri_twin *twin = &s->reduced;
     mbsr_index_report *report;
     const int status =
-        mbsr_index_report_create(twin->model, twin->data, t, s->q_given, s->u_given, &report);
+        mbsr_index_report_create(twin->model, twin->data, t, s->start.q, s->start.u, &report);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
     int held = 0;
     const int failed = mbsri_small_hold(s, t, report, &held);
@@ -265,7 +267,7 @@ static int settle(mbsr_small_masses *s, double t)
 {
     for (;;) {
         bool again = false;
-        const int status = mbsri_small_settle(s, t, s->q_given, s->u_given, s->y, s->yp);
+        const int status = mbsri_small_settle(s, t, s->start.q, s->start.u, s->y, s->yp);
         if (status != MBSR_UNDETERMINED) return status;
         const mbsr_error error = s->error;
         const int failed = give_back(s, t, &again);
@@ -296,12 +298,12 @@ static int take_full(mbsr_small_masses *s, double t)
     if (!status)
         status = mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, t, s->y_full, s->yp_full, NULL, NULL);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(d));
-    status = find_scales(s, &s->full, t, s->moved_u);
+    status = find_scales(s, &s->full, t, s->work.u);
     for (int l = 0; l < s->directions && !status; ++l) {
         const mbsr_small_direction *x = s->direction + l;
-        s->scale[l] = s->moved_u[m->body[m->index[x->body]].u + x->coordinate];
+        s->swings.scale[l] = s->work.u[m->body[m->index[x->body]].u + x->coordinate];
     }
-    return status ? status : find_scales(s, &s->reduced, t, s->scale_without);
+    return status ? status : find_scales(s, &s->reduced, t, s->rates.scale);
 }
 
 static int look(mbsr_small_masses *s, double t)
@@ -328,14 +330,14 @@ static int look(mbsr_small_masses *s, double t)
 static int forget(mbsr_small_masses *s)
 {
     bool held = false;
-    s->started = false;
-    s->lights = 0;
-    s->worst = (mbsri_small_worst){0.0, 0.0, s->from, 0};
+    s->start.known = false;
+    s->slow.count = 0;
+    s->zeros.worst = (mbsri_small_worst){0.0, 0.0, s->start.t, 0};
     for (int k = 0; k < s->candidates; ++k) {
         mbsri_candidate *c = s->candidate + k;
         held = held || c->held;
         c->held = false;
-        c->worst = s->worst;
+        c->worst = s->zeros.worst;
         for (int e = 0; e < 3; ++e) mbsri_zero((size_t)s->size, c->error[e]);
     }
     return held ? mbsri_small_twins(s) : MBSR_OK;
@@ -351,17 +353,17 @@ int mbsr_small_masses_start(mbsr_small_masses *small, double t, const double *q,
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
     if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_start: q or u is NULL");
-    s->from = s->t[0] = t;
+    s->start.t = s->run.t[0] = t;
     int status = forget(s);
     if (status) return status;
-    mbsri_copy((size_t)s->given->nq, q, s->q_given);
-    mbsri_copy((size_t)s->given->nu, u, s->u_given);
-    s->factorisations = 0;
+    mbsri_copy((size_t)s->given->nq, q, s->start.q);
+    mbsri_copy((size_t)s->given->nu, u, s->start.u);
+    s->factorised.count = 0;
     status = look(s, t);
     if (status) return status;
-    s->at_start = s->factorisations;
-    s->states = 1;
-    s->started = true;
+    s->factorised.at_start = s->factorised.count;
+    s->run.states = 1;
+    s->start.known = true;
     return MBSR_OK;
 }
 
@@ -370,8 +372,8 @@ int mbsr_small_masses_start(mbsr_small_masses *small, double t, const double *q,
 int mbsr_small_masses_state(const mbsr_small_masses *small, double *t, double *y, double *yp)
 {
     if (!small || !t || !y || !yp) return MBSR_ERR_NULL;
-    if (!small->started) return MBSR_ERR_SEQUENCE;
-    *t = small->from;
+    if (!small->start.known) return MBSR_ERR_SEQUENCE;
+    *t = small->start.t;
     mbsri_copy((size_t)small->size, small->y, y);
     mbsri_copy((size_t)small->size, small->yp, yp);
     return MBSR_OK;
@@ -379,7 +381,7 @@ int mbsr_small_masses_state(const mbsr_small_masses *small, double *t, double *y
 
 const mbsr_model *mbsr_small_masses_reduced(const mbsr_small_masses *small)
 {
-    return small && small->started ? small->clean : NULL;
+    return small && small->start.known ? small->clean : NULL;
 }
 
 int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y, const double *yp)
@@ -387,14 +389,14 @@ int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y, 
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
     if (!y || !yp) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_step: y or yp is NULL");
-    if (!s->started)
+    if (!s->start.known)
         return refuse(s, MBSR_ERR_SEQUENCE,
                       "mbsr_small_masses_step: call mbsr_small_masses_start first");
     if (!isfinite(t)) return refuse(s, MBSR_NOT_FINITE, "mbsr_small_masses_step: t is not finite");
-    if (!(t > s->t[0]))
+    if (!(t > s->run.t[0]))
         return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_small_masses_step: t is %g, not later than the last one, %g", t,
-                          s->t[0]);
+                          s->run.t[0]);
     return mbsri_small_follow(s, t, y, yp);
 }
 
@@ -403,30 +405,30 @@ int mbsr_small_masses_get_report(mbsr_small_masses *small, mbsr_small_masses_rep
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
     if (!report) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_get_report: report is NULL");
-    if (!s->started)
+    if (!s->start.known)
         return refuse(s, MBSR_ERR_SEQUENCE,
                       "mbsr_small_masses_get_report: call mbsr_small_masses_start first");
     *report = (mbsr_small_masses_report){.masses = s->candidates,
                                          .directions = s->directions,
-                                         .mass = s->mass,
+                                         .mass = s->report.mass,
                                          .direction = s->direction,
-                                         .from = s->from,
-                                         .to = s->t[0],
-                                         .states = s->states,
-                                         .error = s->worst.error,
-                                         .time = s->worst.time,
-                                         .output = s->worst.output,
-                                         .share = s->worst.share,
+                                         .from = s->start.t,
+                                         .to = s->run.t[0],
+                                         .states = s->run.states,
+                                         .error = s->zeros.worst.error,
+                                         .time = s->zeros.worst.time,
+                                         .output = s->zeros.worst.output,
+                                         .share = s->zeros.worst.share,
                                          .body = MBSR_NONE,
-                                         .factorisations = s->at_start,
-                                         .text = s->text};
+                                         .factorisations = s->factorised.at_start,
+                                         .text = s->report.text};
     report->steps = mbsri_small_judge(s);
     double most = 0.0;
     for (int k = 0; k < s->candidates; ++k) {
-        report->amplitude += s->mass[k].amplitude;
-        if (!(s->mass[k].share > most)) continue;
-        most = s->mass[k].share;
-        report->body = s->mass[k].body;
+        report->amplitude += s->report.mass[k].amplitude;
+        if (!(s->report.mass[k].share > most)) continue;
+        most = s->report.mass[k].share;
+        report->body = s->report.mass[k].body;
     }
     mbsri_small_write(s, report);
     return MBSR_OK;
@@ -437,7 +439,7 @@ int mbsr_small_masses_smooth(mbsr_small_masses *small, int order, double *q, dou
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
     if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_smooth: q or u is NULL");
-    if (!s->started)
+    if (!s->start.known)
         return refuse(s, MBSR_ERR_SEQUENCE,
                       "mbsr_small_masses_smooth: call mbsr_small_masses_start first");
     if (order != 1 && order != 2)

@@ -23,7 +23,7 @@ static int consistent(mbsr_small_masses *s, double t, const double *q, const dou
 /* The rate that a lightly damped direction should have at t, or its derivative. */
 static double rate_at(const mbsr_small_masses *s, const mbsri_light *x, double t, int derivative)
 {
-    const double h = t - s->from;
+    const double h = t - s->start.t;
     const double *r = x->rate;
     if (derivative) return r[1] + h * (r[2] + h / 2.0 * r[3]);
     return r[0] + h * (r[1] + h / 2.0 * (r[2] + h / 3.0 * r[3]));
@@ -35,8 +35,8 @@ static void impose(const mbsr_small_masses *s, bool rates, const double *wanted,
 {
     const mbsr_model *m = s->given;
     const int from = rates ? m->nq + m->nu : 0, n = rates ? m->nu : m->nq;
-    for (int l = 0; l < s->lights; ++l) {
-        const mbsri_light *y = s->light + l;
+    for (int l = 0; l < s->slow.count; ++l) {
+        const mbsri_light *y = s->slow.each + l;
         const double step = wanted[l] - x[rates ? y->u : y->q];
         for (int k = 0; k < n; ++k) x[k] += step * y->pattern[from + k];
     }
@@ -44,9 +44,9 @@ static void impose(const mbsr_small_masses *s, bool rates, const double *wanted,
 
 void mbsri_small_impose(mbsr_small_masses *s, double t, int derivative, double *u)
 {
-    for (int l = 0; l < s->lights; ++l)
-        s->light_wanted[l] = rate_at(s, s->light + l, t, derivative);
-    impose(s, true, s->light_wanted, u);
+    for (int l = 0; l < s->slow.count; ++l)
+        s->slow.wanted[l] = rate_at(s, s->slow.each + l, t, derivative);
+    impose(s, true, s->slow.wanted, u);
 }
 
 /* One step of Newton's method to positions at which the lightly damped directions have their rates,
@@ -58,25 +58,26 @@ static int approach(mbsr_small_masses *s, double t, const double *y, const doubl
 {
     const mbsr_model *m = s->reduced.model;
     const int first = m->nq + m->nu;
-    double *change = s->total, *state = s->trial, *rates = s->trial + s->size, size = 0.0;
+    double *change = s->work.total, *state = s->work.trial, *rates = s->work.trial + s->size,
+           size = 0.0;
     mbsri_copy((size_t)s->size, y, state);
     mbsri_copy((size_t)s->size, yp, rates);
     mbsri_small_impose(s, t, 0, state + first);
     int status = mbsri_small_unloaded(s, &s->reduced, t, state, rates);
     if (status) return status;
-    mbsri_zero((size_t)first, s->F); /* q' is not that of the state, p' does not matter */
-    status = mbsr_newton_solve(s->reduced.newton, s->F, change);
+    mbsri_zero((size_t)first, s->work.F); /* q' is not that of the state, p' does not matter */
+    status = mbsr_newton_solve(s->reduced.newton, s->work.F, change);
     if (status) return mbsri_small_failed(s, status, mbsr_newton_error(s->reduced.newton));
     for (int k = 0; k < m->nq; ++k) size = fmax(size, fabs(y[k]));
     *moved = 0.0;
-    for (int l = 0; l < s->lights; ++l) {
-        const mbsri_light *x = s->light + l;
-        const double step = change[x->q] * (1.0 + x->relaxation * s->light_c);
-        s->light_wanted[l] = y[x->q] - step;
+    for (int l = 0; l < s->slow.count; ++l) {
+        const mbsri_light *x = s->slow.each + l;
+        const double step = change[x->q] * (1.0 + x->relaxation * s->slow.c);
+        s->slow.wanted[l] = y[x->q] - step;
         if (step != 0.0) *moved = fmax(*moved, fabs(step) / (size + fabs(step)));
     }
     mbsri_copy((size_t)m->nq, y, q);
-    impose(s, false, s->light_wanted, q);
+    impose(s, false, s->slow.wanted, q);
     return MBSR_OK;
 }
 
@@ -86,8 +87,8 @@ int mbsri_small_settle(mbsr_small_masses *s, double t, const double *q, const do
     enum { MOST = 20 };
     int status = consistent(s, t, q, u, y, yp);
     double moved = 1.0;
-    if (s->lights == 0) return status;
-    double *near = s->trial + 2 * s->size;
+    if (s->slow.count == 0) return status;
+    double *near = s->work.trial + 2 * s->size;
     for (int k = 0; k < MOST && !status && moved > 1e-13; ++k) {
         mbsri_copy((size_t)s->given->nq, q, near);
         status = approach(s, t, y, yp, near, &moved);
@@ -103,11 +104,11 @@ static int move(mbsr_small_masses *s, double h, double *y, double *yp)
 {
     const mbsr_model *m = s->reduced.model;
     const int u = m->nq + m->nu;
-    for (int k = 0; k < m->nq; ++k) s->moved_q[k] = s->y[k] + h * yp[k];
-    for (int k = 0; k < m->nu; ++k) s->moved_u[k] = s->y[u + k] + h * yp[u + k];
-    int status = mbsr_normalise(m, s->reduced.data, s->moved_q);
-    if (!status) status = mbsri_small_settle(s, s->from + h, s->moved_q, s->moved_u, y, yp);
-    if (!status) mbsri_small_impose(s, s->from + h, 1, yp + u);
+    for (int k = 0; k < m->nq; ++k) s->work.q[k] = s->y[k] + h * yp[k];
+    for (int k = 0; k < m->nu; ++k) s->work.u[k] = s->y[u + k] + h * yp[u + k];
+    int status = mbsr_normalise(m, s->reduced.data, s->work.q);
+    if (!status) status = mbsri_small_settle(s, s->start.t + h, s->work.q, s->work.u, y, yp);
+    if (!status) mbsri_small_impose(s, s->start.t + h, 1, yp + u);
     return status;
 }
 
@@ -116,12 +117,12 @@ int mbsri_small_beside(mbsr_small_masses *s, double h, double *y, double *yp)
 {
     static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
     int status = MBSR_OK;
-    mbsri_zero((size_t)s->size, s->slope);
+    mbsri_zero((size_t)s->size, s->work.slope);
     mbsri_copy((size_t)s->size, s->yp, yp);
     for (int k = 0; k < 4 && !status; ++k) {
         if (k > 0) status = move(s, part[k] * h, y, yp);
-        for (int l = 0; l < s->size; ++l) s->slope[l] += weight[k] / 6.0 * yp[l];
+        for (int l = 0; l < s->size; ++l) s->work.slope[l] += weight[k] / 6.0 * yp[l];
     }
-    mbsri_copy((size_t)s->size, s->slope, yp);
+    mbsri_copy((size_t)s->size, s->work.slope, yp);
     return status ? status : move(s, h, y, yp);
 }

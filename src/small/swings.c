@@ -44,7 +44,7 @@ double mbsri_small_swing_size(const mbsr_small_masses *s, int l, double amplitud
     const double speed = amplitude * x->rate,
                  velocity = o->atol_velocity > 0.0 ? o->atol_velocity : o->atol,
                  in_q = amplitude / (o->atol + o->rtol * amplitude),
-                 in_p = x->inertia / fmax(s->scale[l], x->inertia) * speed /
+                 in_p = x->inertia / fmax(s->swings.scale[l], x->inertia) * speed /
                         (velocity + o->rtol * speed);
     return fmax(in_q, 4.0 * in_p);
 }
@@ -88,20 +88,20 @@ static void along_joints(mbsr_small_masses *s, int which, double *out)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, d->mu + b->v, out + b->u);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, d->mu + b->v, d->mu + b->pred_v);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, d->mu + b->v, d->mu + b->pred.v);
     }
 }
 
 static void all_along_joints(mbsr_small_masses *s)
 {
-    for (int k = 0; k < 3; ++k) along_joints(s, k, s->along[k]);
+    for (int k = 0; k < 3; ++k) along_joints(s, k, s->rates.along[k]);
 }
 
 /* What acts along a direction: by the motion that goes with it while all masses stay. */
 static double along(const mbsr_small_masses *s, int l, const double *forces)
 {
     const mbsr_model *m = s->given;
-    const double *pattern = s->pattern + (size_t)l * (size_t)s->size + m->nq + m->nu;
+    const double *pattern = s->swings.pattern + (size_t)l * (size_t)s->size + m->nq + m->nu;
     double sum = 0.0;
     for (int k = 0; k < m->nu; ++k) sum += pattern[k] * forces[k];
     return sum;
@@ -167,12 +167,13 @@ static void test_momenta(mbsr_small_masses *s, const double *y)
     const double velocity = o->atol_velocity > 0.0 ? o->atol_velocity : o->atol;
     double most = 0.0;
     for (int k = 0; k < m->nu; ++k) {
-        const double change = fabs(y[m->nq + k] - s->p_last[k]);
-        s->tested[k] = change / (velocity + o->rtol * fabs(y[m->nq + m->nu + k]));
-        most = fmax(most, s->tested[k] / s->scale_without[k]);
-        s->p_last[k] = y[m->nq + k];
+        const double change = fabs(y[m->nq + k] - s->rates.momentum[k]);
+        s->rates.tested[k] = change / (velocity + o->rtol * fabs(y[m->nq + m->nu + k]));
+        most = fmax(most, s->rates.tested[k] / s->rates.scale[k]);
+        s->rates.momentum[k] = y[m->nq + k];
     }
-    for (int k = 0; k < m->nu; ++k) s->tested[k] = most > 0.0 ? s->tested[k] / most : 0.0;
+    for (int k = 0; k < m->nu; ++k)
+        s->rates.tested[k] = most > 0.0 ? s->rates.tested[k] / most : 0.0;
 }
 
 /* ---- along the run ---- */
@@ -185,11 +186,11 @@ static void count(mbsr_small_masses *s, double time)
     for (int k = 0; k < s->candidates; ++k) s->candidate[k].now = 0.0;
     for (int l = 0; l < s->directions; ++l) {
         const mbsr_small_direction *x = s->direction + l;
-        mbsri_swing *y = s->swing + l;
+        mbsri_swing *y = s->swings.each + l;
         double *now = &s->candidate[x->mass].now;
         if (!(x->rate > 0.0)) continue;
         const mbsri_body *b = m->body + m->index[x->body];
-        const double share = s->tested[b->u + x->coordinate] / s->scale[l];
+        const double share = s->rates.tested[b->u + x->coordinate] / s->swings.scale[l];
         *now = fmax(*now, mbsri_small_swing_steps(x, y->before, y->size, time));
         if (share > 1.0) *now = fmax(*now, pow(share, 1.0 / 6.0) - 1.0);
     }
@@ -198,44 +199,45 @@ static void count(mbsr_small_masses *s, double time)
         c->steps += c->now;
         most = fmax(most, c->now);
     }
-    s->saved += most;
+    s->zeros.saved += most;
 }
 
 int mbsri_small_swings_begin(mbsr_small_masses *s)
 {
     const mbsr_model *m = s->given;
-    int status = mbsri_small_forces(s, s->from, s->y, s->yp);
-    if (!status) status = mbsri_small_split(s, s->from, s->y, 0.0);
+    int status = mbsri_small_forces(s, s->start.t, s->y, s->yp);
+    if (!status) status = mbsri_small_split(s, s->start.t, s->y, 0.0);
     if (status) return status;
     all_along_joints(s);
     for (int l = 0; l < s->directions; ++l) {
         const mbsr_small_direction *x = s->direction + l;
-        mbsri_swing *y = s->swing + l;
-        *y = (mbsri_swing){.load = along(s, l, s->along[0]), .rest = along(s, l, s->along[1])};
+        mbsri_swing *y = s->swings.each + l;
+        *y = (mbsri_swing){.load = along(s, l, s->rates.along[0]),
+                           .rest = along(s, l, s->rates.along[1])};
         if (!(x->rate > 0.0)) continue;
         y->re = x->amplitude / pair_of(x).parts;
         y->size = mbsri_small_swing_size(s, l, x->amplitude);
     }
     for (int k = 0; k < s->candidates; ++k) s->candidate[k].steps = 0.0;
-    mbsri_copy((size_t)m->nu, s->y + m->nq, s->p_last);
-    s->saved = 0.0;
+    mbsri_copy((size_t)m->nu, s->y + m->nq, s->rates.momentum);
+    s->zeros.saved = 0.0;
     return MBSR_OK;
 }
 
 int mbsri_small_swings_follow(mbsr_small_masses *s, double t, const double *y)
 {
-    const double h = t - s->t[0];
+    const double h = t - s->run.t[0];
     const int status = mbsri_small_split(s, t, y, h);
     if (status) return status;
     all_along_joints(s);
     for (int l = 0; l < s->directions; ++l) {
         mbsr_small_direction *x = s->direction + l;
-        mbsri_swing *z = s->swing + l;
-        const double rest = along(s, l, s->along[1]);
+        mbsri_swing *z = s->swings.each + l;
+        const double rest = along(s, l, s->rates.along[1]);
         z->before = z->size;
         if (x->rate > 0.0) {
-            const double mean = 0.5 * (z->rest + rest) + along(s, l, s->along[2]),
-                         swing = swing_on(z, x, along(s, l, s->along[0]), mean, h);
+            const double mean = 0.5 * (z->rest + rest) + along(s, l, s->rates.along[2]),
+                         swing = swing_on(z, x, along(s, l, s->rates.along[0]), mean, h);
             if (!isfinite(swing))
                 return mbsri_fail(&s->error, MBSR_NOT_FINITE, x->body, MBSR_NONE,
                                   "body %d: its fast motion is not finite at t = %g", x->body, t);

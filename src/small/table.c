@@ -70,16 +70,16 @@ static int line(const mbsr_small_masses *s, const mbsr_small_mass *x, char *text
 void mbsri_small_write(mbsr_small_masses *s, const mbsr_small_masses_report *report)
 {
     size_t used = 0;
-    int length = snprintf(s->text, s->text_size, "%-20s %-6s %-8s %9s %9s %9s %9s %9s %9s %7s\n",
-                          "body", "parts", "rate", "rad/s", "damping", "fastness", "error",
-                          "/ allowed", "swing", "steps");
+    int length = snprintf(s->report.text, s->report.text_size,
+                          "%-20s %-6s %-8s %9s %9s %9s %9s %9s %9s %7s\n", "body", "parts", "rate",
+                          "rad/s", "damping", "fastness", "error", "/ allowed", "swing", "steps");
     used += length > 0 ? (size_t)length : 0;
     for (int k = 0; k < s->candidates; ++k) {
-        length = line(s, s->mass + k, s->text + used, s->text_size - used);
+        length = line(s, s->report.mass + k, s->report.text + used, s->report.text_size - used);
         if (length > 0) used += (size_t)length;
     }
     mbsri_print(
-        s->text + used, s->text_size - used,
+        s->report.text + used, s->report.text_size - used,
         "all zeros together: error %.2e, %.2e of what is allowed, at t = %g; swings that are "
         "lost: up to %.2e of it\n",
         report->error, report->share, report->time, report->amplitude);

@@ -24,7 +24,7 @@ static double steps_of(const mbsr_small_masses *s, int l, double span)
 static void judge(mbsr_small_masses *s, int k, double span)
 {
     const mbsri_candidate *c = s->candidate + k;
-    mbsr_small_mass *x = s->mass + k;
+    mbsr_small_mass *x = s->report.mass + k;
     *x = (mbsr_small_mass){.body = c->body,
                            .parts = c->parts,
                            .ratio = c->ratio,
@@ -48,7 +48,7 @@ static void judge(mbsr_small_masses *s, int k, double span)
             slow = fmax(slow, share);
         else if (y->decay * span < 3.0)
             lasting = fmax(lasting, share);
-        if (s->states == 1) x->steps = fmax(x->steps, steps_of(s, l, span));
+        if (s->run.states == 1) x->steps = fmax(x->steps, steps_of(s, l, span));
     }
     if (x->share + slow > 1.0)
         x->verdict = MBSR_SMALL_MAY_NOT_BE_ZERO;
@@ -58,11 +58,11 @@ static void judge(mbsr_small_masses *s, int k, double span)
 
 double mbsri_small_judge(mbsr_small_masses *s)
 {
-    const double span = s->states > 1 ? s->t[0] - s->from : s->opt.duration;
-    double steps = s->saved;
+    const double span = s->run.states > 1 ? s->run.t[0] - s->start.t : s->opt.duration;
+    double steps = s->zeros.saved;
     for (int k = 0; k < s->candidates; ++k) {
         judge(s, k, span);
-        steps = fmax(steps, s->mass[k].steps);
+        steps = fmax(steps, s->report.mass[k].steps);
     }
     return steps;
 }

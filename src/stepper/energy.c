@@ -49,14 +49,14 @@ static int find_power(mbsr_stepper *s, double *power)
     const mbsr_model *m = s->model;
     mbsr_data *d = s->data;
     const mbsri_force *force = m->forces.data;
-    mbsri_zero(m->size_v, d->f);
+    mbsri_zero(m->size.v, d->f);
     mbsri_zero((size_t)m->nu, d->tau);
     for (size_t k = 0; k < m->forces.count; ++k) {
         if (!feeds(force + k) || mbsri_force_off(m, d, force + k)) continue;
         const int status = mbsri_add_element(m, d, force + k);
         if (status) return status;
     }
-    *power = mbsri_dot((int)m->size_v, d->f, d->V) + mbsri_dot(m->nu, d->tau, d->u);
+    *power = mbsri_dot((int)m->size.v, d->f, d->V) + mbsri_dot(m->nu, d->tau, d->u);
     return MBSR_OK;
 }
 

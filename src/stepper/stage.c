@@ -104,11 +104,11 @@ static void apply_correction(mbsr_stepper *s, double share, double c)
 static int check_gaps(mbsr_stepper *s, const mbsri_stage_task *task)
 {
     const mbsr_model *m = s->model;
-    if (m->held == 0) return MBSR_OK;
+    if (m->position_rows == 0) return MBSR_OK;
     const int status = evaluate_residual(s, task);
     if (status) return status;
-    const double length = m->length > 0.0 ? m->length : 1.0;
-    const double gap = mbsri_largest(m->held, s->F + m->nq + 2 * m->nu + m->rows);
+    const double length = m->typical.length > 0.0 ? m->typical.length : 1.0;
+    const double gap = mbsri_largest(m->position_rows, s->F + m->nq + 2 * m->nu + m->rows);
     if (gap <= s->opt.tolerance * length) return MBSR_OK;
     return mbsri_fail(&s->cause, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                       "Newton's method leaves a gap of %.3g in a loop", gap);

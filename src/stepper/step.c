@@ -54,7 +54,8 @@ mbsr_stepper_work mbsri_stepper_bound(const mbsr_stepper *s)
     const int corrections = (attempts * s->opt.order + smallest * PATIENCE) * s->opt.corrections;
     const int stages = attempts * s->opt.order + smallest;
     return (mbsr_stepper_work){.factorisations = stages + corrections,
-                               .residuals = corrections + (s->model->held > 0 ? stages : 0),
+                               .residuals =
+                                   corrections + (s->model->position_rows > 0 ? stages : 0),
                                .solves = 2 * corrections,
                                .attempts = attempts + smallest,
                                .substeps = smallest};
@@ -108,7 +109,7 @@ static void forget_multipliers(mbsr_stepper *s)
         for (int row = 0; row < c[k].rows; ++row)
             if (!mbsri_is_stiff(c + k, row)) Lambda[c[k].row + row] = 0.0;
     }
-    mbsri_zero((size_t)m->held, Lambda + m->rows);
+    mbsri_zero((size_t)m->position_rows, Lambda + m->rows);
 }
 
 /* One substep, which becomes the state where it succeeds. */

@@ -68,8 +68,8 @@ static bool is_block_body(const mbsri_sweeps *tree, int i)
 static void through_H(const mbsri_body *b, const double *H, const double *x, double y[6])
 {
     double own[6] = {0.0};
-    mbsri_atx(b->d, b->d_pred, 1.0, H, x, own);
-    mbsri_lift(b->d_pred, own, y);
+    mbsri_atx(b->d, b->pred.d, 1.0, H, x, own);
+    mbsri_lift(b->pred.d, own, y);
 }
 
 /* ---- root to leaves ---- */
@@ -187,7 +187,7 @@ void mbsri_block_rates(const mbsri_sweep_run *run, const mbsri_group *g, const d
 {
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = run->model->body + g->member[k];
-        mbsri_copy((size_t)b->n, x + b->ig - g->ig, out + b->iu);
+        mbsri_copy((size_t)b->n, x + b->group.iu - g->ig, out + b->iu);
     }
 }
 
@@ -250,7 +250,7 @@ static void collect(const mbsri_sweep_run *run, int i, mbsri_carry *c)
     const mbsr_data *d = run->data;
     const double *arm = run->load[b->parent].arm;
     double A[36], a[6], y[6];
-    lift_matrix(b->d_pred, d->Mbar + b->pred_dd, A);
+    lift_matrix(b->pred.d, d->Mbar + b->pred.dd, A);
     /* p = H^T mu + Mbar (0, g + omega x (omega x arm)) */
     through_H(b, d->H + b->dp, d->mu + b->v, y);
     weight_of_unit(run, a);
@@ -270,7 +270,7 @@ static void collect_errors(const mbsri_sweep_run *run, int i, bool exact, mbsri_
     const mbsri_body *b = run->model->body + i;
     const double per_area = 1.0 / (run->tree->length * run->tree->length);
     double N[36];
-    lift_matrix(b->d_pred, run->data->W + b->pred_dd, N);
+    lift_matrix(b->pred.d, run->data->W + b->pred.dd, N);
     translate(run->load[b->parent].arm, N);
     for (int k = 0; k < 3; ++k) c->spread += N[7 * k] * per_area + N[7 * (3 + k)];
     if (exact) {
@@ -289,9 +289,9 @@ static bool is_below_rigid(const mbsri_sweep_run *run, int i)
 static void clear_predecessor(const mbsri_sweep_run *run, int i)
 {
     const mbsri_body *b = run->model->body + i;
-    const size_t dd = (size_t)b->d_pred * (size_t)b->d_pred;
-    mbsri_zero(dd, run->data->Mbar + b->pred_dd);
-    mbsri_zero(dd, run->data->W + b->pred_dd);
+    const size_t dd = (size_t)b->pred.d * (size_t)b->pred.d;
+    mbsri_zero(dd, run->data->Mbar + b->pred.dd);
+    mbsri_zero(dd, run->data->W + b->pred.dd);
     run->data->turned[run->model->body[b->parent].scalar_offset] = 0.0;
 }
 
@@ -308,7 +308,7 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
         const bool lacks = mbsri_group_rank(d, &g) < g.n;
         /* without a scale of the model, projections depend on all of W: they are those of the
          * stages, for every caller alike */
-        if (lacks && g.n > 1 && !m->scale) return false;
+        if (lacks && g.n > 1 && !m->typical.inertia) return false;
         if (lacks && !exact && !(run->tree->body[i].flags & MBSRI_SHARP)) return false;
     }
     if (is_below_rigid(run, i)) clear_predecessor(run, i);
@@ -420,7 +420,7 @@ static void hand_momenta(const mbsri_sweep_run *run, int i, mbsri_flow *flow)
     through_H(b, H, d->sigma + b->v, rate);
     through_H(b, d->Hdot + b->dp, d->imp + b->v, turning);
     through_H(b, H, d->impbar + b->v, bar);
-    mbsri_lift(b->d_pred, d->V + b->pred_v, V);
+    mbsri_lift(b->pred.d, d->V + b->pred.v, V);
     for (int k = 0; k < 6; ++k) rate[k] += turning[k];
     /* N = (.) + v x p */
     mbsri_add_cross3(V + 3, momentum + 3, rate);

@@ -179,7 +179,7 @@ MBSRI_INLINE void pass_mass(const mbsri_sweep_run *run, int i, int d, int dp, in
 {
     const mbsri_body *b = run->model->body + i;
     mbsr_data *data = run->data;
-    double T[36], TH[36], *above = data->Mbar + b->pred_dd;
+    double T[36], TH[36], *above = data->Mbar + b->pred.dd;
     memcpy(T, data->Mbar + b->dd, (size_t)(d * d) * sizeof *T);
     mbsri_abt(d, n, d, -1.0, data->G + b->dg, data->U + b->dg, T);
     if (rho) {
@@ -198,13 +198,13 @@ MBSRI_INLINE void load_sized(const mbsri_sweep_run *run, int i, int d, int dp, i
 {
     const mbsri_body *b = run->model->body + i;
     mbsr_data *data = run->data;
-    double *e = data->e + b->ig, *mu = data->mu + b->v;
+    double *e = data->e + b->group.iu, *mu = data->mu + b->v;
     for (int k = 0; k < d; ++k) mu[k] = data->fbar[b->v + (size_t)k];
     mbsri_ax(d, d, 1.0, data->Mbar + b->dd, data->kII + b->v, mu);
     for (int k = 0; k < n; ++k) e[k] = data->tau[b->iu + k];
     mbsri_atx(d, n, -1.0, data->J + b->dn, mu, e);
     mbsri_ax(d, n, 1.0, data->G + b->dg, e, mu);
-    mbsri_atx(d, dp, -1.0, data->H + b->dp, mu, data->fbar + b->pred_v);
+    mbsri_atx(d, dp, -1.0, data->H + b->dp, mu, data->fbar + b->pred.v);
 }
 
 /* Body i with sizes known to the compiler; false: not clear. */
@@ -257,7 +257,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     const double per_area = 1.0 / (run->tree->length * run->tree->length), *J = data->J + b->dn,
                  *W = data->W + b->dd, *kII = data->kII + b->v, *fbar = data->fbar + b->v;
     double *bound = run->load[i].bound, *U = data->U + b->dg, *G = data->G + b->dg,
-           *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred_v;
+           *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred.v;
     const v4 k_w = three(kII), k_v = three(kII + 3);
     blocks c;
     column j = {.S_L = three(J), .S_p = three(J + 3), .armature = b->armature[0]};
@@ -278,7 +278,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     mu_L += three(fbar);
     mu_p += three(fbar + 3);
     const double e = data->tau[b->iu] - sum3(j.S_L * mu_L + j.S_p * mu_p);
-    data->e[b->ig] = e;
+    data->e[b->group.iu] = e;
     mu_L += j.g_L * splat(e);
     mu_p += j.g_p * splat(e);
     put_three(mu, mu_L), put_three(mu + 3, mu_p);
@@ -290,7 +290,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     bound[1] = spread * ratio * ratio;
     subtract_dyad(j.g_L, j.g_p, j.U_L, j.U_p, &c);
     translate(rho, &c);
-    add_blocks(&c, data->Mbar + b->pred_dd);
+    add_blocks(&c, data->Mbar + b->pred.dd);
     return true;
 }
 
@@ -298,7 +298,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
 MBSRI_OUTLINE bool pass_bounded(const mbsri_sweep_run *run, int i)
 {
     const mbsri_body *b = run->model->body + i;
-    const int d = b->d, dp = b->d_pred, n = b->n;
+    const int d = b->d, dp = b->pred.d, n = b->n;
     v4 rho;
     if (d == 6 && dp == 6 && n == 1 && is_translation(run->data->H + b->dp, &rho))
         return pass_hinge(run, i, rho);
@@ -315,7 +315,7 @@ MBSRI_OUTLINE void collect_blocks(const mbsri_sweep_run *run, int i, blocks *c)
     const mbsr_data *data = run->data;
     const double *bound = run->load[i].bound;
     double y[6] = {0.0};
-    matrix_to_blocks(data->Mbar + b->pred_dd, c);
+    matrix_to_blocks(data->Mbar + b->pred.dd, c);
     mbsri_atx(b->d, 6, 1.0, data->H + b->dp, data->mu + b->v, y);
     const v4 omega = load(run->state[b->parent].omega), arm = load(run->load[b->parent].arm);
     const v4 a = load3(run->tree->gravity) + cross(omega, cross(omega, arm));

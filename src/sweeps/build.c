@@ -50,9 +50,9 @@ static bool hides_moment(const mbsr_model *m, int i, bool asks)
 /* Whether body i is none of the blocks. */
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    if (tree->whole && m->body[i].whole && !(tree->massless_on_loop && m->body[i].massless_on_loop))
+    if (tree->whole && m->body[i].whole && !(tree->massless_on_loop && m->body[i].loop.massless))
         return false;
-    if (tree->with_loops && m->body[i].by_blocks) return false;
+    if (tree->with_loops && m->body[i].loop.by_blocks) return false;
     const bool users = asks(tree, m, i);
     return (users || mbsri_embeds(m, tree->bodies, i)) && !hides_moment(m, i, users);
 }
@@ -157,7 +157,7 @@ static void place_block(mbsri_sweeps *tree, const mbsr_model *m, int i)
                                        .n = body->n,
                                        .spread = 1.0,
                                        .flags = MBSRI_BLOCK | MBSRI_SHARP};
-    if (is_rigid(body->joint.space) && is_rigid(body->pred_space))
+    if (is_rigid(body->joint.space) && is_rigid(body->pred.space))
         tree->body[i].flags |= MBSRI_BOUNDED;
     tree->block_of[tree->blocks++] = i;
     tree->rates = tree->rates && !mbsri_rates_need_tree(body);
@@ -348,7 +348,7 @@ static void mark_loaded(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_for
     const int marks = MBSRI_LOADED | MBSRI_ACTED;
     for (int i = 1; i <= tree->bodies && every; ++i) tree->body[i].flags |= marks;
     for (int l = 0; l < force->def.bodies && !every; ++l) {
-        const int i = m->list_index[force->list + (size_t)l];
+        const int i = m->stored.list_index[force->list + (size_t)l];
         if (i > 0) tree->body[i].flags |= marks;
     }
 }
@@ -373,8 +373,8 @@ static void mark_fronts(mbsri_sweeps *tree, const mbsr_model *m)
 {
     for (int i = 1; i <= tree->bodies && tree->with_loops; ++i) {
         if (tree->body[i].flags & MBSRI_BLOCK) continue;
-        if (m->body[i].spanned_by_loop) tree->body[i].flags |= MBSRI_FRONT;
-        if (m->body[i].closes) tree->body[i].flags |= MBSRI_CLOSES;
+        if (m->body[i].loop.spans) tree->body[i].flags |= MBSRI_FRONT;
+        if (m->body[i].loop.closes) tree->body[i].flags |= MBSRI_CLOSES;
     }
 }
 
@@ -491,7 +491,7 @@ static bool has_modal(const mbsri_sweeps *tree, const mbsr_model *m)
 {
     bool modal = false;
     for (int i = 1; i <= tree->bodies; ++i)
-        modal = modal || (m->body[i].modal && !(tree->body[i].flags & MBSRI_SHARP));
+        modal = modal || (m->body[i].flexible.modal && !(tree->body[i].flags & MBSRI_SHARP));
     return modal;
 }
 
@@ -558,8 +558,8 @@ static bool build_sweeps(const mbsr_model *m, selection s, mbsri_sweeps **built)
 
 bool mbsri_sweeps_build(mbsr_model *m)
 {
-    if (!build_sweeps(m, (selection){0}, &m->sweeps)) return false;
-    m->whole = m->evaluated = m->sweeps;
+    if (!build_sweeps(m, (selection){0}, &m->tree.plain)) return false;
+    m->tree.newton = m->tree.evaluated = m->tree.plain;
     return true;
 }
 
@@ -569,22 +569,22 @@ bool mbsri_sweeps_build(mbsr_model *m)
  * them are from now on. */
 static bool any_by_blocks(const mbsr_model *m, const mbsri_closure *c)
 {
-    bool any = c->meets > 0 && m->body[c->meets].by_blocks;
+    bool any = c->meets > 0 && m->body[c->meets].loop.by_blocks;
     for (int k = 0; k < c->def.bodies; ++k) {
         for (int i = c->body[k]; i > c->meets && !any; i = m->body[i].parent)
-            any = m->body[i].by_blocks;
+            any = m->body[i].loop.by_blocks;
     }
     return any;
 }
 
 static bool leave_to_blocks(mbsr_model *m, const mbsri_closure *c)
 {
-    bool changed = c->meets > 0 && !m->body[c->meets].by_blocks;
-    if (c->meets > 0) m->body[c->meets].by_blocks = true;
+    bool changed = c->meets > 0 && !m->body[c->meets].loop.by_blocks;
+    if (c->meets > 0) m->body[c->meets].loop.by_blocks = true;
     for (int k = 0; k < c->def.bodies; ++k) {
         for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) {
-            changed = changed || !m->body[i].by_blocks;
-            m->body[i].by_blocks = true;
+            changed = changed || !m->body[i].loop.by_blocks;
+            m->body[i].loop.by_blocks = true;
         }
     }
     return changed;
@@ -603,9 +603,9 @@ static bool is_heavy(const mbsri_body *b)
 
 static void mark_empty(mbsr_model *m)
 {
-    for (int i = 0; i <= m->bodies; ++i) m->body[i].empty = i > 0 && !is_heavy(m->body + i);
+    for (int i = 0; i <= m->bodies; ++i) m->body[i].loop.empty = i > 0 && !is_heavy(m->body + i);
     for (int i = m->bodies; i >= 1; --i) {
-        if (!m->body[i].empty) m->body[m->body[i].parent].empty = false;
+        if (!m->body[i].loop.empty) m->body[m->body[i].parent].loop.empty = false;
     }
 }
 
@@ -617,12 +617,12 @@ static bool mark_light(mbsr_model *m)
     int *excess = mbsri_allocate(&m->allocator, ((size_t)m->bodies + 1) * sizeof *excess);
     if (!excess) return false;
     for (int i = 0; i <= m->bodies; ++i) {
-        m->body[i].massless_on_loop = m->body[i].spanned_by_loop && m->body[i].empty;
+        m->body[i].loop.massless = m->body[i].loop.spans && m->body[i].loop.empty;
         excess[i] = m->body[i].n;
     }
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_body *b = m->body + i;
-        if (!b->massless_on_loop) m->body[b->parent].massless_on_loop = false;
+        if (!b->loop.massless) m->body[b->parent].loop.massless = false;
         excess[b->parent] += excess[i];
     }
     for (size_t k = 0; k < m->closures.count; ++k) {
@@ -633,10 +633,10 @@ static bool mark_light(mbsr_model *m)
     }
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
-        if (m->body[b->parent].massless_on_loop && excess[b->parent] > 0) excess[i] = 1;
+        if (m->body[b->parent].loop.massless && excess[b->parent] > 0) excess[i] = 1;
     }
     for (int i = 1; i <= m->bodies; ++i)
-        m->body[i].massless_on_loop = m->body[i].massless_on_loop && excess[i] <= 0;
+        m->body[i].loop.massless = m->body[i].loop.massless && excess[i] <= 0;
     mbsri_release(&m->allocator, excess);
     return true;
 }
@@ -651,8 +651,8 @@ static bool choose_loops(mbsr_model *m, selection s)
     const size_t count = m->closures.count;
     for (int i = 1; i <= m->live; ++i) {
         mbsri_body *b = m->body + i;
-        b->by_blocks = false; /* which embeds asks for */
-        b->by_blocks = (b->spanned_by_loop || b->closes) && !embeds(&plan, m, i);
+        b->loop.by_blocks = false; /* which embeds asks for */
+        b->loop.by_blocks = (b->loop.spans || b->loop.closes) && !embeds(&plan, m, i);
     }
     bool changed = true;
     for (size_t k = 0; k < count; ++k) {
@@ -669,7 +669,7 @@ static bool choose_loops(mbsr_model *m, selection s)
 /* Whether forward dynamics with loops has a sweep. */
 static bool carries_loops(const mbsr_model *m)
 {
-    const mbsri_sweeps *tree = m->evaluated;
+    const mbsri_sweeps *tree = m->tree.evaluated;
     return tree->blocks == 0 && !tree->whole && !tree->modal && m->root.space == MBSR_SPACE_FIXED;
 }
 
@@ -677,14 +677,14 @@ static bool carries_loops(const mbsr_model *m)
 static bool any_left_whole(const mbsr_model *m)
 {
     bool any = false;
-    for (int i = 1; i <= m->bodies; ++i) any = any || (m->body[i].whole && !m->body[i].empty);
+    for (int i = 1; i <= m->bodies; ++i) any = any || (m->body[i].whole && !m->body[i].loop.empty);
     return any;
 }
 
 bool mbsri_sweeps_build_others(mbsr_model *m)
 {
     selection s = {0};
-    if (!m->sweeps && m->rows == 0) return true;
+    if (!m->tree.plain && m->rows == 0) return true;
     for (int i = 1; i <= m->bodies; ++i) {
         s.whole = s.whole || m->body[i].whole;
         s.users += m->body[i].users;
@@ -699,18 +699,18 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
             (void)choose_loops(m, eliminated);
         }
     }
-    if ((s.whole || m->rows > 0) && !build_sweeps(m, eliminated, &m->whole)) return false;
-    m->evaluated = m->whole;
+    if ((s.whole || m->rows > 0) && !build_sweeps(m, eliminated, &m->tree.newton)) return false;
+    m->tree.evaluated = m->tree.newton;
     if (s.users == 0 && m->rows == 0) return true;
     if (m->rows > 0) s.whole = any_left_whole(m); /* or D is zero for good: multi_axis.h */
-    if (!build_sweeps(m, s, &m->evaluated)) return false;
-    return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->evaluated, m);
+    if (!build_sweeps(m, s, &m->tree.evaluated)) return false;
+    return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->tree.evaluated, m);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)
 {
-    if (m->evaluated != m->whole) release_sweeps(m, m->evaluated);
-    if (m->whole != m->sweeps) release_sweeps(m, m->whole);
-    release_sweeps(m, m->sweeps);
-    m->sweeps = m->whole = m->evaluated = NULL;
+    if (m->tree.evaluated != m->tree.newton) release_sweeps(m, m->tree.evaluated);
+    if (m->tree.newton != m->tree.plain) release_sweeps(m, m->tree.newton);
+    release_sweeps(m, m->tree.plain);
+    m->tree.plain = m->tree.newton = m->tree.evaluated = NULL;
 }

@@ -21,8 +21,8 @@
 static const double *swept(const mbsr_model *m, bool kept, int n, const int *place,
                            const double *caller, double *own)
 {
-    if (m->in_order && !kept) return caller;
-    if (m->in_order) return memmove(own, caller, (size_t)n * sizeof *own);
+    if (m->order.as_given && !kept) return caller;
+    if (m->order.as_given) return memmove(own, caller, (size_t)n * sizeof *own);
     for (int k = 0; k < n; ++k) own[k] = caller[place[k]];
     return own;
 }
@@ -64,7 +64,7 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
                                                : tree->kernels->kinematics(run);
     if (status) return MBSRI_NOT_SERVED; /* the stages say of which joint */
     if (!tree->joint_forces && !run->load && tau) {
-        run->tau = swept(m, false, m->nu, m->u_of, tau, d->tau);
+        run->tau = swept(m, false, m->nu, m->order.u_of, tau, d->tau);
         return MBSR_OK;
     }
     if (tau)
@@ -78,8 +78,8 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
 /* Groups are eliminated joint by joint, but for those that are coupled. */
 static void take_apart(const mbsr_model *m, const mbsri_sweeps *tree, mbsr_data *d)
 {
-    d->single = !m->grouped || !tree->whole;
-    for (int i = 1; i <= m->bodies && !d->single; ++i) d->apart[i] = !m->body[i].coupled;
+    d->single = !m->order.grouped || !tree->whole;
+    for (int i = 1; i <= m->bodies && !d->single; ++i) d->apart[i] = !m->body[i].group.coupled;
 }
 
 void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
@@ -88,12 +88,12 @@ void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_
     *run = (mbsri_sweep_run){.model = m,
                              .data = d,
                              .tree = tree,
-                             .state = d->sweep_state,
-                             .multi = d->sweep_multi,
-                             .stack = d->sweep_stack,
-                             .noise = d->sweep_noise,
-                             .flows = d->sweep_flows,
-                             .load = tree->body_forces ? d->sweep_load : NULL,
+                             .state = d->sweep.state,
+                             .multi = d->sweep.multi,
+                             .stack = d->sweep.stack,
+                             .noise = d->sweep.noise,
+                             .flows = d->sweep.flows,
+                             .load = tree->body_forces ? d->sweep.load : NULL,
                              .sincos = d->sincos,
                              .q = d->q,
                              .u = d->u,
@@ -113,9 +113,9 @@ static int prepare_run(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sw
     if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
     mbsri_sweeps_attach(run, m, tree, d);
-    run->q = swept(m, tree->body_forces, m->nq, m->q_of, q, d->q);
-    run->u = swept(m, tree->body_forces, m->nu, m->u_of, u, d->u);
-    if (m->in_order) run->out = out;
+    run->q = swept(m, tree->body_forces, m->nq, m->order.q_of, q, d->q);
+    run->u = swept(m, tree->body_forces, m->nu, m->order.u_of, u, d->u);
+    if (m->order.as_given) run->out = out;
     d->t = t;
     const int from = run->tree->first_angle;
     if (split) run->split = mbsri_split_of(run);
@@ -128,12 +128,12 @@ bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
     const mbsr_data *d = run->data;
-    for (int i = 1; i <= run->tree->bodies && d->watching; ++i) {
-        if (m->body[i].head != i) continue;
+    for (int i = 1; i <= run->tree->bodies && d->watch.active; ++i) {
+        if (m->body[i].group.head != i) continue;
         const mbsri_group g = mbsri_group_in_model(m, i);
         int change = 0;
         for (int k = 0; k < g.members; ++k)
-            change += d->rank[g.member[k]] - d->watched[g.member[k]];
+            change += d->rank[g.member[k]] - d->watch.rank[g.member[k]];
         if (change != 0) return false;
     }
     return true;
@@ -142,7 +142,7 @@ bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run)
 bool mbsri_sweeps_coupled(const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
-    for (int i = 1; i <= m->bodies && m->grouped; ++i) {
+    for (int i = 1; i <= m->bodies && m->order.grouped; ++i) {
         const mbsri_group g = mbsri_group_in_model(m, i);
         if (g.members < 2) continue;
         if (mbsri_coupled(m, run->data, &g) && mbsri_apart(m, run->data, i)) return true;
@@ -173,18 +173,18 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    int status = prepare_run(&run, m, m->evaluated, d, t, q, u, udot, true);
+    int status = prepare_run(&run, m, m->tree.evaluated, d, t, q, u, udot, true);
     if (!status) status = forces(&run, tau, false);
-    d->factoring = true;
+    d->factors.allowed = true;
     if (!status && !backward(&run, false)) status = MBSRI_NOT_SERVED;
     if (!status && run.split)
         mbsri_split_forward(&run, run.split);
     else if (!status)
         run.tree->kernels->forward(&run);
-    d->factoring = false;
+    d->factors.allowed = false;
     if (status) return status;
     status = finite_or_not_served(m->nu, run.out);
-    if (!status && !m->in_order) mbsri_scatter(m, run.out, udot);
+    if (!status && !m->order.as_given) mbsri_scatter(m, run.out, udot);
     return status;
 }
 
@@ -202,8 +202,8 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
 {
     mbsri_sweep_run run;
     mbsri_loop_run loops;
-    if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
-    int status = prepare_run(&run, m, m->evaluated, d, t, q, u, d->out, false);
+    if (!m->tree.evaluated || !m->tree.evaluated->loops) return MBSRI_NOT_SERVED;
+    int status = prepare_run(&run, m, m->tree.evaluated, d, t, q, u, d->out, false);
     mbsri_open_loops_place(&loops, &run);
     run.springs = true;
     run.bias = loops.rest;
@@ -230,7 +230,7 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
                        : elements ? mbsri_joint_elements(m, d, run->q, run->u)
                                   : MBSR_OK;
     if (status) return status;
-    run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
+    run->tau = swept(m, false, m->nu, m->order.u_of, udot, d->udot);
     if (run->split ? mbsri_split_inverse(run, run->split) : run->tree->kernels->inverse(run))
         return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->nu && elements; ++k) run->out[k] -= d->tau[k];
@@ -241,7 +241,7 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
 static const mbsri_sweeps *tree_of_inverse(const mbsr_model *m)
 {
     if (m->rows > 0) return NULL;
-    return m->evaluated && m->evaluated->whole ? m->sweeps : m->evaluated;
+    return m->tree.evaluated && m->tree.evaluated->whole ? m->tree.plain : m->tree.evaluated;
 }
 
 int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -250,7 +250,7 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     mbsri_sweep_run run;
     int status = prepare_run(&run, m, tree_of_inverse(m), d, t, q, u, tau, true);
     if (!status) status = inverse(&run, udot);
-    if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
+    if (!status && !m->order.as_given) mbsri_scatter(m, run.out, tau);
     return status;
 }
 
@@ -265,7 +265,7 @@ static bool take_torques(const mbsri_loop_run *w, double *tau)
     const double size = mbsri_largest(m->nu, run->out);
     double most = 0.0;
     for (int k = 0; k < m->rows; ++k) w->rest[k] = -w->v[k];
-    mbsri_zero(m->size_v, d->closure_V);
+    mbsri_zero(m->size.v, d->closure_V);
     mbsri_zero((size_t)m->nu, d->closure_w);
     mbsri_closure_load(m, d, w->rest, d->closure_V, d->closure_w);
     mbsri_sweeps_push(run);
@@ -286,8 +286,8 @@ int mbsri_sweeps_loops_inverse(const mbsr_model *m, mbsr_data *d, double t, cons
 {
     mbsri_sweep_run run;
     mbsri_loop_run loops;
-    if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
-    int status = prepare_run(&run, m, m->evaluated, d, t, q, u, d->out, false);
+    if (!m->tree.evaluated || !m->tree.evaluated->loops) return MBSRI_NOT_SERVED;
+    int status = prepare_run(&run, m, m->tree.evaluated, d, t, q, u, d->out, false);
     run.springs = true;
     run.out = d->out;
     if (!status) status = inverse(&run, udot);
@@ -319,8 +319,8 @@ static int coordinate_rate(const mbsri_sweep_run *run, int i, double *rate)
 static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double *F)
 {
     const mbsr_model *m = run->model;
-    for (int k = 0; k < m->nq && m->plain_rates; ++k) F[k] = qdot[k] - run->u[k];
-    for (int i = 1; i <= run->tree->bodies && !m->plain_rates; ++i) {
+    for (int k = 0; k < m->nq && m->order.plain_rates; ++k) F[k] = qdot[k] - run->u[k];
+    for (int i = 1; i <= run->tree->bodies && !m->order.plain_rates; ++i) {
         const mbsri_body *b = m->body + i;
         double *own = F + b->q;
         if (b->joint.table->coordinate_rates) {
@@ -342,7 +342,7 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
     int status = prepare_run(&run, m, tree_of_inverse(m), d, t, y, y + m->nq, tau, true);
     if (!status) status = inverse(&run, yp + m->nq);
     if (status) return status;
-    if (!m->in_order) mbsri_scatter(m, run.out, tau);
+    if (!m->order.as_given) mbsri_scatter(m, run.out, tau);
     return rates_residual(&run, yp, F) ? MBSRI_NOT_SERVED : finite_or_not_served(m->nq, F);
 }
 
@@ -359,7 +359,7 @@ static void correct_rates(mbsri_sweep_run *run)
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
     mbsri_sweeps_push(run);
-    for (int k = 0; k < m->nu; ++k) d->w[k] = run->u[k] + m->weight[k] * d->closure_w[k];
+    for (int k = 0; k < m->nu; ++k) d->w[k] = run->u[k] + m->typical.weight[k] * d->closure_w[k];
     run->u = d->w;
 }
 
@@ -387,21 +387,21 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_sweep_run run;
-    const mbsri_sweeps *tree = m->evaluated;
+    const mbsri_sweeps *tree = m->tree.evaluated;
     if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
     int status = prepare_run(&run, m, tree, d, t, y, u, d->out, true);
     if (m->rows > 0) run.eta = d->loop_eta;
     if (!status) status = forces(&run, NULL, true);
     if (status) return status;
-    run.p = swept(m, false, m->nu, m->u_of, p, d->w);
+    run.p = swept(m, false, m->nu, m->order.u_of, p, d->w);
     run.balance = d->vec;
-    d->factoring = true;
+    d->factors.allowed = true;
     status = sweep_momenta(&run);
-    d->factoring = false;
+    d->factors.allowed = false;
     if (status) return status;
     for (int k = 0; k < m->nu; ++k) {
-        F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
-        F_u[m->u_of[k]] = run.balance[k];
+        F_p[m->order.u_of[k]] = yp[m->nq + m->order.u_of[k]] - run.out[k];
+        F_u[m->order.u_of[k]] = run.balance[k];
     }
     if (m->rows > 0) correct_rates(&run);
     return rates_residual(&run, yp, F) ? MBSRI_NOT_SERVED

@@ -45,12 +45,12 @@ bool mbsri_embeds(const mbsr_model *m, int bodies, int i)
 {
     const mbsri_body *b = m->body + i;
     int free;
-    if (b->locks > 0 || !mbsri_embeds_inertia(b) || b->pred_space == MBSR_SPACE_GENERAL)
+    if (b->lock.count > 0 || !mbsri_embeds_inertia(b) || b->pred.space == MBSR_SPACE_GENERAL)
         return false;
     if (b->joint.table->position == mbsri_chain_position) return true;
     if (!is_planar(&b->joint, &free) || !in_plane(b)) return false;
     const bool leaf = i == bodies || m->body[i + 1].parent != i,
-               turning = b->pred_space == MBSR_SPACE_PLANAR;
+               turning = b->pred.space == MBSR_SPACE_PLANAR;
     return leaf || !turning || b->joint.space == MBSR_SPACE_PLANAR;
 }
 
@@ -130,7 +130,7 @@ mbsr_inertia mbsri_embedded_inertia(const mbsri_body *b, double length)
     const mbsr_inertia *given = &b->inertia;
     const double m = given->mass, about = given->moment, round = m * length * length;
     /* no joint turns a POINT that does not stand on a PLANAR body */
-    const bool turned = b->joint.space != MBSR_SPACE_POINT || b->pred_space == MBSR_SPACE_PLANAR;
+    const bool turned = b->joint.space != MBSR_SPACE_POINT || b->pred.space == MBSR_SPACE_PLANAR;
     if (given->kind == MBSR_INERTIA_NOT_GIVEN) return mbsr_inertia_zero();
     if (given->kind == MBSR_INERTIA_PLANAR) {
         return mbsr_inertia_rigid(m, (double[3]){given->com[0], given->com[1], 0.0},

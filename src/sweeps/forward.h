@@ -16,8 +16,8 @@ MBSRI_INLINE void known_sized(const mbsri_sweep_run *run, int i, int d, int dp, 
     const mbsri_body *b = run->model->body + i;
     const mbsr_data *data = run->data;
     double *A = data->A + b->v, *udot = run->out + run->tree->body[i].u, w[6], sum[6] = {0.0};
-    mbsri_ax(d, dp, 1.0, data->H + b->dp, data->A + b->pred_v, sum);
-    for (int k = 0; k < n; ++k) w[k] = data->e[b->ig + k], udot[k] = 0.0;
+    mbsri_ax(d, dp, 1.0, data->H + b->dp, data->A + b->pred.v, sum);
+    for (int k = 0; k < n; ++k) w[k] = data->e[b->group.iu + k], udot[k] = 0.0;
     mbsri_atx(d, n, -1.0, data->U + b->dg, sum, w);
     mbsri_ax(n, n, 1.0, data->Dinv + b->nn, w, udot);
     mbsri_ax(d, n, 1.0, data->J + b->dn, udot, sum);
@@ -31,7 +31,7 @@ MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
     if (mbsri_heads(run->model, run->data, i)) {
         const mbsri_group g = mbsri_group_of(run->model, run->data, i);
         mbsri_block_open_forward(run, i);
-        if (b->d == 6 && b->d_pred == 6 && g.n == 1) {
+        if (b->d == 6 && b->pred.d == 6 && g.n == 1) {
             known_sized(run, i, 6, 6, 1);
         } else {
             double w[MBSR_MAX_D], rate[MBSR_MAX_D];

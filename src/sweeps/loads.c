@@ -163,13 +163,13 @@ static void push_block(const mbsri_sweep_run *run, int i, double *f, double *tau
     mbsri_sweep_load *load = run->load + b->parent;
     double own[MBSR_MAX_D] = {0.0}, y[6];
     mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, f + b->v, tau + b->iu);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, f + b->v, own);
+    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, f + b->v, own);
     if (b->parent == 0) return;
     if (run->tree->body[b->parent].flags & MBSRI_BLOCK) {
-        for (int k = 0; k < b->d_pred; ++k) f[b->pred_v + (size_t)k] += own[k];
+        for (int k = 0; k < b->pred.d; ++k) f[b->pred.v + (size_t)k] += own[k];
         return;
     }
-    mbsri_lift(b->d_pred, own, y);
+    mbsri_lift(b->pred.d, own, y);
     mbsri_add_cross3(load->arm, y + 3, y);
     mbsri_add3(1.0, y, load->L);
     mbsri_add3(1.0, y + 3, load->p);

@@ -290,7 +290,7 @@ static double *next_doubles(double **at, size_t count)
 static double lever_of(const mbsri_sweep_run *run)
 {
     const mbsri_sweep_loops *w = run->tree->loops;
-    double lever = fmax(run->model->length, w->reach);
+    double lever = fmax(run->model->typical.length, w->reach);
     for (int i = 1; i <= run->tree->bodies && w->slides; ++i)
         lever = fmax(lever, mbsri_norm3(run->state[i].rho));
     return lever;

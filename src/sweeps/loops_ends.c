@@ -61,7 +61,7 @@ static void place_row(mbsri_loop_run *w, const end_view *e, int k, const double 
     lengths[2] = (six || three ? all : 0.0) + lever;
     lengths[6] = six ? move : 0.0;
     w->s[e->of->row + k] -= mbsri_dot3(row + 3, e->known);
-    mbsri_share(turn, move, w->run->model->length, w->share + e->of->row + k);
+    mbsri_share(turn, move, w->run->model->typical.length, w->share + e->of->row + k);
 }
 
 static void open_end(mbsri_loop_run *w, int at, int i)

@@ -61,18 +61,6 @@ static double factorise_small(int n, double D[6][6])
     return determinant / (n > 1 ? 2.7182818284590452 * diagonals : diagonals);
 }
 
-/* x <- D^-1 x */
-static void solve_small(int n, double D[6][6], double x[6])
-{
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < k; ++l) x[k] -= D[k][l] * x[l];
-    }
-    for (int k = 0; k < n; ++k) x[k] *= D[k][k];
-    for (int k = n - 1; k >= 0; --k) {
-        for (int l = k + 1; l < n; ++l) x[k] -= D[l][k] * x[l];
-    }
-}
-
 /* Mbar -= a b^T, which is one of several that are symmetric together. */
 MBSRI_INLINE void subtract(mbsri_carry *m, const double a[8], const double b[8])
 {
@@ -246,7 +234,7 @@ static double gain(const mbsri_sweep_run *run, int i, double area)
     for (int r = 0; r < 8; ++r) {
         double row[6];
         for (int k = 0; k < n; ++k) row[k] = multi->U[k][r];
-        if (r % 4 < 3) solve_small(n, multi->factor, row);
+        if (r % 4 < 3) mbsri_solve_joint(n, multi->factor, row);
         for (int k = 0; k < n; ++k) multi->G[k][r] = row[k];
     }
     for (int k = 0; k < n; ++k) {
@@ -275,7 +263,7 @@ static void multi_condense(const mbsri_sweep_run *run, int i, mbsri_carry *c)
         c->L[r] += change[r];
         c->p[r] += change[4 + r];
     }
-    solve_small(b->n, multi->factor, multi->x);
+    mbsri_solve_joint(b->n, multi->factor, multi->x);
 }
 
 /* A joint behind which nothing has inertia, nor has it: u' = 0 as far as joints go, and the forces
@@ -332,7 +320,7 @@ static void multi_forward(const mbsri_sweep_run *run, int i)
     memcpy(A, s->A_w, sizeof s->A_w);
     memcpy(A + 4, s->A_v, sizeof s->A_v);
     for (int k = 0; k < b->n; ++k) x[k] -= product(on_root ? multi->U[k] : multi->G[k], A);
-    if (on_root) solve_small(b->n, multi->factor, x);
+    if (on_root) mbsri_solve_joint(b->n, multi->factor, x);
     for (int k = 0; k < b->n; ++k) {
         run->out[b->u + k] = x[k];
         mbsri_add3(x[k], multi->S[k], s->A_w);

@@ -8,46 +8,9 @@
 #include "algebra/space3.h"
 #include "joints/chain.h"
 #include "sweeps/lane.h"
-#include "sweeps/tree.h"
+#include "sweeps/multi_arguments.h"
 
 #include <string.h>
-
-/* The joint's arguments; everything is seen from the predecessor's origin as these sweeps use it,
- * which takes its velocity away from all. pose, V: of the predecessor. */
-static mbsr_joint_args arguments(const mbsri_sweep_run *run, int i, double pose[MBSR_POSE_SIZE],
-                                 double V[6])
-{
-    const mbsri_sweep_body *b = run->tree->body + i;
-    const mbsri_sweep_joint *seat = run->tree->joint + b->multi;
-    const mbsri_sweep_state *pred = run->state + b->parent;
-    const mbsri_joint *chain = &seat->chain;
-    const bool rests = run->model->body[i].pred_space == MBSR_SPACE_FIXED;
-    const mbsr_joint_args args = {.param = chain->param,
-                                  .option = chain->option,
-                                  .motion = chain->motion,
-                                  .user = chain->user,
-                                  .d = chain->d,
-                                  .np = chain->np,
-                                  .n = chain->n,
-                                  .nq = chain->nq,
-                                  .t = run->data->t,
-                                  .q = run->q + b->q,
-                                  .u = run->u + b->u,
-                                  .pred_space = rests ? MBSR_SPACE_FIXED : MBSR_SPACE_SPATIAL,
-                                  .pred_d = rests ? 0 : 6,
-                                  .p_pred = pose,
-                                  .V_pred = V};
-    memset(V, 0, 6 * sizeof *V);
-    if (args.pred_space != MBSR_SPACE_FIXED) {
-        double R[9];
-        for (int k = 0; k < 9; ++k) R[k] = pred->R[k / 3 * 4 + k % 3];
-        mbsri_multiply3(R, seat->R, pose + MBSR_POSE_R);
-        mbsri_rotate3(R, seat->x, pose + MBSR_POSE_X);
-        memcpy(V, pred->omega, 3 * sizeof *V);
-        mbsri_cross3(pred->omega, pose + MBSR_POSE_X, V + 3);
-    }
-    return args;
-}
 
 /* A FREE body: S = 1, and c = 0. */
 static int free_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
@@ -89,7 +52,7 @@ static int multi_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
     mbsri_sweep_multi *multi = run->multi + b->multi;
     double pose_pred[MBSR_POSE_SIZE], V_pred[6], pose[MBSR_POSE_SIZE];
     double S[36], Sdot[36], drive[6], bias[6], swing[3];
-    const mbsr_joint_args args = arguments(run, i, pose_pred, V_pred);
+    const mbsr_joint_args args = mbsri_multi_arguments(run, i, pose_pred, V_pred);
     const int status = mbsri_chain_motion(&args, pose, S, drive, bias, velocity ? Sdot : NULL);
     if (status) return status;
     if (args.motion && (!mbsri_finite(12, pose) || !mbsri_finite(6, bias))) return MBSR_NOT_FINITE;

@@ -175,12 +175,12 @@ MBSRI_OUTLINE bool carry_axes(mbsri_loop_run *w, int i)
     for (int j = 0; j < n; ++j)
         given[j] = multi->x[j] - sum3(load(on_root ? multi->U[j] : multi->G[j]) * c_w +
                                       load((on_root ? multi->U[j] : multi->G[j]) + 4) * c_v);
-    if (on_root) solve_small(n, multi->factor, given);
+    if (on_root) mbsri_solve_joint(n, multi->factor, given);
     for (int k = 0; k < count; ++k) {
         double z[6], *Q = open.Q + 8 * k, *lengths = open.lengths + 8 * k;
         v4 Q_L = load3(Q), Q_p = load3(Q + 4), size_L = load3(lengths), size_p = load3(lengths + 4);
         memcpy(z, X + n * k, (size_t)n * sizeof *z);
-        solve_small(n, multi->factor, z);
+        mbsri_solve_joint(n, multi->factor, z);
         id[k] = open.id[k];
         double *right = w->s + id[k];
         *right -= sum3(Q_L * c_w + Q_p * c_v);

@@ -199,7 +199,7 @@ int mbsr_split_create(const mbsr_model *model, const mbsr_parallel *parallel, mb
     mbsr_split *s = mbsri_allocate(&model->allocator, sizeof *s);
     if (s) {
         *s = (mbsr_split){.model = model,
-                          .tree = model->evaluated,
+                          .tree = model->tree.evaluated,
                           .parallel = *parallel,
                           .allocator = model->allocator};
     }

@@ -119,6 +119,18 @@ static inline void mbsri_spread_out(int n, double s, const double *from, double 
     }
 }
 
+/* x <- D^-1 x, by the factors of D */
+static inline void mbsri_solve_joint(int n, double D[6][6], double x[6])
+{
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < k; ++l) x[k] -= D[k][l] * x[l];
+    }
+    for (int k = 0; k < n; ++k) x[k] *= D[k][k];
+    for (int k = n - 1; k >= 0; --k) {
+        for (int l = k + 1; l < n; ++l) x[k] -= D[l][k] * x[l];
+    }
+}
+
 /* State of a body in one evaluation; vectors of four numbers. */
 typedef struct mbsri_sweep_state {
     double R[12];          /* axes of its frame in the world */

@@ -14,7 +14,7 @@ static bool find_arm(const mbsri_sweep_run *run, const mbsri_body *b, double rho
 {
     const mbsr_data *d = run->data;
     const double *arm = run->load[b->parent].arm;
-    if (b->d_pred == 0) { /* the root at rest */
+    if (b->pred.d == 0) { /* the root at rest */
         memcpy(rho, d->p + b->p + MBSR_POSE_X, 3 * sizeof *rho);
         return true;
     }

@@ -48,12 +48,12 @@ static int verify_jacobian(verifier *w, double *truth)
 {
     const mbsri_closure *c = w->c;
     const size_t size = (size_t)c->rows * (size_t)c->columns;
-    if (!c->def.table->jacobian || c->held == 0) return MBSR_OK;
+    if (!c->def.table->jacobian || c->position_rows == 0) return MBSR_OK;
     mbsri_zero(size, truth);
     const int status = mbsri_closure_slopes(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
-    w->errors->jacobian =
-        compare_rows(w, "jacobian", c->rows, c->held, (int)size, w->d->closure_C + c->at, truth);
+    w->errors->jacobian = compare_rows(w, "jacobian", c->rows, c->position_rows, (int)size,
+                                       w->d->closure_C + c->at, truth);
     return MBSR_OK;
 }
 
@@ -61,12 +61,12 @@ static int verify_drift(verifier *w)
 {
     const mbsri_closure *c = w->c;
     double own[MBSR_CLOSURE_ROWS] = {0.0}, truth[MBSR_CLOSURE_ROWS] = {0.0};
-    if (!c->def.table->drift || c->held == 0) return MBSR_OK;
+    if (!c->def.table->drift || c->position_rows == 0) return MBSR_OK;
     int status = mbsri_closure_table_drift(c, &w->view.args, own);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "drift");
     status = mbsri_closure_drift(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
-    w->errors->drift = compare_rows(w, "drift", c->rows, c->held, c->rows, own, truth);
+    w->errors->drift = compare_rows(w, "drift", c->rows, c->position_rows, c->rows, own, truth);
     return MBSR_OK;
 }
 

@@ -32,7 +32,7 @@ typedef struct range {
 static void compare_block(verifier *w, int k, range rows, int l, range columns)
 {
     const int stride = w->own.out.rows;
-    const mbsr_force_body *body = w->d->force_bodies;
+    const mbsr_force_body *body = w->d->element.bodies;
     double size = 0.0;
     for (int c = columns.first; c < columns.first + columns.count; ++c) {
         const ptrdiff_t at = (ptrdiff_t)c * stride + rows.first;
@@ -56,7 +56,7 @@ static void compare_block(verifier *w, int k, range rows, int l, range columns)
 
 static void compare_bodies(verifier *w, int k, int l)
 {
-    const mbsr_force_body *a = w->d->force_bodies + k, *b = w->d->force_bodies + l;
+    const mbsr_force_body *a = w->d->element.bodies + k, *b = w->d->element.bodies + l;
     const int row = w->own.row[k], column = w->own.column[l];
     if (row < 0 || column < 0) return;
     const int V = mbsri_V_column(b, column), q = mbsri_q_column(b, column),

@@ -45,20 +45,21 @@ static size_t lay_out_verifier(mbsri_verifier *w, double *memory)
 {
     size_t used = 0;
     mbsri_place *const places[] = {&w->base, &w->on, &w->by};
-    mbsri_jacobians *const sets[] = {&w->given, &w->passing, &w->truth, &w->slope};
+    mbsri_jacobians *const sets[] = {&w->jacobians.given, &w->jacobians.passing,
+                                     &w->jacobians.truth, &w->jacobians.slope};
     for (int k = 0; k < 3; ++k) mbsri_verifier_lay_out_place(w, places[k], memory, &used);
     for (int k = 0; k < 4; ++k) mbsri_verifier_lay_out_jacobians(w, sets[k], memory, &used);
     w->unit = mbsri_verifier_take(memory, &used, w->n > w->d_pred ? w->n : w->d_pred, 1);
     w->x = mbsri_verifier_take(memory, &used, w->d, 4);
-    w->row = mbsri_verifier_take(memory, &used, w->d, 1);
+    w->jacobians.row = mbsri_verifier_take(memory, &used, w->d, 1);
     w->V = mbsri_verifier_take(memory, &used, w->d, 1);
     w->A = mbsri_verifier_take(memory, &used, w->d, 1);
     w->kII = mbsri_verifier_take(memory, &used, w->d, 1);
     w->V_pred = mbsri_verifier_take(memory, &used, w->d_pred, 1);
     w->qdot = mbsri_verifier_take(memory, &used, w->nq, 1);
     w->flow = mbsri_verifier_take(memory, &used, w->nq, 2);
-    w->Kinv = mbsri_verifier_take(memory, &used, w->d, w->d);
-    w->work = mbsri_verifier_take(memory, &used, w->d, 4);
+    w->inverse.K = mbsri_verifier_take(memory, &used, w->d, w->d);
+    w->inverse.work = mbsri_verifier_take(memory, &used, w->d, 4);
     mbsri_verifier_lay_out_tangents(w, memory, &used);
     return used;
 }
@@ -138,7 +139,7 @@ static int slopes(mbsri_verifier *w, const mbsri_place *from, const double *u, c
 static int column_by_differences(mbsri_verifier *w, const mbsri_place *at, const double *K,
                                  bool of_pred, int c, double *column)
 {
-    double *V = w->work;
+    double *V = w->inverse.work;
     mbsri_zero((size_t)(of_pred ? w->d_pred : w->n), w->unit);
     w->unit[c] = 1.0;
     const int status = slopes(w, at, of_pred ? NULL : w->unit, of_pred ? w->unit : NULL, false,
@@ -170,10 +171,11 @@ static int find_truth(mbsri_verifier *w, const mbsri_place *at, mbsri_jacobians 
 static void compare_rows(mbsri_verifier *w)
 {
     for (int r = 0; r < w->d; ++r) {
-        w->row[r] = 0.0;
+        w->jacobians.row[r] = 0.0;
         for (int c = 0; c < w->d + w->d_pred + w->n; ++c)
-            w->row[r] = fmax(w->row[r], fabs(w->given.K[c * w->d + r]));
-        if (!(w->row[r] > 0.0)) w->row[r] = 1.0;
+            w->jacobians.row[r] =
+                fmax(w->jacobians.row[r], fabs(w->jacobians.given.K[c * w->d + r]));
+        if (!(w->jacobians.row[r] > 0.0)) w->jacobians.row[r] = 1.0;
     }
 }
 
@@ -187,21 +189,26 @@ static int verify_jacobians(mbsri_verifier *w)
         mbsri_verifier_note(w, &errors->position, isinf(defect) ? 2.0 : defect,
                             "position: R of the pose is no rotation");
     }
-    int status = find_truth(w, &w->base, &w->given, &w->truth);
+    int status = find_truth(w, &w->base, &w->jacobians.given, &w->jacobians.truth);
     if (status) return status;
     compare_rows(w);
     if (!w->own) return MBSR_OK;
-    if (w->pred) mbsri_verifier_compare(w, &errors->H, "H", w->d_pred, w->given.H, w->truth.H, 1.0);
-    mbsri_verifier_compare(w, &errors->J, "J", w->n, w->given.J, w->truth.J, 1.0);
+    if (w->pred)
+        mbsri_verifier_compare(w, &errors->H, "H", w->d_pred, w->jacobians.given.H,
+                               w->jacobians.truth.H, 1.0);
+    mbsri_verifier_compare(w, &errors->J, "J", w->n, w->jacobians.given.J, w->jacobians.truth.J,
+                           1.0);
     /* time alone; again with shorter steps where much moves */
     status = slopes(w, &w->base, NULL, NULL, true, w->at->step, w->V, NULL);
     const double drive = fmax(1.0, mbsri_largest(w->d, w->V));
     if (!status && drive > 1.0)
         status = slopes(w, &w->base, NULL, NULL, true, w->at->step / drive, w->V, NULL);
     w->speed = fmax(w->speed, drive);
-    mbsri_zero((size_t)w->d, w->truth.kI);
-    mbsri_ax(w->d, w->d, -1.0, w->given.K, w->V, w->truth.kI);
-    if (!status) mbsri_verifier_compare(w, &errors->kI, "kI", 1, w->given.kI, w->truth.kI, 0.0);
+    mbsri_zero((size_t)w->d, w->jacobians.truth.kI);
+    mbsri_ax(w->d, w->d, -1.0, w->jacobians.given.K, w->V, w->jacobians.truth.kI);
+    if (!status)
+        mbsri_verifier_compare(w, &errors->kI, "kI", 1, w->jacobians.given.kI,
+                               w->jacobians.truth.kI, 0.0);
     return status;
 }
 
@@ -210,15 +217,16 @@ static int find_joint_rates(mbsri_verifier *w)
 {
     const int d = w->d;
     const size_t size = (size_t)d * (size_t)(d + w->d_pred + w->n);
-    mbsri_zero(size, w->slope.K);
+    mbsri_zero(size, w->jacobians.slope.K);
     if (!w->own) mbsri_zero((size_t)d, w->A);
     for (int k = 0; k < 4; ++k) {
         int status = pass_time(w, &w->base, w->at->u, w->V_pred, true, sample[k] * w->h, &w->on);
-        if (!status) status = find_truth(w, &w->on, &w->passing, &w->truth);
+        if (!status) status = find_truth(w, &w->on, &w->jacobians.passing, &w->jacobians.truth);
         if (!status && !w->own)
-            status = mbsri_verifier_velocity(w, &w->passing, w->at->u, w->V_pred, w->V);
+            status = mbsri_verifier_velocity(w, &w->jacobians.passing, w->at->u, w->V_pred, w->V);
         if (status) return status;
-        for (size_t l = 0; l < size; ++l) w->slope.K[l] += weight1[k] / w->h * w->truth.K[l];
+        for (size_t l = 0; l < size; ++l)
+            w->jacobians.slope.K[l] += weight1[k] / w->h * w->jacobians.truth.K[l];
         for (int l = 0; l < d && !w->own; ++l) w->A[l] += weight1[k] / w->h * w->V[l];
     }
     return MBSR_OK;
@@ -232,30 +240,34 @@ static int verify_motion(mbsri_verifier *w)
     const size_t d = (size_t)w->d;
     int status = table->rates || !w->own ? find_joint_rates(w) : MBSR_OK;
     if (!status)
-        status = w->own ? slopes(w, &w->base, w->at->u, w->V_pred, true, w->h, w->V, w->A)
-                        : mbsri_verifier_velocity(w, &w->given, w->at->u, w->V_pred, w->V);
+        status = w->own
+                     ? slopes(w, &w->base, w->at->u, w->V_pred, true, w->h, w->V, w->A)
+                     : mbsri_verifier_velocity(w, &w->jacobians.given, w->at->u, w->V_pred, w->V);
     if (status) return status;
     const mbsr_joint_args args = mbsri_verifier_args(w, &w->base, w->at->u, w->V_pred, w->V);
 
     mbsri_zero(d, w->kII);
     status = mbsri_verifier_settle(w, table->bias(&args, w->kII), "bias", d, w->kII);
     if (status) return status;
-    mbsri_zero(d, w->truth.kI);
-    mbsri_ax(w->d, w->d, -1.0, w->given.K, w->A, w->truth.kI);
-    mbsri_verifier_compare(w, &errors->kII, "kII", 1, w->kII, w->truth.kI,
+    mbsri_zero(d, w->jacobians.truth.kI);
+    mbsri_ax(w->d, w->d, -1.0, w->jacobians.given.K, w->A, w->jacobians.truth.kI);
+    mbsri_verifier_compare(w, &errors->kII, "kII", 1, w->kII, w->jacobians.truth.kI,
                            w->speed * mbsri_largest(w->d, w->V));
 
     if (!table->rates) return MBSR_OK;
-    mbsri_jacobians *rates = &w->passing;
+    mbsri_jacobians *rates = &w->jacobians.passing;
     const size_t size = d * (size_t)(w->d + w->d_pred + w->n);
     mbsri_zero(size, rates->K);
     status = table->rates(&args, mbsri_verifier_unit_K(w) ? NULL : rates->K, rates->H, rates->J);
     status = mbsri_verifier_settle(w, status, "rates", size, rates->K);
     if (status) return status;
     if (!mbsri_verifier_unit_K(w))
-        mbsri_verifier_compare(w, &errors->Kdot, "Kdot", w->d, rates->K, w->slope.K, w->speed);
-    mbsri_verifier_compare(w, &errors->Hdot, "Hdot", w->d_pred, rates->H, w->slope.H, w->speed);
-    mbsri_verifier_compare(w, &errors->Jdot, "Jdot", w->n, rates->J, w->slope.J, w->speed);
+        mbsri_verifier_compare(w, &errors->Kdot, "Kdot", w->d, rates->K, w->jacobians.slope.K,
+                               w->speed);
+    mbsri_verifier_compare(w, &errors->Hdot, "Hdot", w->d_pred, rates->H, w->jacobians.slope.H,
+                           w->speed);
+    mbsri_verifier_compare(w, &errors->Jdot, "Jdot", w->n, rates->J, w->jacobians.slope.J,
+                           w->speed);
     return MBSR_OK;
 }
 

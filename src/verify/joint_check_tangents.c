@@ -39,12 +39,12 @@ static void lay_out_written(const mbsri_verifier *w, mbsri_written *x, double *m
 
 void mbsri_verifier_lay_out_tangents(mbsri_verifier *w, double *memory, size_t *used)
 {
-    mbsri_written *const sets[] = {&w->sample, &w->expected, &w->tangent};
-    lay_out_moving(w, &w->moving, memory, used);
-    lay_out_moving(w, &w->change, memory, used);
+    mbsri_written *const sets[] = {&w->tangents.sample, &w->tangents.expected, &w->tangents.given};
+    lay_out_moving(w, &w->tangents.state, memory, used);
+    lay_out_moving(w, &w->tangents.change, memory, used);
     for (int k = 0; k < 3; ++k) lay_out_written(w, sets[k], memory, used);
-    w->scale = mbsri_verifier_take(memory, used, w->nq, 1);
-    w->row_V = mbsri_verifier_take(memory, used, w->d, 1);
+    w->tangents.scale = mbsri_verifier_take(memory, used, w->nq, 1);
+    w->tangents.row = mbsri_verifier_take(memory, used, w->d, 1);
 }
 
 /* Numbers in K, H, J, kI; in all that is read; in all that is written, of it the part from kII. */
@@ -69,8 +69,8 @@ static size_t rates_size(const mbsri_verifier *w)
 static int evaluate_moving(mbsri_verifier *w)
 {
     const mbsr_joint_table *table = w->joint->table;
-    mbsri_moving *x = &w->moving;
-    mbsri_written *out = &w->sample;
+    mbsri_moving *x = &w->tangents.state;
+    mbsri_written *out = &w->tangents.sample;
     mbsri_zero(rates_size(w), out->kII);
     int status = mbsri_verifier_pose(w, &x->at);
     if (!status) status = mbsri_verifier_jacobians(w, &x->at, &out->jacobians);
@@ -108,9 +108,9 @@ static int directions(const mbsri_verifier *w, int part)
 /* w->moving goes by s along direction k of the part; rates by s times the largest rate. */
 static void displace_moving(mbsri_verifier *w, int part, int k, double s)
 {
-    mbsri_moving *x = &w->moving;
+    mbsri_moving *x = &w->tangents.state;
     if (part == Q) {
-        x->at.q[k] += s * w->scale[k];
+        x->at.q[k] += s * w->tangents.scale[k];
     } else if (part == U) {
         x->u[k] += s * w->speed;
     } else if (part == V_PRED) {
@@ -128,7 +128,7 @@ static void displace_moving(mbsri_verifier *w, int part, int k, double s)
  * where what is wrong along one of them shows less than along that one. */
 static void place_beside(mbsri_verifier *w, int part, int k, double s)
 {
-    mbsri_moving *x = &w->moving;
+    mbsri_moving *x = &w->tangents.state;
     x->at.t = w->base.t;
     mbsri_copy((size_t)w->nq, w->base.q, x->at.q);
     mbsri_copy((size_t)w->np_pred, w->base.p_pred, x->at.p_pred);
@@ -150,15 +150,17 @@ static int find_written_slopes(mbsri_verifier *w, int part, int k)
 {
     const size_t read = moving_size(w), written = (size_t)w->np + jacobians_size(w) + rates_size(w);
     const double h = w->at->step;
-    mbsri_zero(read, w->change.at.q);
-    mbsri_zero(written, w->expected.p);
+    mbsri_zero(read, w->tangents.change.at.q);
+    mbsri_zero(written, w->tangents.expected.p);
     for (int l = 0; l < 4; ++l) {
         place_beside(w, part, k, mbsri_difference_place(l) * h);
         const int status = evaluate_moving(w);
         if (status) return status;
         const double weight = mbsri_difference_weight(l) / (12.0 * h);
-        for (size_t c = 0; c < read; ++c) w->change.at.q[c] += weight * w->moving.at.q[c];
-        for (size_t c = 0; c < written; ++c) w->expected.p[c] += weight * w->sample.p[c];
+        for (size_t c = 0; c < read; ++c)
+            w->tangents.change.at.q[c] += weight * w->tangents.state.at.q[c];
+        for (size_t c = 0; c < written; ++c)
+            w->tangents.expected.p[c] += weight * w->tangents.sample.p[c];
     }
     return MBSR_OK;
 }
@@ -169,19 +171,20 @@ static int find_written_slopes(mbsri_verifier *w, int part, int k)
 static int find_direction_scales(mbsri_verifier *w)
 {
     double least = INFINITY;
-    mbsri_zero((size_t)w->nq, w->scale);
+    mbsri_zero((size_t)w->nq, w->tangents.scale);
     for (int c = 0; c < w->n; ++c) {
         mbsri_zero((size_t)w->n, w->unit);
         w->unit[c] = 1.0;
         const int status = mbsri_verifier_qdot(w, &w->base, w->unit);
         if (status) return status;
-        for (int k = 0; k < w->nq; ++k) w->scale[k] = fmax(w->scale[k], fabs(w->qdot[k]));
+        for (int k = 0; k < w->nq; ++k)
+            w->tangents.scale[k] = fmax(w->tangents.scale[k], fabs(w->qdot[k]));
     }
     for (int k = 0; k < w->nq; ++k) {
-        if (w->scale[k] > 0.0) least = fmin(least, w->scale[k]);
+        if (w->tangents.scale[k] > 0.0) least = fmin(least, w->tangents.scale[k]);
     }
     for (int k = 0; k < w->nq; ++k) {
-        if (!(w->scale[k] > 0.0)) w->scale[k] = isfinite(least) ? least : 1.0;
+        if (!(w->tangents.scale[k] > 0.0)) w->tangents.scale[k] = isfinite(least) ? least : 1.0;
     }
     return MBSR_OK;
 }
@@ -205,21 +208,24 @@ static const char *label(char *buffer, const char *function, int part, int k, co
  * row, with K^-1 as mbsri_verifier_velocity left it. */
 static void find_rows(mbsri_verifier *w)
 {
-    for (int r = 0; r < w->d; ++r) w->row_V[r] = 1.0;
+    for (int r = 0; r < w->d; ++r) w->tangents.row[r] = 1.0;
     for (int c = 0; c < w->d_pred + w->n; ++c) {
-        mbsri_zero((size_t)w->d, w->work);
-        mbsri_ax(w->d, w->d, 1.0, w->Kinv, w->given.H + (size_t)c * (size_t)w->d, w->work);
-        for (int r = 0; r < w->d; ++r) w->row_V[r] = fmax(w->row_V[r], fabs(w->work[r]));
+        mbsri_zero((size_t)w->d, w->inverse.work);
+        mbsri_ax(w->d, w->d, 1.0, w->inverse.K, w->jacobians.given.H + (size_t)c * (size_t)w->d,
+                 w->inverse.work);
+        for (int r = 0; r < w->d; ++r)
+            w->tangents.row[r] = fmax(w->tangents.row[r], fabs(w->inverse.work[r]));
     }
 }
 
 /* The unit of number k of the pose, or else of q'. */
 static double unit_of_number(const mbsri_verifier *w, bool pose, int k)
 {
-    if (!pose) return w->speed * w->scale[k];
+    if (!pose) return w->speed * w->tangents.scale[k];
     if (mbsri_turns(w->joint->space))
-        return k < MBSR_POSE_X ? mbsri_largest(3, w->row_V) : w->row_V[3 + k - MBSR_POSE_X];
-    return w->np == w->d ? w->row_V[k] : mbsri_largest(w->d, w->row_V);
+        return k < MBSR_POSE_X ? mbsri_largest(3, w->tangents.row)
+                               : w->tangents.row[3 + k - MBSR_POSE_X];
+    return w->np == w->d ? w->tangents.row[k] : mbsri_largest(w->d, w->tangents.row);
 }
 
 /* Raises a field to the largest error of a pose or q', each number in its unit, compared with the
@@ -240,10 +246,11 @@ static void compare_numbers(mbsri_verifier *w, double *field, const char *name, 
 
 static int verify_tangent(mbsri_verifier *w, int part, int k)
 {
-    const mbsri_written *given = &w->tangent, *expected = &w->expected;
+    const mbsri_written *given = &w->tangents.given, *expected = &w->tangents.expected;
     const mbsri_jacobians *x = &given->jacobians, *y = &expected->jacobians;
     const mbsr_joint_args args = mbsri_verifier_args(w, &w->base, NULL, NULL, NULL);
-    const mbsr_joint_change by = {.q = w->change.at.q, .p_pred = w->change.at.p_pred};
+    const mbsr_joint_change by = {.q = w->tangents.change.at.q,
+                                  .p_pred = w->tangents.change.at.p_pred};
     const size_t size = (size_t)w->np + jacobians_size(w);
     double *field = &w->errors->tangent;
     char name[NAME];
@@ -266,9 +273,9 @@ static int verify_tangent(mbsri_verifier *w, int part, int k)
 static int verify_rate_tangent(mbsri_verifier *w, int part, int k)
 {
     const mbsr_joint_table *table = w->joint->table;
-    const mbsri_written *given = &w->tangent, *expected = &w->expected;
+    const mbsri_written *given = &w->tangents.given, *expected = &w->tangents.expected;
     const mbsri_jacobians *x = &given->rates, *y = &expected->rates;
-    const mbsri_moving *dx = &w->change;
+    const mbsri_moving *dx = &w->tangents.change;
     const mbsr_joint_args args = mbsri_verifier_args(w, &w->base, w->at->u, w->V_pred, w->V);
     const mbsr_joint_change by = {dx->at.q, dx->u, dx->at.p_pred, dx->V_pred, dx->at.p, dx->V};
     double *field = &w->errors->rate_tangent;
@@ -310,7 +317,8 @@ int mbsri_verify_tangents(mbsri_verifier *w)
     if (!table->tangent && !table->rate_tangent) return MBSR_OK;
     int count = 0;
     int status = find_direction_scales(w);
-    if (!status) status = mbsri_verifier_velocity(w, &w->given, w->at->u, w->V_pred, w->V);
+    if (!status)
+        status = mbsri_verifier_velocity(w, &w->jacobians.given, w->at->u, w->V_pred, w->V);
     if (!status) find_rows(w);
     for (int part = 0; part < PARTS; ++part) {
         for (int k = 0; k < directions(w, part) && !status; ++k, ++count)

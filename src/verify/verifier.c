@@ -131,8 +131,8 @@ int mbsri_verifier_velocity(mbsri_verifier *w, const mbsri_jacobians *x, const d
 {
     const int d = w->d;
     double *right = w->x;
-    mbsri_copy((size_t)d * (size_t)d, x->K, w->Kinv);
-    const double rcond = mbsri_lapack_inverse(d, w->Kinv, w->pivots, w->work);
+    mbsri_copy((size_t)d * (size_t)d, x->K, w->inverse.K);
+    const double rcond = mbsri_lapack_inverse(d, w->inverse.K, w->inverse.pivots, w->inverse.work);
     if (!(rcond > 1e-15)) {
         return mbsri_fail(w->error, MBSR_SINGULAR_K, MBSR_NONE, MBSR_NONE,
                           "mbsr_joint_verify: joint '%s': K is singular (reciprocal condition "
@@ -143,7 +143,7 @@ int mbsri_verifier_velocity(mbsri_verifier *w, const mbsri_jacobians *x, const d
     mbsri_ax(d, w->d_pred, 1.0, x->H, V_pred, right);
     mbsri_ax(d, w->n, 1.0, x->J, u, right);
     mbsri_zero((size_t)d, V);
-    mbsri_ax(d, d, -1.0, w->Kinv, right, V);
+    mbsri_ax(d, d, -1.0, w->inverse.K, right, V);
     return MBSR_OK;
 }
 
@@ -153,7 +153,8 @@ int mbsri_verifier_velocity(mbsri_verifier *w, const mbsri_jacobians *x, const d
 static double largest_of_rows(const mbsri_verifier *w, int columns, const double *x)
 {
     double size = 0.0;
-    for (int k = 0; k < columns * w->d; ++k) size = fmax(size, fabs(x[k]) / w->row[k % w->d]);
+    for (int k = 0; k < columns * w->d; ++k)
+        size = fmax(size, fabs(x[k]) / w->jacobians.row[k % w->d]);
     return size;
 }
 
@@ -175,7 +176,8 @@ void mbsri_verifier_compare(mbsri_verifier *w, double *field, const char *name, 
     const double size =
         fmax(rate, fmax(largest_of_rows(w, columns, given), largest_of_rows(w, columns, expected)));
     for (int k = 0; k < columns * w->d && size > 0.0; ++k) {
-        mbsri_verifier_note(w, field, fabs(given[k] - expected[k]) / (w->row[k % w->d] * size),
+        mbsri_verifier_note(w, field,
+                            fabs(given[k] - expected[k]) / (w->jacobians.row[k % w->d] * size),
                             "%s(%d,%d) is %.9g, by differences %.9g", name, k % w->d, k / w->d,
                             given[k], expected[k]);
     }

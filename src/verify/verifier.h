@@ -43,22 +43,28 @@ typedef struct mbsri_verifier {
     bool own, pred;           /* whether x' is V of the body, and of the predecessor */
     double speed, h;          /* largest rate of the motion; step in time, s */
     mbsri_place base, on, by; /* the state itself, one on the motion, one beside it */
-    mbsri_jacobians given, passing, truth, slope; /* as written at `base` and at `on`; by
-                                                     differences */
-    double *unit;                                 /* one rate is 1 */
-    double *x;                                    /* 4 d: samples of one difference */
-    double *row;                                  /* d: largest entry of K, H, J in each row */
-    double *V, *A, *kII;                          /* d */
+    struct {
+        mbsri_jacobians given, passing; /* as written at `base` and at `on` */
+        mbsri_jacobians truth, slope;   /* by differences */
+        double *row;                    /* d: largest entry of K, H, J in each row */
+    } jacobians;
+    double *unit;        /* one rate is 1 */
+    double *x;           /* 4 d: samples of one difference */
+    double *V, *A, *kII; /* d */
     double *V_pred;      /* d_pred: the caller's, or zero where the predecessor has none */
     double *qdot, *flow; /* nq, 2 nq */
-    double *Kinv, *work; /* d x d, 4 d: where V is from (8) */
-    /* of joint_check_tangents.c */
-    mbsri_moving moving, change; /* a state beside `base`, the direction */
-    mbsri_written sample, expected,
-        tangent;   /* written there; its slope by differences, and given */
-    double *scale; /* nq: length of the directions of q */
-    double *row_V; /* d: largest entry of K^-1 (K, H, J) in each row */
-    int pivots[MBSR_MAX_D];
+    struct {
+        double *K, *work; /* d x d, 4 d: K^-1, where V is from (8) */
+        int pivots[MBSR_MAX_D];
+    } inverse;
+    struct {
+        mbsri_moving state, change; /* a state beside `base`, the direction */
+        mbsri_written sample;       /* what is written there */
+        mbsri_written expected;     /* its slope by differences */
+        mbsri_written given;        /* its slope as the table gives it */
+        double *scale;              /* nq: length of the directions of q */
+        double *row;                /* d: largest entry of K^-1 (K, H, J) in each row */
+    } tangents;                     /* of joint_check_tangents.c */
 } mbsri_verifier;
 
 static inline bool mbsri_verifier_unit_K(const mbsri_verifier *w)

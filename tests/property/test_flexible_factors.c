@@ -193,7 +193,7 @@ static const mbsr_error *error_of(const tree *w)
 
 static void take_factors_away(tree *w)
 {
-    for (int i = 1; i <= w->model->bodies; ++i) w->model->body[i].factored = false;
+    for (int i = 1; i <= w->model->bodies; ++i) w->model->body[i].flexible.factored = false;
 }
 
 /* Bodies that had their blocks in factors in the last evaluation, where the sweeps served it to its
@@ -203,7 +203,7 @@ static int in_factors(const tree *w)
     int count = 0;
     if (w->data->pending != MBSRI_PENDING_FORWARD) return 0;
     for (int i = 1; i <= w->model->bodies; ++i)
-        count += w->model->body[i].factored && w->data->factor_rows[i] >= 0;
+        count += w->model->body[i].flexible.factored && w->data->factors.rows[i] >= 0;
     return count;
 }
 

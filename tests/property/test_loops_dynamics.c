@@ -37,11 +37,11 @@ static void compare_forward(loops *s, const loops_equations *e, const double *ta
 /* The same by the sweeps, where they serve: by every kernel. */
 static void compare_swept(loops *s, const loops_equations *e, const double *tau, int *served)
 {
-    const mbsri_sweep_kernels *kernels[2], *own = s->m->evaluated->kernels;
+    const mbsri_sweep_kernels *kernels[2], *own = s->m->tree.evaluated->kernels;
     const double size = 1.0 + test_largest(e->N, e->x);
     for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
         double udot[LOOPS_MOST];
-        s->m->evaluated->kernels = kernels[k];
+        s->m->tree.evaluated->kernels = kernels[k];
         const int status = mbsri_sweeps_loops_dynamics(s->m, s->d, 0.0, s->q, s->u, tau, udot);
         if (status == MBSRI_NOT_SERVED) continue;
         assert_int_equal(status, MBSR_OK);
@@ -51,7 +51,7 @@ static void compare_swept(loops *s, const loops_equations *e, const double *tau,
         for (int j = 0; j < s->nu; ++j) assert_close(udot[j], e->x[j], 1e-9 * size);
         ++*served;
     }
-    s->m->evaluated->kernels = own;
+    s->m->tree.evaluated->kernels = own;
 }
 
 static void forward(void **state)
@@ -139,7 +139,7 @@ static void residual(void **state)
         loops_make_case(&s, &rng, seed);
         const int size = mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM);
         if (!loops_too_large(&s)) {
-            const mbsri_sweep_kernels *kernels[2], *own = s.m->evaluated->kernels;
+            const mbsri_sweep_kernels *kernels[2], *own = s.m->tree.evaluated->kernels;
             loops_random_state(&s, &rng);
             test_fill(&rng, size, y);
             test_fill(&rng, size, yp);
@@ -150,7 +150,7 @@ static void residual(void **state)
             test_show_sweeps(s.m, trees);
             const double largest = 1.0 + test_largest(size, stages);
             for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
-                s.m->evaluated->kernels = kernels[k];
+                s.m->tree.evaluated->kernels = kernels[k];
                 assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.3, y, yp, F),
                           mbsr_data_error(s.d));
                 for (int j = 0; j < size; ++j) assert_close(F[j], stages[j], 1e-11 * largest);
@@ -158,9 +158,9 @@ static void residual(void **state)
                 served += status == MBSR_OK;
                 for (int i = 1; i <= s.m->bodies; ++i)
                     empty += !status && s.m->body[i].n > 1 && s.d->rank[i] == 0 &&
-                             !s.m->evaluated->whole;
+                             !s.m->tree.evaluated->whole;
             }
-            s.m->evaluated->kernels = own;
+            s.m->tree.evaluated->kernels = own;
         }
         loops_free(&s);
     }
@@ -190,7 +190,7 @@ static void large_residual(void **state)
     test_show_sweeps(s.m, trees);
     const double largest = test_largest((int)size, stages);
     for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
-        s.m->evaluated->kernels = kernels[k];
+        s.m->tree.evaluated->kernels = kernels[k];
         assert_int_equal(mbsri_sweeps_momentum_residual(s.m, s.d, 0.3, y, yp, F), MBSR_OK);
         assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.3, y, yp, F), error);
         for (size_t j = 0; j < size; ++j) assert_close(F[j], stages[j], 1e-11 * largest);

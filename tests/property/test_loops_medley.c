@@ -55,14 +55,14 @@ static double distance(int n, const double *a, const double *b)
 /* Without its plan of loops a model is left to the way for any kind of body. */
 static mbsri_sweep_loops *hide_plan(const medley *s)
 {
-    mbsri_sweep_loops *plan = s->m->evaluated ? s->m->evaluated->loops : NULL;
-    if (plan) s->m->evaluated->loops = NULL;
+    mbsri_sweep_loops *plan = s->m->tree.evaluated ? s->m->tree.evaluated->loops : NULL;
+    if (plan) s->m->tree.evaluated->loops = NULL;
     return plan;
 }
 
 static void show_plan(const medley *s, mbsri_sweep_loops *plan)
 {
-    if (plan) s->m->evaluated->loops = plan;
+    if (plan) s->m->tree.evaluated->loops = plan;
 }
 
 /* ---- the residual ---- */
@@ -80,9 +80,9 @@ static void check_residual(const medley *s, test_rng *rng, tally *all)
                   mbsr_dae_residual(s->m, s->d, MBSR_DAE_MOMENTUM, s->t, y, yp, stages), MBSR_OK);
     test_show_sweeps(s->m, trees);
     const mbsri_sweep_kernels *kernels[2] = {NULL};
-    const int count = s->m->evaluated ? test_kernels(kernels) : 1;
+    const int count = s->m->tree.evaluated ? test_kernels(kernels) : 1;
     for (int k = count - 1; k >= 0; --k) {
-        if (s->m->evaluated) s->m->evaluated->kernels = kernels[k];
+        if (s->m->tree.evaluated) s->m->tree.evaluated->kernels = kernels[k];
         expect_status(s, "residual",
                       mbsr_dae_residual(s->m, s->d, MBSR_DAE_MOMENTUM, s->t, y, yp, F), MBSR_OK);
         expect_below(s, "residual", distance(s->size, F, stages),

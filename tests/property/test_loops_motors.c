@@ -60,11 +60,11 @@ static void compare_ways(const motors *given, loops *s, bool clear, int *served)
     if (a.status) return;
     const double size = 1.0 + test_largest(s->nu, b.tau) + test_largest(s->rows, b.lambda);
     assert_same(&a, &b, s, size);
-    const mbsri_sweep_kernels *kernels[2], *own = s->m->evaluated->kernels;
+    const mbsri_sweep_kernels *kernels[2], *own = s->m->tree.evaluated->kernels;
     double motor[LOOPS_MOST];
     mbsri_gather(s->m, given->mark, motor);
     for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
-        s->m->evaluated->kernels = kernels[k];
+        s->m->tree.evaluated->kernels = kernels[k];
         const int status =
             mbsri_sweeps_loops_inverse(s->m, s->d, 0.0, s->q, s->u, a.udot, motor, a.tau, a.lambda);
         if (status == MBSRI_NOT_SERVED) continue;
@@ -72,7 +72,7 @@ static void compare_ways(const motors *given, loops *s, bool clear, int *served)
         assert_same(&a, &b, s, size);
         ++*served;
     }
-    s->m->evaluated->kernels = own;
+    s->m->tree.evaluated->kernels = own;
 }
 
 /* Against the dense equations. */

@@ -106,7 +106,7 @@ static void factor(const mbsr_model *m, const mbsr_data *d, place *at)
                     P[e] -= p->U[6 * k + e % 6] * p->Dinv[6 * l + k] * p->U[6 * l + e / 6];
             }
         }
-        for (int e = 0; e < 36 && b->d_pred == 6; ++e) {
+        for (int e = 0; e < 36 && b->pred.d == 6; ++e) {
             for (int j = 0; j < 6; ++j) {
                 for (int k = 0; k < 6; ++k)
                     at[b->parent].Mbar[e] += H[6 * (e % 6) + j] * P[6 * k + j] * H[6 * (e / 6) + k];
@@ -140,7 +140,7 @@ static void solve(const mbsr_model *m, const mbsr_data *d, place *at, const real
                 for (int r = 0; r < 6; ++r) p->sum[r] += p->U[6 * k + r] * rate;
             }
         }
-        for (int e = 0; e < 36 && b->d_pred == 6; ++e)
+        for (int e = 0; e < 36 && b->pred.d == 6; ++e)
             at[b->parent].sum[e / 6] -= H[e] * p->sum[e % 6];
     }
     for (int i = 1; i <= m->bodies; ++i) {
@@ -148,7 +148,7 @@ static void solve(const mbsr_model *m, const mbsr_data *d, place *at, const real
         const double *J = d->J + b->dn, *H = d->H + b->dp;
         place *p = at + i;
         real x[6] = {0.0L};
-        for (int e = 0; e < 36 && b->d_pred == 6; ++e) x[e % 6] += H[e] * at[b->parent].A[e / 6];
+        for (int e = 0; e < 36 && b->pred.d == 6; ++e) x[e % 6] += H[e] * at[b->parent].A[e / 6];
         for (int k = 0; k < b->n; ++k) {
             for (int r = 0; r < 6; ++r) p->load[k] -= p->U[6 * k + r] * x[r];
         }
@@ -168,7 +168,7 @@ static void residual(const mbsr_model *m, const mbsr_data *d, place *at, const r
         const mbsri_body *b = m->body + i;
         place *p = at + i;
         for (int c = 0; c < 6; ++c) p->A[c] = -(real)d->kII[b->v + (size_t)c];
-        for (int e = 0; e < 36 && b->d_pred == 6; ++e)
+        for (int e = 0; e < 36 && b->pred.d == 6; ++e)
             p->A[e % 6] -= d->H[b->dp + (size_t)e] * at[b->parent].A[e / 6];
         for (int e = 0; e < 6 * b->n; ++e)
             p->A[e % 6] -= d->J[b->dn + (size_t)e] * udot[b->u + e / 6];
@@ -180,7 +180,7 @@ static void residual(const mbsr_model *m, const mbsr_data *d, place *at, const r
         for (int k = 0; k < b->n; ++k) r[b->u + k] = d->tau[b->iu + k];
         for (int e = 0; e < 6 * b->n; ++e)
             r[b->u + e / 6] -= d->J[b->dn + (size_t)e] * at[i].sum[e % 6];
-        for (int e = 0; e < 36 && b->d_pred == 6; ++e)
+        for (int e = 0; e < 36 && b->pred.d == 6; ++e)
             at[b->parent].sum[e / 6] -= d->H[b->dp + (size_t)e] * at[i].sum[e % 6];
     }
 }

@@ -21,7 +21,7 @@ static inline int test_kernels(const mbsri_sweep_kernels *list[2])
 
 static inline void test_use_kernels(mbsr_model *m, const mbsri_sweep_kernels *kernels)
 {
-    m->sweeps->kernels = m->whole->kernels = m->evaluated->kernels = kernels;
+    m->tree.plain->kernels = m->tree.newton->kernels = m->tree.evaluated->kernels = kernels;
 }
 
 /* Without its trees for the sweeps a model is evaluated by the stages. */
@@ -31,16 +31,16 @@ typedef struct test_hidden {
 
 static inline test_hidden test_hide_sweeps(mbsr_model *m)
 {
-    const test_hidden trees = {m->sweeps, m->whole, m->evaluated};
-    m->sweeps = m->whole = m->evaluated = NULL;
+    const test_hidden trees = {m->tree.plain, m->tree.newton, m->tree.evaluated};
+    m->tree.plain = m->tree.newton = m->tree.evaluated = NULL;
     return trees;
 }
 
 static inline void test_show_sweeps(mbsr_model *m, test_hidden trees)
 {
-    m->sweeps = trees.sweeps;
-    m->whole = trees.whole;
-    m->evaluated = trees.evaluated;
+    m->tree.plain = trees.sweeps;
+    m->tree.newton = trees.whole;
+    m->tree.evaluated = trees.evaluated;
 }
 
 /* Largest difference relative to the largest entry of b or 1. */

@@ -186,14 +186,14 @@ void loops_compare_forces(loops *s, const loops_equations *e, const double *lamb
 /* Without its plan of loops a model is left to the latter. */
 mbsri_sweep_loops *loops_hide_plan(mbsr_model *m)
 {
-    mbsri_sweep_loops *plan = m->evaluated->loops;
-    m->evaluated->loops = NULL;
+    mbsri_sweep_loops *plan = m->tree.evaluated->loops;
+    m->tree.evaluated->loops = NULL;
     return plan;
 }
 
 void loops_show_plan(mbsr_model *m, mbsri_sweep_loops *plan)
 {
-    m->evaluated->loops = plan;
+    m->tree.evaluated->loops = plan;
 }
 
 void loops_make_case(loops *s, test_rng *rng, uint64_t seed)

@@ -54,7 +54,7 @@ static void name_all(mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
     mbsri_carried *v = &w->carried;
-    v->multipliers = m->rows + m->held;
+    v->multipliers = m->rows + m->position_rows;
     for (int k = 0; k < closures_of(w); ++k) {
         const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         v->loop[k].across = v->multipliers;
@@ -71,7 +71,7 @@ static void list_names(mbsr_newton *w)
     for (int k = 0; k < closures_of(w); ++k) {
         const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
         for (int l = 0; l < c->rows; ++l) v->closure[mbsri_name_lambda(c, l)] = k;
-        for (int l = 0; l < c->held; ++l) v->closure[mbsri_name_eta(m, c, l)] = k;
+        for (int l = 0; l < c->position_rows; ++l) v->closure[mbsri_name_eta(m, c, l)] = k;
         for (int l = 0; l < v->loop[k].most; ++l) v->closure[v->loop[k].across + l] = k;
     }
 }
@@ -84,7 +84,7 @@ static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
 {
     mbsri_carried *v = &w->carried;
     const mbsri_closure *c = mbsri_closure_at(w->model, (size_t)k);
-    const int multipliers = c->rows + c->held, last = v->loop[k].pool;
+    const int multipliers = c->rows + c->position_rows, last = v->loop[k].pool;
     while (seen[i] != k + 1) {
         seen[i] = k + 1;
         v->pool[i].most += multipliers + v->loop[k].most;
@@ -243,8 +243,8 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     v->last_closing = records(memory, &used, bodies, sizeof(int));
     v->served = records(memory, &used, bodies, sizeof(bool));
     v->used = records(memory, &used, fronts, sizeof(int));
-    v->multiplier =
-        records(memory, &used, (size_t)(w->model->rows + w->model->held), sizeof *v->multiplier);
+    v->multiplier = records(memory, &used, (size_t)(w->model->rows + w->model->position_rows),
+                            sizeof *v->multiplier);
     v->pool = records(memory, &used, fronts, sizeof *v->pool);
     v->swept = records(memory, &used, fronts, sizeof *v->swept);
     v->front = records(memory, &used, fronts, sizeof *v->front);
@@ -274,7 +274,7 @@ double mbsri_carried_operations(const mbsr_newton *w)
     double sum = 0.0;
     for (int k = 1; k < v->fronts; ++k) {
         const double size = v->pool[k].count;
-        sum += k > w->model->bodies ? size * size * (size / 3.0 + 20.0) : size * (size + 40.0);
+        sum += k > w->model->bodies ? size * size * (size + 20.0) : size * (size + 40.0);
     }
     return sum;
 }

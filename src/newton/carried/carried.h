@@ -58,12 +58,6 @@ static inline int mbsri_carried_level(const mbsr_newton *w, int name)
     return name < v->multipliers ? v->loop[v->closure[name]].level : 0;
 }
 
-/* Whether the joint of body i is a front. */
-static inline bool mbsri_is_front(const mbsr_newton *w, int i)
-{
-    return w->carried.memory && w->carried.served[i];
-}
-
 /* The names of lambda, eta and w of a closure's row. */
 static inline int mbsri_name_lambda(const mbsri_closure *c, int k)
 {
@@ -72,7 +66,7 @@ static inline int mbsri_name_lambda(const mbsri_closure *c, int k)
 
 static inline int mbsri_name_eta(const mbsr_model *m, const mbsri_closure *c, int k)
 {
-    return m->rows + c->held_row + k;
+    return m->rows + c->position_row + k;
 }
 
 /* Of unknown k of a joint, or of the group of that head. */

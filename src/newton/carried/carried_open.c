@@ -44,7 +44,7 @@ static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double 
     const mbsri_closure *closure = mbsri_closure_at(w->model, (size_t)number);
     mbsri_pool *pool = mbsri_carried_at(w, v->loop[number].pool);
     double *T = v->store + mbsri_pool_T(pool);
-    for (int k = 0; k < closure->held; ++k) {
+    for (int k = 0; k < closure->position_rows; ++k) {
         if (!mbsri_is_stiff(closure, k)) continue;
         const int lambda = mbsri_carried_join(w, pool, mbsri_name_lambda(closure, k));
         const double compliance = 1.0 / (closure->def.stiffness[k] + c * closure->def.damping[k]);
@@ -70,7 +70,7 @@ void mbsri_carried_seat(mbsr_newton *w, int k)
     mbsri_carried *v = &w->carried;
     const mbsri_pool *pool = mbsri_carried_at(w, k);
     const int *row = v->numbers + mbsri_pool_row(pool),
-              multipliers = w->model->rows + w->model->held;
+              multipliers = w->model->rows + w->model->position_rows;
     for (int l = 0; l < pool->count; ++l) {
         if (row[l] < multipliers && v->loop[v->closure[row[l]]].pool == k)
             v->multiplier[row[l]].right = (ptrdiff_t)pool->right + l;
@@ -86,7 +86,7 @@ static void open_multipliers(mbsr_newton *w, const mbsri_closure *closure, int k
     const bool stiff = mbsri_is_stiff(closure, k);
     multiplier[mbsri_name_lambda(closure, k)] = (mbsri_multiplier){
         -1, stiff ? -1.0 : 1.0, stiff ? -stiffness / (stiffness + c * damping) : 1.0 / c};
-    if (k < closure->held)
+    if (k < closure->position_rows)
         multiplier[mbsri_name_eta(w->model, closure, k)] = (mbsri_multiplier){-1, 1.0, 1.0 / c};
 }
 

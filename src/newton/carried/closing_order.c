@@ -222,7 +222,7 @@ static void merge(plan *p)
 
 static double unknowns(const plan *p, int k)
 {
-    return p->closure[k].rows + p->closure[k].held + p->w->carried.loop[k].most;
+    return p->closure[k].rows + p->closure[k].position_rows + p->w->carried.loop[k].most;
 }
 
 static double cube(double x)
@@ -297,7 +297,7 @@ static void close_on(plan *p, int body)
         spread(p, p->branch[p->first_branch[k]]);
         spread(p, p->order[p->ordered - 1]);
         group_loops(p);
-        bool several = p->loops > FEW && p->w->model->whole->blocks == 0 && find_rests(p);
+        bool several = p->loops > FEW && p->w->model->tree.newton->blocks == 0 && find_rests(p);
         if (several) {
             merge(p);
             several = divides(p);

@@ -17,7 +17,7 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
     const mbsr_model *m = w->model;
     mbsri_zero(v->right_count, v->store + v->right);
     const double *of_rows = r ? r + m->nq + 2 * m->nu : NULL;
-    for (int k = 0; k < m->rows + m->held && r; ++k) {
+    for (int k = 0; k < m->rows + m->position_rows && r; ++k) {
         const mbsri_multiplier *multiplier = v->multiplier + k;
         if (multiplier->right >= 0) v->store[multiplier->right] = multiplier->in * of_rows[k];
     }
@@ -28,7 +28,7 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
     const mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
     const int first = m->nq + 2 * m->nu;
-    for (int k = 0; k < m->rows + m->held; ++k) {
+    for (int k = 0; k < m->rows + m->position_rows; ++k) {
         const mbsri_multiplier *multiplier = v->multiplier + k;
         if (multiplier->right >= 0)
             delta[first + k] = v->value[k] * multiplier->out;

@@ -114,11 +114,6 @@ static inline size_t mbsri_pool_kappa(const mbsri_pool *pool)
     return mbsri_pool_T(pool) + (size_t)pool->most * (size_t)pool->most;
 }
 
-static inline size_t mbsri_pool_end(const mbsri_pool *pool)
-{
-    return mbsri_pool_kappa(pool) + (size_t)(pool->stride / 3 * pool->most);
-}
-
 /* A joint, or loops that close on a body, with what is carried there; of the latter `size`
  * unknowns, of which `done` are eliminated; the rest is carried on. */
 typedef struct mbsri_carried_front {

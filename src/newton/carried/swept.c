@@ -156,7 +156,7 @@ static void list_loops(const mbsr_newton *w, mbsri_carried *v)
     for (int k = 0; k < (int)w->model->closures.count; ++k) {
         mbsri_loop *loop = v->loop + k;
         bool any = loop->most > 0;
-        for (int l = 0; l < c[k].held; ++l) any = any || mbsri_is_stiff(c + k, l);
+        for (int l = 0; l < c[k].position_rows; ++l) any = any || mbsri_is_stiff(c + k, l);
         loop->next = -1;
         if (!any) continue;
         loop->next = v->front[loop->pool].first_loop;

@@ -24,14 +24,14 @@ static double *M_at(const build *b, int row, int column)
 int mbsri_front_members(const mbsri_front *f, int i, const int **member)
 {
     const mbsri_body *b = f->model->body + i;
-    *member = f->model->member + b->at;
-    return f->linear->coupled[i] ? b->members : 1;
+    *member = f->model->order.member + b->group.at;
+    return f->linear->coupled[i] ? b->group.members : 1;
 }
 
 /* Whether the member's rows and columns are pending: its group is complete further up. */
 static bool waits(const mbsri_front *f, int i)
 {
-    return f->linear->coupled[i] && f->model->body[i].head != i;
+    return f->linear->coupled[i] && f->model->body[i].group.head != i;
 }
 
 /* ---- numbers ---- */
@@ -75,7 +75,7 @@ static bool lacks_mass(const build *b)
 {
     const mbsri_front *f = b->f;
     return b->closes &&
-           f->linear->rank[b->i] < (f->linear->coupled[b->i] ? b->b->group_n : b->b->n);
+           f->linear->rank[b->i] < (f->linear->coupled[b->i] ? b->b->group.n : b->b->n);
 }
 
 /* Own rows and columns. */
@@ -104,7 +104,7 @@ static void list_own(build *b)
 static bool gives_way(const build *b, int owner, int first, int number)
 {
     const mbsri_body *body = b->f->model->body + (owner > 0 ? owner : 0);
-    return owner > 0 && b->closes && body->head == b->i && number >= first &&
+    return owner > 0 && b->closes && body->group.head == b->i && number >= first &&
            number < first + body->n;
 }
 
@@ -142,7 +142,7 @@ static bool counts(const mbsri_front *f, const mbsri_closure *c, int k)
 
 static bool holds(const mbsri_front *f, const mbsri_closure *c, int k)
 {
-    return k < c->held && !f->linear->dropped[c->row + k];
+    return k < c->position_rows && !f->linear->dropped[c->row + k];
 }
 
 /* Whether an element of the plan is a closure: behind forces, before pairs. */
@@ -169,8 +169,8 @@ static void list_multipliers(build *b)
             add_rows(b, f->row_count + c->row + r, 1);
             add_columns(b, f->column_count + c->row + r, 1);
             if (!holds(f, c, r)) continue;
-            add_rows(b, f->row_count + f->model->rows + c->held_row + r, 1);
-            add_columns(b, f->column_count + f->model->rows + c->held_row + r, 1);
+            add_rows(b, f->row_count + f->model->rows + c->position_row + r, 1);
+            add_columns(b, f->column_count + f->model->rows + c->position_row + r, 1);
         }
     }
 }
@@ -183,7 +183,7 @@ static void list_body(build *b, int i, bool whole)
     const mbsri_front_names *at = f->names + i;
     const int impulse = whole ? 0 : body->d;
     add_rows(b, at->y + impulse, mbsri_linear_actions(f->linear, i) - impulse);
-    if (f->model->held > 0 && !b->plain) add_rows(b, at->kappa, body->d);
+    if (f->model->position_rows > 0 && !b->plain) add_rows(b, at->kappa, body->d);
     add_columns(b, at->x, mbsri_linear_motions(f->linear, i));
     if (!f->plan.coordinates[i] || b->plain) return;
     add_rows(b, at->tau, body->n);
@@ -199,7 +199,7 @@ static void list_rest(build *b)
     const int *member, members = mbsri_front_members(f, b->i, &member);
     add_rows(b, b->at.y, mbsri_linear_actions(f->linear, b->i));
     if (!b->plain) {
-        if (f->model->held > 0) add_rows(b, b->at.kappa, b->b->d);
+        if (f->model->position_rows > 0) add_rows(b, b->at.kappa, b->b->d);
         add_rows(b, b->at.tau, b->b->n);
         add_rows(b, b->at.push, b->b->n);
     }
@@ -217,7 +217,8 @@ static void list_rest(build *b)
 static bool is_plain(const build *b)
 {
     const mbsri_front *f = b->f;
-    bool plain = b->step->elements == 0 && b->step->borders <= 1 && f->model->anywhere == 0;
+    bool plain =
+        b->step->elements == 0 && b->step->borders <= 1 && f->model->elements.anywhere == 0;
     for (int l = 0; l < b->step->children && plain; ++l) {
         const int child = f->plan.child[b->step->first_child + l];
         plain = f->left[child].plain;
@@ -378,8 +379,8 @@ static void add_row(build *b, const mbsri_closure *c, int r, int l, const double
     const bool joint = mbsri_reads_joints(c), held = holds(f, c, r);
     const int velocity = f->row_at[f->row_count + c->row + r],
               lambda = f->column_count + c->row + r,
-              position = held ? f->row_at[f->row_count + f->model->rows + c->held_row + r] : 0,
-              eta = held ? f->column_at[f->column_count + f->model->rows + c->held_row + r] : 0;
+              position = held ? f->row_at[f->row_count + f->model->rows + c->position_row + r] : 0,
+              eta = held ? f->column_at[f->column_count + f->model->rows + c->position_row + r] : 0;
     double *to = M_at(b, 0, f->column_at[lambda]);
     const int count = body->d + (joint ? body->n : 0);
     for (int j = 0; j < count; ++j) {
@@ -430,13 +431,13 @@ static void add_closure(build *b, int element)
             if (counts(f, c, r)) add_row(b, c, r, l, slope, C);
         }
     }
-    for (int r = 0; r < c->held; ++r) {
+    for (int r = 0; r < c->position_rows; ++r) {
         if (!mbsri_is_stiff(c, r)) continue;
         const double compliance = 1.0 / (c->def.stiffness[r] + f->c * c->def.damping[r]);
         const int lambda = f->column_at[f->column_count + c->row + r];
         *M_at(b, f->row_at[f->row_count + c->row + r], lambda) += f->c * compliance;
         if (holds(f, c, r))
-            *M_at(b, f->row_at[f->row_count + f->model->rows + c->held_row + r], lambda) +=
+            *M_at(b, f->row_at[f->row_count + f->model->rows + c->position_row + r], lambda) +=
                 compliance;
     }
 }
@@ -470,7 +471,7 @@ static int add_elements(build *b)
 {
     const mbsri_front *f = b->f;
     int status = MBSR_OK;
-    for (int k = 0; k < f->model->anywhere && !status; ++k) {
+    for (int k = 0; k < f->model->elements.anywhere && !status; ++k) {
         const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
         if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) status = add_element(b, k, b->i);
     }

@@ -143,7 +143,7 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
             f->matrices + f->plan.step[f->plan.child[s->step->first_child + l]].matrix;
         for (int r = 0; r < ROWS * ROWS; ++r) k->F[r] += from[r];
     }
-    for (int e = 0; e < f->model->anywhere && !status; ++e) {
+    for (int e = 0; e < f->model->elements.anywhere && !status; ++e) {
         if (mbsri_force_at(f->model, (size_t)e)->def.table->flags & MBSR_FORCE_EVERY_BODY)
             status = add_element(f, d, i, e, k);
     }
@@ -449,8 +449,8 @@ int mbsri_front_step_axes(mbsri_front *f, mbsr_data *d, int k, bool *done)
     s.Jdot = d->Jdot + b->dn;
     s.outside = mbsri_linear_motions(f->linear, b->parent);
     for (int l = 0; l < 3 && s.outside > 0; ++l) {
-        s.r[l] = d->p[b->p + MBSR_POSE_X + (size_t)l] - d->p[b->pred_p + MBSR_POSE_X + (size_t)l];
-        s.rate[l] = d->V[b->v + 3 + (size_t)l] - d->V[b->pred_v + 3 + (size_t)l];
+        s.r[l] = d->p[b->p + MBSR_POSE_X + (size_t)l] - d->p[b->pred.p + MBSR_POSE_X + (size_t)l];
+        s.rate[l] = d->V[b->v + 3 + (size_t)l] - d->V[b->pred.v + 3 + (size_t)l];
     }
     const int status = know(f, d, &s, &known);
     if (status) return status;

@@ -61,7 +61,7 @@ static int singular(const mbsri_front *f, mbsr_data *d, const mbsri_front_pivots
     if (joint > 0 && (joint_row > 0 || closure == 0))
         return singular_joint(f, d, joint, joint_kind);
     const mbsri_closure *c = (const mbsri_closure *)m->closures.data - 1 - closure;
-    const int row = number < m->rows ? number - c->row : number - m->rows - c->held_row;
+    const int row = number < m->rows ? number - c->row : number - m->rows - c->position_row;
     return singular_row(f, d, -1 - closure, row);
 }
 
@@ -179,6 +179,6 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
                                   : mbsri_linear_open(f->linear, d, t, y, yp, c);
     if (!status) status = mbsri_front_replan(f, d);
     for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
-    if (!status && f->model->grouped) status = mbsri_backward(f->model, d);
+    if (!status && f->model->order.grouped) status = mbsri_backward(f->model, d);
     return status;
 }

@@ -33,7 +33,7 @@ static void number(mbsri_front *f)
     int rows = 0, columns = 0;
     for (int i = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const int row = rows, column = columns, range = b->head == i ? b->group_n : b->n;
+        const int row = rows, column = columns, range = b->group.head == i ? b->group.n : b->n;
         mbsri_front_names at = {0};
         at.x = next(&columns, f->linear->e[i] + 2 * b->d);
         at.y = next(&rows, 3 * b->d);
@@ -71,7 +71,7 @@ static void sort(mbsri_front *f)
         const mbsri_body *b = m->body + i;
         const mbsri_front_names *at = f->names + i;
         if (f->served && !f->served[i]) continue;
-        const int range = b->head == i ? b->group_n : b->n;
+        const int range = b->group.head == i ? b->group.n : b->n;
         for (int k = 0; k < b->nq; ++k)
             f->row_kind[at->place + k] = f->column_kind[at->q + k] = MBSRI_FRONT_PLACE;
         for (int k = 0; k < b->n; ++k)
@@ -81,8 +81,8 @@ static void sort(mbsri_front *f)
     }
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
-        for (int r = 0; r < c->rows + c->held; ++r) {
-            const int at = r < c->rows ? c->row + r : m->rows + c->held_row + r - c->rows,
+        for (int r = 0; r < c->rows + c->position_rows; ++r) {
+            const int at = r < c->rows ? c->row + r : m->rows + c->position_row + r - c->rows,
                       kind = r < c->rows ? MBSRI_FRONT_LAMBDA : MBSRI_FRONT_ETA;
             f->row_kind[f->row_count + at] = f->column_kind[f->column_count + at] =
                 (unsigned char)kind;
@@ -104,13 +104,13 @@ static void *take(unsigned char *base, size_t *used, size_t count, size_t size)
 static size_t place(mbsri_front *f, unsigned char *base)
 {
     const mbsr_model *m = f->model;
-    const size_t multipliers = (size_t)(m->rows + m->held),
+    const size_t multipliers = (size_t)(m->rows + m->position_rows),
                  rows = (size_t)f->row_count + multipliers,
                  columns = (size_t)f->column_count + multipliers, bodies = (size_t)m->bodies + 1;
     size_t used = 0;
     f->names = take(base, &used, bodies, sizeof *f->names);
     f->left = take(base, &used, bodies, sizeof *f->left);
-    f->planned = take(base, &used, f->arena ? (size_t)m->pairs : 0, sizeof *f->planned);
+    f->planned = take(base, &used, f->arena ? (size_t)m->elements.pairs : 0, sizeof *f->planned);
     int **const ints[] = {&f->owner_row, &f->owner_column, &f->row_at, &f->column_at};
     const size_t int_count[] = {rows, columns, rows, columns};
     for (size_t k = 0; k < sizeof ints / sizeof ints[0]; ++k)
@@ -118,7 +118,7 @@ static size_t place(mbsri_front *f, unsigned char *base)
     f->row_kind = take(base, &used, rows, 1);
     f->column_kind = take(base, &used, columns, 1);
     double **const doubles[] = {&f->value, &f->h, &f->rates, &f->wbar, &f->left_over};
-    const size_t count[] = {columns, rows, 5 * (size_t)m->nu, m->size_v,
+    const size_t count[] = {columns, rows, 5 * (size_t)m->nu, m->size.v,
                             2 * (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM)};
     for (size_t k = 0; k < sizeof doubles / sizeof doubles[0]; ++k)
         *doubles[k] = take(base, &used, count[k], sizeof(double));
@@ -183,7 +183,7 @@ static size_t arena_size(const mbsri_front *f)
 {
     const size_t bodies = (size_t)f->model->bodies + 1,
                  elements = f->model->forces.count + f->model->closures.count +
-                            f->model->lists.count + 4 * (size_t)f->model->pairs;
+                            f->model->stored.lists.count + 4 * (size_t)f->model->elements.pairs;
     const size_t size = bodies * 1024 + elements * 64 + bodies * bodies * 64;
     return size < most_room ? size : most_room;
 }
@@ -257,7 +257,7 @@ static bool plan(mbsri_front *f)
 {
     const mbsr_model *m = f->model;
     const mbsri_front_source all = {m, NULL, &m->allocator};
-    if (m->pairs == 0 || f->served) {
+    if (m->elements.pairs == 0 || f->served) {
         if (!mbsri_front_plan_create(&all, f->served, &f->plan)) return false;
         f->bytes += mbsri_front_plan_bytes(&all, &f->plan);
         f->room = place_plan(f, &f->plan, NULL);

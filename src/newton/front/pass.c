@@ -139,11 +139,11 @@ static void push_places(const passing *p, double *M)
     const double *kappa = M + p->kappa, *push = M + p->push,
                  *qdot = k->qdot + (size_t)((variables(b) - n) * nq);
     for (int l = 0; l < n; ++l) {
-        const double moved =
-            b->f->model->weight[b->b->iu + l] * (push[l] - mbsri_dot(d, k->J + l * d, kappa));
+        const double moved = b->f->model->typical.weight[b->b->iu + l] *
+                             (push[l] - mbsri_dot(d, k->J + l * d, kappa));
         for (int r = 0; r < nq && moved != 0.0; ++r) M[p->place + r] -= qdot[l * nq + r] * moved;
     }
-    if (p->kappa_below >= 0) mbsri_atx(d, b->b->d_pred, -1.0, k->H, kappa, M + p->kappa_below);
+    if (p->kappa_below >= 0) mbsri_atx(d, b->b->pred.d, -1.0, k->H, kappa, M + p->kappa_below);
 }
 
 /* The sizes of what is added up in (a). */
@@ -316,7 +316,7 @@ static void take_range_columns(mbsri_front_build *b, int members, const int *mem
         for (int l = 0; l < members; ++l) {
             const mbsri_body *of = f->model->body + member[l];
             for (int j = 0; j < of->n; ++j) {
-                const int at = of->ig - b->b->ig + j,
+                const int at = of->group.iu - b->b->group.iu + j,
                           column = f->column_at[f->names[member[l]].rates + j];
                 const double weight = k->X[r * n + at] * k->s[at], *from = M_at(b, 0, column),
                              *size = N_at(b, 0, column);
@@ -338,7 +338,8 @@ static void take_range_rows(mbsri_front_build *b, int members, const int *member
         for (int l = 0; l < members; ++l) {
             const mbsri_body *of = f->model->body + member[l];
             for (int j = 0; j < of->n; ++j) {
-                const int at = of->ig - b->b->ig + j, row = f->row_at[f->names[member[l]].a] + j;
+                const int at = of->group.iu - b->b->group.iu + j,
+                          row = f->row_at[f->names[member[l]].a] + j;
                 const double weight = k->X[r * n + at] * k->s[at];
                 value += weight * M[row];
                 if (N) size += fabs(weight) * N[row];
@@ -353,7 +354,7 @@ static void take_range(mbsri_front_build *b)
 {
     const mbsri_front *f = b->f;
     const int *member, members = mbsri_front_members(f, b->i, &member),
-                       n = f->linear->coupled[b->i] ? b->b->group_n : b->b->n;
+                       n = f->linear->coupled[b->i] ? b->b->group.n : b->b->n;
     take_range_columns(b, members, member, n);
     for (int j = 0; j < b->columns; ++j)
         take_range_rows(b, members, member, n, M_at(b, 0, j), sums(b, j));
@@ -433,11 +434,34 @@ static void take_sizes(const mbsri_front_build *b)
     }
 }
 
+/* What bodies of the border will add to the rates of their own impulses, and with weights that are
+ * inverse inertias to the loads of eta, as their masses are. These are sizes of what is to come:
+ * beside them multipliers of a body that is passed last are judged, not beside nothing. */
+static void expect_masses(const mbsri_front_build *b)
+{
+    const mbsri_front *f = b->f;
+    for (int k = 0; k < b->step->borders; ++k) {
+        const int i = f->plan.border[b->step->first_border + k].body, d = f->model->body[i].d,
+                  x = mbsri_linear_motions(f->linear, i), y = mbsri_linear_actions(f->linear, i),
+                  e = f->linear->e[i], row = f->row_at[f->names[i].y + d],
+                  column = f->column_at[f->names[i].x];
+        const bool held = f->model->position_rows > 0 && !b->plain && e == d;
+        const double *P = mbsri_linear_terms(f->linear, i).P;
+        for (int l = 0; l < x; ++l, P += y) {
+            double *N = N_at(b, row, column + l);
+            for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]) + fabs(P[d + r]);
+            if (!held || l < e || l >= e + d) continue; /* P over V is the mass */
+            N = N_at(b, f->row_at[f->names[i].kappa], column + l - e);
+            for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]);
+        }
+    }
+}
+
 void mbsri_front_pass(mbsri_front_build *b)
 {
     const mbsri_front *f = b->f;
     const mbsri_front_names *above = f->names + b->b->parent;
-    const bool grounded = b->b->parent == 0, held = f->model->held > 0 && !b->plain;
+    const bool grounded = b->b->parent == 0, held = f->model->position_rows > 0 && !b->plain;
     passing p = {.b = b,
                  .c = f->c,
                  .motion = f->column_at[b->at.x],
@@ -456,9 +480,10 @@ void mbsri_front_pass(mbsri_front_build *b)
     if (b->plain) p.first = p.y, p.reach = mbsri_linear_actions(f->linear, b->i);
     take_sizes(b);
     choose(&p, (sizes){.d = b->b->d,
-                       .dp = b->b->d_pred,
+                       .dp = b->b->pred.d,
                        .deep = b->deep,
                        .above = f->linear->deep[b->b->parent],
                        .plain = b->plain});
     if (b->closes) take_range(b);
+    if (b->watched && f->linear->whole && !f->served && !b->lacks_mass) expect_masses(b);
 }

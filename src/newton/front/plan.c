@@ -237,7 +237,7 @@ static int columns_of(const draft *d, int body)
 static int rows_of(const draft *d, int body)
 {
     const mbsri_body *b = d->m->body + body;
-    return (d->m->held > 0 ? 4 : 3) * b->d + (d->plan->coordinates[body] ? 2 * b->n : 0);
+    return (d->m->position_rows > 0 ? 4 : 3) * b->d + (d->plan->coordinates[body] ? 2 * b->n : 0);
 }
 
 /* Multipliers of the closures of a step; rows: those of velocity rows alone. */
@@ -250,7 +250,7 @@ static int multipliers_of(const draft *d, const mbsri_front_step *s, int *rows)
         const int k = d->plan->element[s->first_element + l] - forces;
         if (k < 0 || k >= (int)d->m->closures.count) continue;
         const mbsri_closure *c = (const mbsri_closure *)d->m->closures.data + k;
-        sum += c->rows + c->held;
+        sum += c->rows + c->position_rows;
         *rows += c->rows;
     }
     return sum;
@@ -295,7 +295,7 @@ static void measure(draft *d, int k)
         return;
     }
     const mbsri_body *b = d->m->body + s->body;
-    int rows, carried = 0, groups = b->head == s->body ? b->n - b->group_n : b->n,
+    int rows, carried = 0, groups = b->group.head == s->body ? b->n - b->group.n : b->n,
               light = !b->regular;
     const int more = multipliers_of(d, s, &rows);
     int waiting = more;
@@ -313,7 +313,7 @@ static void measure(draft *d, int k)
         groups += d->unsettled[child];
         light = light || d->light[child];
     }
-    const int own = b->nq + b->n + (b->head == s->body ? b->group_n : b->n),
+    const int own = b->nq + b->n + (b->group.head == s->body ? b->group.n : b->n),
               all = own + more + carried;
     if (waiting > s->border_columns) waiting = s->border_columns;
     d->waiting[k] = waiting;
@@ -324,9 +324,10 @@ static void measure(draft *d, int k)
     if (s->borders == 0) s->carried = 0;
     s->rates = b->n;
     s->unknowns = all;
-    s->rows = all + s->border_rows + 4 * b->d + 4 * b->n + (b->head == s->body ? b->group_n : b->n);
+    s->rows =
+        all + s->border_rows + 4 * b->d + 4 * b->n + (b->group.head == s->body ? b->group.n : b->n);
     s->columns = all + s->border_columns + mbsri_pose_size(b) + 2 * b->d +
-                 (b->head == s->body ? b->group_n : b->n);
+                 (b->group.head == s->body ? b->group.n : b->n);
     d->plan->operations += operations(d, s, k, rows, more);
 }
 

@@ -27,32 +27,32 @@ static void lift(mbsri_front *f, int i, const double *ru)
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int n = f->linear->coupled[i] ? b->group_n : b->n;
+    const int n = f->linear->coupled[i] ? b->group.n : b->n;
     const int *member, members = mbsri_front_members(f, i, &member);
     for (int l = 0; l < members; ++l) {
         const mbsri_body *of = m->body + member[l];
-        mbsri_copy((size_t)of->n, ru + of->u, null + of->ig);
+        mbsri_copy((size_t)of->n, ru + of->u, null + of->group.iu);
     }
-    mbsri_linear_split(&k, n, f->linear->rank[i], null + b->ig, range + b->ig);
+    mbsri_linear_split(&k, n, f->linear->rank[i], null + b->group.iu, range + b->group.iu);
     for (int l = members - 1; l > 0; --l) {
         const mbsri_body *of = m->body + member[l];
         const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
-        mbsri_atx(of->d, of->d_pred, -1.0, own.H, f->wbar + of->v, f->wbar + of->pred_v);
+        mbsri_atx(of->d, of->pred.d, -1.0, own.H, f->wbar + of->v, f->wbar + of->pred.v);
     }
     for (int l = 0; l < members; ++l) {
         const mbsri_body *of = m->body + member[l];
         const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
-        mbsri_copy((size_t)of->n, range + of->ig, w + of->ig);
-        mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->ig);
+        mbsri_copy((size_t)of->n, range + of->group.iu, w + of->group.iu);
+        mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->group.iu);
     }
-    mbsri_ax(b->d, n, 1.0, k.G, range + b->ig, f->wbar + b->v);
-    mbsri_atx(b->d, b->d_pred, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred_v);
+    mbsri_ax(b->d, n, 1.0, k.G, range + b->group.iu, f->wbar + b->v);
+    mbsri_atx(b->d, b->pred.d, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred.v);
 }
 
 /* Whether joint i is one by itself, or stands for its group. */
 static bool leads(const mbsri_front *f, int i)
 {
-    return !f->linear->coupled[i] || f->model->body[i].head == i;
+    return !f->linear->coupled[i] || f->model->body[i].group.head == i;
 }
 
 /* r of the rows of closures: of a stiff one, the equation is taken with the other sign. */
@@ -63,8 +63,8 @@ static void load_closures(mbsri_front *f, const double *r)
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int l = 0; l < c->rows; ++l)
             f->h[f->row_count + c->row + l] = (mbsri_is_stiff(c, l) ? -1.0 : 1.0) * r[c->row + l];
-        for (int l = 0; l < c->held; ++l)
-            f->h[f->row_count + m->rows + c->held_row + l] = r[m->rows + c->held_row + l];
+        for (int l = 0; l < c->position_rows; ++l)
+            f->h[f->row_count + m->rows + c->position_row + l] = r[m->rows + c->position_row + l];
     }
 }
 
@@ -82,9 +82,9 @@ static void load_joint(mbsri_front *f, int i, const double *r)
     for (int l = 0; l < nq; ++l) f->h[at->place + l] = r[b->q + l];
     for (int l = 0; l < n; ++l) {
         const double tau = f->h[at->tau + l];
-        momentum[l] = w[b->ig + l];
+        momentum[l] = w[b->group.iu + l];
         rate[l] = tau - r[m->nq + b->u + l];
-        react[l] = null[b->ig + l] - tau;
+        react[l] = null[b->group.iu + l] - tau;
     }
     mbsri_atx(d, n, 1.0, k.J, y, momentum);
     mbsri_atx(d, n, 1.0, k.J, y + d, rate);
@@ -92,15 +92,15 @@ static void load_joint(mbsri_front *f, int i, const double *r)
     for (int l = 0; l < n; ++l) a[l] = f->c * momentum[l] - rate[l];
     if (f->linear->deep[i]) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, react);
     mbsri_linear_pass(b, &k, f->linear->deep[b->parent], y, f->h + above->y);
-    if (m->held == 0) return;
+    if (m->position_rows == 0) return;
     const double *qdot =
         k.qdot + (size_t)(mbsri_linear_motions(f->linear, b->parent) + nq) * (size_t)nq;
     for (int l = 0; l < n; ++l) {
         const double moved =
-            m->weight[b->iu + l] * (f->h[at->push + l] - mbsri_dot(d, k.J + l * d, kappa));
+            m->typical.weight[b->iu + l] * (f->h[at->push + l] - mbsri_dot(d, k.J + l * d, kappa));
         for (int j = 0; j < nq; ++j) f->h[at->place + j] -= qdot[l * nq + j] * moved;
     }
-    mbsri_atx(d, b->d_pred, -1.0, k.H, kappa, f->h + above->kappa);
+    mbsri_atx(d, b->pred.d, -1.0, k.H, kappa, f->h + above->kappa);
 }
 
 /* h of the rows in the range of D of a joint, or group, that is complete. */
@@ -109,13 +109,13 @@ static void load_range(mbsri_front *f, int i)
     const mbsri_body *b = f->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const int *member, members = mbsri_front_members(f, i, &member),
-                       n = f->linear->coupled[i] ? b->group_n : b->n;
+                       n = f->linear->coupled[i] ? b->group.n : b->n;
     for (int r = 0; r < f->linear->rank[i]; ++r) {
         double sum = 0.0;
         for (int l = 0; l < members; ++l) {
             const mbsri_body *of = f->model->body + member[l];
             for (int j = 0; j < of->n; ++j) {
-                const int at = of->ig - b->ig + j;
+                const int at = of->group.iu - b->group.iu + j;
                 sum += k.X[r * n + at] * k.s[at] * f->h[f->names[member[l]].a + j];
             }
         }
@@ -148,7 +148,7 @@ static void find_momentum(mbsri_front *f, int k, const double *kept, const doubl
     const mbsri_front_step *s = f->plan.step + k;
     const mbsri_body *b = f->model->body + s->body;
     const mbsri_front_names *at = f->names + s->body;
-    double *momentum = f->rates + 2 * f->model->nu + b->ig, *rate = momentum + f->model->nu;
+    double *momentum = f->rates + 2 * f->model->nu + b->group.iu, *rate = momentum + f->model->nu;
     const int n = b->n;
     for (int l = 0; l < n; ++l) momentum[l] = -f->h[at->momentum + l];
     for (int l = 0; l < n; ++l) rate[l] = -f->h[at->rate + l];
@@ -180,11 +180,11 @@ static void spread(mbsri_front *f, int i)
     const mbsri_body *b = f->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const int *member, members = mbsri_front_members(f, i, &member),
-                       n = f->linear->coupled[i] ? b->group_n : b->n;
+                       n = f->linear->coupled[i] ? b->group.n : b->n;
     for (int l = 0; l < members; ++l) {
         const mbsri_body *of = f->model->body + member[l];
         for (int j = 0; j < of->n; ++j) {
-            const int at = of->ig - b->ig + j;
+            const int at = of->group.iu - b->group.iu + j;
             double sum = 0.0;
             for (int r = 0; r < f->linear->rank[i]; ++r)
                 sum += k.X[r * n + at] * k.s[at] * f->value[f->names[i].range + r];
@@ -217,14 +217,15 @@ static void take_multipliers(const mbsri_front *f, const double *r, double *delt
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int l = 0; l < c->rows; ++l) {
-            const int lambda = c->row + l, eta = m->rows + c->held_row + l;
+            const int lambda = c->row + l, eta = m->rows + c->position_row + l;
             const bool dropped = f->linear->dropped[lambda], stiff = mbsri_is_stiff(c, l);
             const double K = c->def.stiffness[l], damping = c->def.damping[l];
             if (stiff)
                 delta[lambda] = -f->value[f->column_count + lambda] * K / (K + f->c * damping);
             else
                 delta[lambda] = dropped ? r[lambda] : f->value[f->column_count + lambda] / f->c;
-            if (l < c->held) delta[eta] = dropped ? r[eta] : f->value[f->column_count + eta] / f->c;
+            if (l < c->position_rows)
+                delta[eta] = dropped ? r[eta] : f->value[f->column_count + eta] / f->c;
         }
     }
 }
@@ -242,9 +243,9 @@ static double sum_of_sizes(int n, const double *x)
 static void take_momentum(mbsri_front *f, int i, double *dp, double *rate, double *range)
 {
     const mbsri_body *b = f->model->body + i;
-    const int n = f->linear->coupled[i] ? b->group_n : b->n, rank = f->linear->rank[i];
+    const int n = f->linear->coupled[i] ? b->group.n : b->n, rank = f->linear->rank[i];
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const double *w = f->rates + b->ig;
+    const double *w = f->rates + b->group.iu;
     double momentum = 0.0;
     for (int l = 0; l < n; ++l) momentum += fabs(dp[l] + w[l]);
     if (sum_of_sizes(n, w) + momentum > sum_of_sizes(n, rate)) {
@@ -262,21 +263,21 @@ static void take_momenta(mbsri_front *f, double *delta)
     const mbsr_model *m = f->model;
     double *dp = f->rates + 2 * m->nu, *rate = dp + m->nu, *range = rate + m->nu;
     for (int i = 1; i <= m->bodies; ++i) {
-        const int ig = m->body[i].ig;
+        const int ig = m->body[i].group.iu;
         if (f->served && !f->served[i]) continue;
         if (leads(f, i)) take_momentum(f, i, dp + ig, rate + ig, range + ig);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         if (f->served && !f->served[i]) continue;
-        mbsri_copy((size_t)b->n, dp + b->ig, delta + m->nq + b->u);
+        mbsri_copy((size_t)b->n, dp + b->group.iu, delta + m->nq + b->u);
     }
 }
 
 void mbsri_front_start(mbsri_front *f)
 {
     mbsri_zero((size_t)f->row_count, f->h);
-    mbsri_zero(f->model->size_v, f->wbar);
+    mbsri_zero(f->model->size.v, f->wbar);
 }
 
 void mbsri_front_reduce(mbsri_front *f, int i, const double *r)
@@ -326,7 +327,7 @@ static void solve(mbsri_front *f, const double *r, double *delta)
 static double share(const mbsri_front *f, const double *r, const double *delta, const double *left)
 {
     const mbsr_model *m = f->model;
-    const int u = m->nq + m->nu, closures = u + m->nu, size = closures + m->rows + m->held;
+    const int u = m->nq + m->nu, closures = u + m->nu, size = closures + m->rows + m->position_rows;
     double largest = 0.0, most = 0.0;
     for (int k = u; k < closures; ++k) largest = fmax(largest, fabs(delta[k]));
     for (int k = 0; k < size; ++k) {

@@ -15,7 +15,7 @@ int mbsri_front_bodies(const mbsri_front_source *from, int element, const int **
     if (element < forces) {
         const mbsri_force *force = (const mbsri_force *)m->forces.data + element;
         const unsigned flags = force->def.table->flags;
-        *list = m->list_index + force->list;
+        *list = m->stored.list_index + force->list;
         const bool apart =
             flags & MBSR_FORCE_EVERY_BODY || (flags & MBSR_FORCE_BY_PAIRS && from->pairs);
         return apart ? 0 : force->def.bodies;

@@ -22,7 +22,7 @@ enum { REFINEMENTS = 5 };
 /* Whether joint i is one by itself, or stands for its group. */
 static bool leads(const mbsri_front *f, int i)
 {
-    return !f->linear->coupled[i] || f->model->body[i].head == i;
+    return !f->linear->coupled[i] || f->model->body[i].group.head == i;
 }
 
 /* ---- delta ---- */
@@ -34,14 +34,14 @@ static void take_multipliers(const mbsri_front *f, const double *v, double *x)
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int l = 0; l < c->rows; ++l) {
-            const int lambda = c->row + l, eta = m->rows + c->held_row + l;
+            const int lambda = c->row + l, eta = m->rows + c->position_row + l;
             const bool dropped = f->linear->dropped[lambda], stiff = mbsri_is_stiff(c, l);
             const double K = c->def.stiffness[l], damping = c->def.damping[l];
             double *of = f->value + f->column_count;
             x[lambda] = dropped && !stiff ? v[lambda] : 0.0;
             of[lambda] =
                 stiff ? -v[lambda] * K / (K + f->c * damping) : (dropped ? 0.0 : v[lambda] / f->c);
-            if (l >= c->held) continue;
+            if (l >= c->position_rows) continue;
             x[eta] = dropped ? v[eta] : 0.0;
             of[eta] = dropped ? 0.0 : v[eta] / f->c;
         }
@@ -52,24 +52,24 @@ static void take_multipliers(const mbsri_front *f, const double *v, double *x)
 static void take_momentum(mbsri_front *f, int i)
 {
     const mbsri_body *b = f->model->body + i;
-    const int n = f->linear->coupled[i] ? b->group_n : b->n;
+    const int n = f->linear->coupled[i] ? b->group.n : b->n;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    double *momentum = f->rates + 2 * f->model->nu + b->ig, *rate = momentum + f->model->nu;
+    double *momentum = f->rates + 2 * f->model->nu + b->group.iu, *rate = momentum + f->model->nu;
     mbsri_linear_split_transposed(&k, n, f->linear->rank[i], momentum, rate);
 }
 
 static void take_all(mbsri_front *f, const double *v)
 {
     const mbsr_model *m = f->model;
-    mbsri_zero((size_t)(f->column_count + m->rows + m->held), f->value);
-    mbsri_zero((size_t)(f->row_count + m->rows + m->held), f->h);
+    mbsri_zero((size_t)(f->column_count + m->rows + m->position_rows), f->value);
+    mbsri_zero((size_t)(f->row_count + m->rows + m->position_rows), f->h);
     mbsri_zero(5 * (size_t)m->nu, f->rates);
-    mbsri_zero(m->size_v, f->wbar);
+    mbsri_zero(m->size.v, f->wbar);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_copy((size_t)b->nq, v + b->q, f->value + f->names[i].q);
         mbsri_copy((size_t)b->n, v + m->nq + m->nu + b->u, f->value + f->names[i].u);
-        mbsri_copy((size_t)b->n, v + m->nq + b->u, f->rates + 2 * m->nu + b->ig);
+        mbsri_copy((size_t)b->n, v + m->nq + b->u, f->rates + 2 * m->nu + b->group.iu);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         if (leads(f, i)) take_momentum(f, i);
@@ -100,14 +100,14 @@ static void spread(mbsri_front *f, int i, bool rows)
     const mbsri_body *b = f->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const int *member, members = mbsri_front_members(f, i, &member),
-                       n = f->linear->coupled[i] ? b->group_n : b->n;
+                       n = f->linear->coupled[i] ? b->group.n : b->n;
     double *range = rows ? f->h + f->names[i].range_of_a : f->value + f->names[i].range;
     for (int l = 0; l < members; ++l) {
         const mbsri_body *of = f->model->body + member[l];
         const mbsri_front_names *at = f->names + member[l];
         double *whole = rows ? f->h + at->a : f->value + at->rates;
         for (int j = 0; j < of->n; ++j) {
-            const int place = of->ig - b->ig + j;
+            const int place = of->group.iu - b->group.iu + j;
             for (int r = 0; r < f->linear->rank[i]; ++r) {
                 const double weight = k.X[r * n + place] * k.s[place];
                 if (rows)
@@ -125,7 +125,7 @@ static void find_momentum(mbsri_front *f, int k, const double *kept, double *v)
     const mbsri_body *b = f->model->body + f->plan.step[k].body;
     const mbsri_front_names *at = f->names + f->plan.step[k].body;
     const int n = b->n;
-    double *momentum = f->rates + 2 * f->model->nu + b->ig, *rate = momentum + f->model->nu;
+    double *momentum = f->rates + 2 * f->model->nu + b->group.iu, *rate = momentum + f->model->nu;
     for (int l = 0; l < n; ++l) {
         rate[l] /= f->c;
         f->h[at->momentum + l] -= momentum[l];
@@ -186,11 +186,12 @@ static void push_back(mbsri_front *f, int i)
         k.qdot + (size_t)(mbsri_linear_motions(f->linear, b->parent) + nq) * (size_t)nq;
     double *kappa = f->h + at->kappa;
     for (int l = 0; l < b->n; ++l) {
-        const double moved = -m->weight[b->iu + l] * mbsri_dot(nq, qdot + l * nq, f->h + at->place);
+        const double moved =
+            -m->typical.weight[b->iu + l] * mbsri_dot(nq, qdot + l * nq, f->h + at->place);
         f->h[at->push + l] += moved;
         for (int j = 0; j < b->d; ++j) kappa[j] -= k.J[l * b->d + j] * moved;
     }
-    mbsri_ax(b->d, b->d_pred, -1.0, k.H, f->h + above->kappa, kappa);
+    mbsri_ax(b->d, b->pred.d, -1.0, k.H, f->h + above->kappa, kappa);
 }
 
 /* h of the joint's rows, and of y of the predecessor, into those of y and into x. */
@@ -203,15 +204,15 @@ static void load_joint(mbsri_front *f, int i, double *x)
     const int d = b->d, n = b->n;
     double *y = f->h + at->y, *w = f->rates, *null = w + m->nu;
     const double *a = f->h + at->a, *react = f->h + at->b;
-    if (m->held > 0) push_back(f, i);
+    if (m->position_rows > 0) push_back(f, i);
     pass_back(f, i);
     for (int l = 0; l < n; ++l) {
         const double momentum = f->h[at->momentum + l] + f->c * a[l],
                      rate = f->h[at->rate + l] - a[l];
         f->h[at->tau + l] += rate - react[l];
         x[m->nq + b->u + l] = -rate;
-        w[b->ig + l] = momentum;
-        null[b->ig + l] = react[l];
+        w[b->group.iu + l] = momentum;
+        null[b->group.iu + l] = react[l];
         for (int j = 0; j < d; ++j) {
             y[j] += k.J[l * d + j] * momentum + k.Jdot[l * d + j] * rate;
             y[d + j] += k.J[l * d + j] * rate;
@@ -228,22 +229,24 @@ static void lift(mbsri_front *f, int i, double *ru)
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu, *rest = range + m->nu;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int n = f->linear->coupled[i] ? b->group_n : b->n;
+    const int n = f->linear->coupled[i] ? b->group.n : b->n;
     const int *member, members = mbsri_front_members(f, i, &member);
-    mbsri_ax(b->d, b->d_pred, -1.0, k.H, f->wbar + b->pred_v, f->wbar + b->v);
-    mbsri_copy((size_t)n, w + b->ig, range + b->ig);
-    mbsri_atx(b->d, n, 1.0, k.G, f->wbar + b->v, range + b->ig);
+    mbsri_ax(b->d, b->pred.d, -1.0, k.H, f->wbar + b->pred.v, f->wbar + b->v);
+    mbsri_copy((size_t)n, w + b->group.iu, range + b->group.iu);
+    mbsri_atx(b->d, n, 1.0, k.G, f->wbar + b->v, range + b->group.iu);
     for (int l = 0; l < members; ++l) {
         const mbsri_body *of = m->body + member[l];
         const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
-        mbsri_ax(of->d, of->n, 1.0, own.J, w + of->ig, f->wbar + of->v);
-        if (l > 0) mbsri_ax(of->d, of->d_pred, -1.0, own.H, f->wbar + of->pred_v, f->wbar + of->v);
+        mbsri_ax(of->d, of->n, 1.0, own.J, w + of->group.iu, f->wbar + of->v);
+        if (l > 0) mbsri_ax(of->d, of->pred.d, -1.0, own.H, f->wbar + of->pred.v, f->wbar + of->v);
     }
-    for (int l = b->ig; l < b->ig + n; ++l) null[l] -= range[l];
-    mbsri_linear_split_transposed(&k, n, f->linear->rank[i], null + b->ig, rest + b->ig);
+    for (int l = b->group.iu; l < b->group.iu + n; ++l) null[l] -= range[l];
+    mbsri_linear_split_transposed(&k, n, f->linear->rank[i], null + b->group.iu,
+                                  rest + b->group.iu);
     for (int l = 0; l < members; ++l) {
         const mbsri_body *of = m->body + member[l];
-        for (int j = 0; j < of->n; ++j) ru[of->u + j] = range[of->ig + j] + rest[of->ig + j];
+        for (int j = 0; j < of->n; ++j)
+            ru[of->u + j] = range[of->group.iu + j] + rest[of->group.iu + j];
     }
 }
 
@@ -255,8 +258,8 @@ static void load_closures(const mbsri_front *f, double *x)
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int l = 0; l < c->rows; ++l)
             x[c->row + l] += (mbsri_is_stiff(c, l) ? -1.0 : 1.0) * f->h[f->row_count + c->row + l];
-        for (int l = 0; l < c->held; ++l)
-            x[m->rows + c->held_row + l] += f->h[f->row_count + m->rows + c->held_row + l];
+        for (int l = 0; l < c->position_rows; ++l)
+            x[m->rows + c->position_row + l] += f->h[f->row_count + m->rows + c->position_row + l];
     }
 }
 
@@ -294,7 +297,7 @@ static double share(const mbsri_front *f, const double *v, const double *x, cons
     double most = 0.0, places = 0.0, momenta = 0.0;
     for (int k = 0; k < m->nq; ++k) places = fmax(places, fabs(f->c * x[k]));
     for (int k = m->nq; k < u; ++k) momenta = fmax(momenta, fabs(f->c * x[k]));
-    for (int k = 0; k < closures + m->rows + m->held; ++k) {
+    for (int k = 0; k < closures + m->rows + m->position_rows; ++k) {
         const double beside = k < m->nq                ? fabs(f->c * x[k])
                               : k < u                  ? fmax(fabs(f->c * x[k]), fabs(x[k + m->nu]))
                               : k < closures           ? places / fabs(f->c)

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "forces/gravity.h"
 #include "forms/loops.h"
 #include "forms/momentum.h"
 #include "model/query.h"
@@ -61,7 +62,7 @@ static double *take(double **memory, size_t *used, size_t count)
 static size_t own_terms(const mbsri_linear *l, int i)
 {
     const mbsri_body *b = l->model->body + i;
-    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, e = (size_t)l->e[i],
+    const size_t d = (size_t)b->d, dp = (size_t)b->pred.d, e = (size_t)l->e[i],
                  columns = (size_t)l->e[b->parent] + 2 * dp + (size_t)(b->nq + b->n);
     return 3 * (dp + (size_t)b->n) * columns + 3 * d * (e + 2 * d);
 }
@@ -71,11 +72,11 @@ static size_t place_terms(const mbsri_linear *l, int i, bool own, bool above, do
                           mbsri_terms *k)
 {
     const mbsri_body *b = l->model->body + i;
-    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->n, nq = (size_t)b->nq,
+    const size_t d = (size_t)b->d, dp = (size_t)b->pred.d, n = (size_t)b->n, nq = (size_t)b->nq,
                  x = (size_t)l->e[i] + (own ? 2 : 1) * d,
                  columns = (size_t)l->e[b->parent] + (above ? 2 : 1) * dp + nq + n,
                  y = (own ? 3 : 2) * d, y_pred = (above ? 3 : 2) * dp, rows = (own ? 3 : 2) * n,
-                 all = (size_t)b->group_n;
+                 all = (size_t)b->group.n;
     double **const kept[] = {&k->x,    &k->qdot, &k->H, &k->Hdot, &k->J,
                              &k->Jdot, &k->G,    &k->s, &k->X};
     const size_t length[] = {x * columns, nq * columns, d * dp, d * dp,   d * n,
@@ -116,7 +117,8 @@ int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, 
         *list = l->pairs.pair[i].body;
         return 2;
     }
-    *list = on_every_body(force) ? m->member + m->body[i].at : m->list_index + force->list;
+    *list = on_every_body(force) ? m->order.member + m->body[i].group.at
+                                 : m->stored.list_index + force->list;
     return on_every_body(force) ? 1 : force->def.bodies;
 }
 
@@ -216,7 +218,7 @@ static size_t number_all(mbsri_linear *l, size_t *work)
     pair_shape(l, &rows, &columns);
     l->of_pairs = used;
     l->a_pair = l->whole ? (size_t)rows * (size_t)columns : 0;
-    used += (size_t)m->pairs * l->a_pair;
+    used += (size_t)m->elements.pairs * l->a_pair;
     *work = 0;
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = mbsri_closure_at(l->model, k);
@@ -232,7 +234,7 @@ static size_t numbers_size(const mbsr_model *m)
 {
     const size_t bodies = (size_t)m->bodies + 1;
     return (3 * bodies + m->forces.count + m->closures.count) * sizeof(size_t) +
-           (size_t)m->pairs * sizeof(mbsri_acting) + 2 * bodies * sizeof(int) +
+           (size_t)m->elements.pairs * sizeof(mbsri_acting) + 2 * bodies * sizeof(int) +
            (2 * bodies + (size_t)m->rows) * sizeof(bool);
 }
 
@@ -246,7 +248,7 @@ static void place_numbers(mbsri_linear *l, void *memory)
     l->element = l->each + bodies;
     l->closure = l->element + m->forces.count;
     l->pairs.pair = (mbsri_acting *)(void *)(l->closure + m->closures.count);
-    l->rank = (int *)(void *)(l->pairs.pair + m->pairs);
+    l->rank = (int *)(void *)(l->pairs.pair + m->elements.pairs);
     l->e = l->rank + bodies;
     l->deep = (bool *)(void *)(l->e + bodies);
     l->coupled = l->deep + bodies;
@@ -318,11 +320,13 @@ int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double
     const double *lambda = m->rows > 0 ? d->loop_lambda : NULL;
     if (!status) status = mbsri_momentum_derivatives(m, d, lambda, spare, spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
-    if (!status && m->grouped) status = mbsri_backward_apart(m, d);
+    if (!status && m->order.grouped) status = mbsri_backward_apart(m, d);
     return status;
 }
 
-void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate)
+/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank
+ * and those behind. x, rate: as many numbers as a group's joints have rates. */
+static void linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate)
 {
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
@@ -383,14 +387,14 @@ static void take_basis(const mbsri_linear *l, const mbsr_data *d, int i, const m
 {
     const mbsri_body *b = l->model->body + i;
     const bool single = !l->coupled[i];
-    const size_t n = single ? (size_t)b->n : (size_t)b->group_n;
-    if (!single && b->head != i) return;
+    const size_t n = single ? (size_t)b->n : (size_t)b->group.n;
+    if (!single && b->group.head != i) return;
     mbsri_copy((size_t)b->d * n, d->G + b->dg, k->G);
     if (l->served && single && l->rank[i] == b->n) {
         take_whole_range(b, d, k);
         return;
     }
-    mbsri_copy(n, d->s + b->ig, k->s);
+    mbsri_copy(n, d->s + b->group.iu, k->s);
     mbsri_copy(n * n, d->X + b->nn, k->X);
 }
 
@@ -408,7 +412,7 @@ static int differentiate(mbsri_linear *l, mbsr_data *d, int i, const mbsri_terms
     for (int at = 0; at < columns; ++at) {
         const int from = at < x_pred ? at : s.q + at - x_pred;
         copy_column(from, s.e + 2 * b->d, s.x, at, x, k.x);
-        copy_column(from, 3 * b->d_pred, s.below, at, mbsri_linear_actions(l, b->parent), k.below);
+        copy_column(from, 3 * b->pred.d, s.below, at, mbsri_linear_actions(l, b->parent), k.below);
         copy_column(from, 3 * b->n, s.own, at, (l->deep[i] ? 3 : 2) * b->n, k.own);
         copy_column(from, b->nq, s.qdot, at, b->nq, k.qdot);
     }
@@ -427,7 +431,7 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
     else
         status = differentiate(l, d, i, k);
     if (status) return status;
-    const size_t nd = (size_t)b->d, n = (size_t)b->n, dp = nd * (size_t)b->d_pred, dn = nd * n;
+    const size_t nd = (size_t)b->d, n = (size_t)b->n, dp = nd * (size_t)b->pred.d, dn = nd * n;
     mbsri_zero((size_t)(mbsri_linear_actions(l, i) * x), k.P);
     status = mbsri_body_slopes_add(m, d, i, l->deep[i], k.P, l->body);
     mbsri_copy(dp, d->H + b->dp, k.H);
@@ -451,14 +455,11 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
     return MBSR_OK;
 }
 
-static int keep_elements(mbsri_linear *l, mbsr_data *d)
+static int keep_element(mbsri_linear *l, mbsr_data *d, size_t k)
 {
-    int status = MBSR_OK;
-    for (size_t k = 0; k < l->model->forces.count; ++k) {
-        int first, last;
-        mbsri_linear_calls(l, k, &first, &last);
-        for (int i = first; i <= last && !status; ++i) status = mbsri_linear_force(l, d, k, i);
-    }
+    int first, last, status = MBSR_OK;
+    mbsri_linear_calls(l, k, &first, &last);
+    for (int i = first; i <= last && !status; ++i) status = mbsri_linear_force(l, d, k, i);
     return status;
 }
 
@@ -482,7 +483,7 @@ static int find_pairs(mbsri_linear *l, mbsr_data *d)
 {
     const mbsr_model *m = l->model;
     l->pairs.count = 0;
-    for (size_t k = 0; k < m->forces.count && m->pairs > 0; ++k) {
+    for (size_t k = 0; k < m->forces.count && m->elements.pairs > 0; ++k) {
         const mbsri_force *force = mbsri_force_at(l->model, k);
         int count;
         if (!by_pairs(force)) continue;
@@ -492,8 +493,8 @@ static int find_pairs(mbsri_linear *l, mbsr_data *d)
             mbsri_acting *pair = l->pairs.pair + l->pairs.count++;
             *pair = (mbsri_acting){.force = (int)k};
             for (int side = 0; side < 2; ++side) {
-                pair->place[side] = d->force_pairs[j][side];
-                pair->body[side] = m->list_index[force->list + (size_t)pair->place[side]];
+                pair->place[side] = d->element.pairs[j][side];
+                pair->body[side] = m->stored.list_index[force->list + (size_t)pair->place[side]];
             }
         }
     }
@@ -507,7 +508,7 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
     const int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
     if (status) return status;
     double *rates = l->spare, *x = rates + l->model->nu;
-    if (mbsri_linear_mark(l, d, NULL)) mbsri_linear_react(l->model, d, rates, x, x + l->model->nu);
+    if (mbsri_linear_mark(l, d, NULL)) linear_react(l->model, d, rates, x, x + l->model->nu);
     return l->whole ? MBSR_OK : find_pairs(l, d); /* else with what is kept */
 }
 
@@ -517,8 +518,23 @@ int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d)
     int status = MBSR_OK;
     for (int i = 1; i <= m->bodies && !status; ++i) status = mbsri_linear_joint(l, d, i);
     if (!status) status = find_pairs(l, d);
-    if (!status) status = keep_elements(l, d);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) status = keep_element(l, d, k);
     if (!status) status = keep_closures(l, d);
+    return status;
+}
+
+bool mbsri_linear_is_plain(const mbsr_model *m, size_t k)
+{
+    return k >= mbsri_other_forces(m) || mbsri_is_gravity(&mbsri_force_at(m, k)->def);
+}
+
+int mbsri_linear_elements(mbsri_linear *l, mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    int status = find_pairs(l, d);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        if (!mbsri_linear_is_plain(m, k)) status = keep_element(l, d, k);
+    }
     return status;
 }
 
@@ -527,7 +543,7 @@ int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, co
 {
     int status = mbsri_linear_open(l, d, t, y, yp, c);
     if (!status) status = mbsri_linear_keep(l, d);
-    if (!status && l->model->grouped) status = mbsri_backward(l->model, d);
+    if (!status && l->model->order.grouped) status = mbsri_backward(l->model, d);
     return status;
 }
 
@@ -535,7 +551,7 @@ int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, co
 void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
                        double *below)
 {
-    const int d = b->d, dp = b->d_pred;
+    const int d = b->d, dp = b->pred.d;
     mbsri_atx(d, dp, -1.0, k->H, y, below);
     mbsri_atx(d, dp, -1.0, k->H, y + d, below + dp);
     mbsri_atx(d, dp, -1.0, k->Hdot, y, below + dp);
@@ -545,7 +561,7 @@ void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, con
 void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,
                                   const double *below, double *y)
 {
-    const int d = b->d, dp = b->d_pred;
+    const int d = b->d, dp = b->pred.d;
     mbsri_ax(d, dp, -1.0, k->H, below, y);
     mbsri_ax(d, dp, -1.0, k->Hdot, below + dp, y);
     mbsri_ax(d, dp, -1.0, k->H, below + dp, y + d);

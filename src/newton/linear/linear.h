@@ -67,10 +67,6 @@ void mbsri_linear_destroy(mbsri_linear *l);
 int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                        const double *yp, double *spare);
 
-/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank
- * and those behind. x, rate: as many numbers as a group's joints have rates. */
-void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate);
-
 /* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any.
  */
 bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank);
@@ -90,6 +86,11 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
 
 /* All derivatives where the data is at the state with A and mu, and bodies are marked. A status. */
 int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d);
+
+/* Whether element k is gravity or acts on one coordinate alone; the derivatives of all others,
+ * where the data shows their bodies at the state. */
+bool mbsri_linear_is_plain(const mbsr_model *m, size_t k);
+int mbsri_linear_elements(mbsri_linear *l, mbsr_data *d);
 
 /* All derivatives at the state. A status. The data is at mbsr_stage_backward of that state
  * afterwards. */

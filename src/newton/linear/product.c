@@ -31,11 +31,11 @@ static double *take(double **memory, size_t *used, size_t count)
 static size_t widest(const mbsri_linear *w)
 {
     const mbsr_model *m = w->model;
-    size_t most = 2 * (size_t)(m->max_columns > m->rows ? m->max_columns : m->rows);
+    size_t most = 2 * (size_t)(m->most.columns > m->rows ? m->most.columns : m->rows);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const size_t count = (size_t)(w->e[b->parent] + 2 * b->d_pred + b->nq + b->n + b->group_n +
-                                      b->group_nq + w->e[i] + 2 * b->d);
+        const size_t count = (size_t)(w->e[b->parent] + 2 * b->pred.d + b->nq + b->n + b->group.n +
+                                      b->group.nq + w->e[i] + 2 * b->d);
         if (count > most) most = count;
     }
     for (size_t k = 0; k < m->forces.count; ++k) {
@@ -52,12 +52,12 @@ size_t mbsri_vectors_place(const mbsri_linear *w, double *memory, mbsri_vectors 
     const size_t nu = (size_t)m->nu, most = widest(w);
     size_t used = 0;
     v->motion = take(&memory, &used, w->motions);
-    v->action = take(&memory, &used, 3 * m->size_v);
+    v->action = take(&memory, &used, 3 * m->size.v);
     double **const of_rates[] = {&v->torque, &v->push, &v->momentum, &v->balance};
     for (int l = 0; l < 4; ++l) *of_rates[l] = take(&memory, &used, nu);
     v->own = take(&memory, &used, 3 * nu);
     double **const of_bodies[] = {&v->mbar, &v->fbar, &v->kappa};
-    for (int l = 0; l < 3; ++l) *of_bodies[l] = take(&memory, &used, m->size_v);
+    for (int l = 0; l < 3; ++l) *of_bodies[l] = take(&memory, &used, m->size.v);
     v->in = take(&memory, &used, most);
     v->out = take(&memory, &used, most);
     return used;
@@ -72,14 +72,14 @@ static void find_push(const mbsri_linear *w, const double *delta, mbsri_vectors 
     const mbsr_model *m = w->model;
     const double *eta = delta + m->nq + 2 * m->nu + m->rows;
     mbsri_zero((size_t)m->nu, v->push);
-    mbsri_zero(m->size_v, v->kappa);
+    mbsri_zero(m->size.v, v->kappa);
     for (size_t l = 0; l < m->closures.count; ++l) {
         const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const double *C =
             mbsri_linear_closure(w, l) + (size_t)c->columns * (size_t)(c->columns + c->rows);
         for (int r = 0; r < c->rows; ++r) {
-            const bool counts = r < c->held && !w->dropped[c->row + r];
-            v->in[r] = counts ? w->c * eta[c->held_row + r] : 0.0;
+            const bool counts = r < c->position_rows && !w->dropped[c->row + r];
+            v->in[r] = counts ? w->c * eta[c->position_row + r] : 0.0;
         }
         for (int k = 0; k < c->bodies; ++k) {
             const mbsri_body *b = m->body + c->body[k];
@@ -95,8 +95,8 @@ static void find_push(const mbsri_linear *w, const double *delta, mbsri_vectors 
         const mbsri_body *b = m->body + i;
         const mbsri_terms k = mbsri_linear_terms(w, i);
         mbsri_atx(b->d, b->n, -1.0, k.J, v->kappa + b->v, v->push + b->iu);
-        mbsri_atx(b->d, b->d_pred, -1.0, k.H, v->kappa + b->v, v->kappa + b->pred_v);
-        for (int l = 0; l < b->n; ++l) v->push[b->iu + l] *= m->weight[b->iu + l];
+        mbsri_atx(b->d, b->pred.d, -1.0, k.H, v->kappa + b->v, v->kappa + b->pred.v);
+        for (int l = 0; l < b->n; ++l) v->push[b->iu + l] *= m->typical.weight[b->iu + l];
     }
 }
 
@@ -108,7 +108,7 @@ static void move(const mbsri_linear *w, int i, const double *delta, mbsri_vector
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const int x = mbsri_linear_motions(w, i), x_pred = mbsri_linear_motions(w, b->parent), n = b->n,
               nq = b->nq, columns = x_pred + nq + n, rows = (w->deep[i] ? 3 : 2) * n;
-    double *z = v->in, *u = z + x_pred + nq, *rq = r + b->q, *action = v->action + 3 * b->pred_v;
+    double *z = v->in, *u = z + x_pred + nq, *rq = r + b->q, *action = v->action + 3 * b->pred.v;
     mbsri_copy((size_t)x_pred, v->motion + w->motion[b->parent], z);
     mbsri_copy((size_t)nq, delta + b->q, z + x_pred);
     mbsri_copy((size_t)n, delta + m->nq + m->nu + b->u, u);
@@ -196,21 +196,21 @@ static void close_rows(const mbsri_linear *w, const mbsri_closure *c, const doub
     const mbsr_model *m = w->model;
     const int first = m->nq + 2 * m->nu;
     for (int k = 0; k < c->rows; ++k) {
-        const int row = first + c->row + k, held = first + m->rows + c->held_row + k;
+        const int row = first + c->row + k, held = first + m->rows + c->position_row + k;
         const double stiffness = c->def.stiffness[k], s = delta[row], f = w->c;
         if (stiffness > 0.0) {
             lambda[k] = -(s + c->def.damping[k] / stiffness * f * s);
             r[row] = f * s / stiffness - rate[k];
-            if (k < c->held)
+            if (k < c->position_rows)
                 r[held] = w->dropped[c->row + k] ? delta[held] : place[k] - s / stiffness;
         } else if (w->dropped[c->row + k]) {
             lambda[k] = 0.0;
             r[row] = s;
-            if (k < c->held) r[held] = delta[held];
+            if (k < c->position_rows) r[held] = delta[held];
         } else {
             lambda[k] = f * s;
             r[row] = rate[k];
-            if (k < c->held) r[held] = place[k];
+            if (k < c->position_rows) r[held] = place[k];
         }
     }
 }
@@ -254,8 +254,8 @@ static void act(const mbsri_linear *w, int i, const double *delta, mbsri_vectors
     const int d = b->d, n = b->n;
     const bool reacts = w->deep[i];
     const double *own = v->own + 3 * b->iu, *tau = v->torque + b->iu, *dp = delta + m->nq + b->u;
-    double *y = v->action + 3 * b->v, *momentum = v->momentum + b->ig,
-           *balance = v->balance + b->ig, *rp = r + m->nq + b->u;
+    double *y = v->action + 3 * b->v, *momentum = v->momentum + b->group.iu,
+           *balance = v->balance + b->group.iu, *rp = r + m->nq + b->u;
     mbsri_ax(mbsri_linear_actions(w, i), mbsri_linear_motions(w, i), 1.0, k.P,
              v->motion + w->motion[i], y);
     for (int l = 0; l < n; ++l) {
@@ -267,7 +267,7 @@ static void act(const mbsri_linear *w, int i, const double *delta, mbsri_vectors
     if (reacts) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, balance);
     mbsri_atx(d, n, -1.0, k.J, y + d, rp);
     mbsri_atx(d, n, -1.0, k.Jdot, y, rp);
-    mbsri_linear_pass(b, &k, w->deep[b->parent], y, v->action + 3 * b->pred_v);
+    mbsri_linear_pass(b, &k, w->deep[b->parent], y, v->action + 3 * b->pred.v);
 }
 
 /* The step of L^-1 for joint i, whose members are done: x <- x - J^T xbar, and what the head passes
@@ -277,10 +277,10 @@ static void condense(const mbsri_linear *w, int i, double *x, double *xbar)
     const mbsr_model *m = w->model;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
-    mbsri_atx(b->d, b->n, -1.0, k.J, xbar + b->v, x + b->ig);
-    if (!w->coupled[i] || b->head == i)
-        mbsri_ax(b->d, w->coupled[i] ? b->group_n : b->n, 1.0, k.G, x + b->ig, xbar + b->v);
-    mbsri_atx(b->d, b->d_pred, -1.0, k.H, xbar + b->v, xbar + b->pred_v);
+    mbsri_atx(b->d, b->n, -1.0, k.J, xbar + b->v, x + b->group.iu);
+    if (!w->coupled[i] || b->group.head == i)
+        mbsri_ax(b->d, w->coupled[i] ? b->group.n : b->n, 1.0, k.G, x + b->group.iu, xbar + b->v);
+    mbsri_atx(b->d, b->pred.d, -1.0, k.H, xbar + b->v, xbar + b->pred.v);
 }
 
 /* r_u of a joint, or of the group of that head. */
@@ -290,21 +290,24 @@ static void balance_of(const mbsri_linear *w, int i, mbsri_vectors *v, double *r
     const mbsri_body *b = m->body + i;
     const bool group = w->coupled[i];
     const mbsri_terms k = mbsri_linear_terms(w, i);
-    const int n = group ? b->group_n : b->n, rank = w->rank[i];
-    double *x = v->momentum + b->ig, *gamma = v->balance + b->ig, *range = v->in;
+    const int n = group ? b->group.n : b->n, rank = w->rank[i];
+    double *x = v->momentum + b->group.iu, *gamma = v->balance + b->group.iu, *range = v->in;
     mbsri_linear_split(&k, n, rank, gamma, range);
     mbsri_linear_split(&k, n, rank, x, range);
     for (int l = 0; l < n; ++l) x[l] = range[l] + gamma[l];
-    const mbsri_group g =
-        group ? mbsri_group_in_model(m, i) : (mbsri_group){m->member + b->at, 1, b->n, b->ig};
+    const mbsri_group g = group
+                              ? mbsri_group_in_model(m, i)
+                              : (mbsri_group){m->order.member + b->group.at, 1, b->n, b->group.iu};
     mbsri_group_scatter(m, &g, x, r + m->nq + m->nu);
 }
 
-void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
+/* Of r = (dF/dy + c dF/dy') delta, not the same, what does not need L^-1: r_q, r_p and the rows of
+ * closures, with d(M u) - dp and d(J^T mu - tau) in v. */
+static void apply_linear(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     mbsri_zero(w->motions, v->motion);
-    mbsri_zero(3 * m->size_v, v->action);
+    mbsri_zero(3 * m->size.v, v->action);
     mbsri_zero((size_t)m->nu, v->torque);
     if (m->rows > 0) find_push(w, delta, v);
     for (int i = 1; i <= m->bodies; ++i) move(w, i, delta, v, r);
@@ -317,20 +320,20 @@ void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, d
 static void pass_to_root(const mbsri_linear *w, mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
-    mbsri_zero(m->size_v, v->mbar);
-    mbsri_zero(m->size_v, v->fbar);
+    mbsri_zero(m->size.v, v->mbar);
+    mbsri_zero(m->size.v, v->fbar);
     for (int i = m->bodies; i >= 1; --i) {
         condense(w, i, v->momentum, v->mbar);
         condense(w, i, v->balance, v->fbar);
     }
     for (int i = 1; i <= m->bodies; ++i) {
-        if (!w->coupled[i] || m->body[i].head == i) balance_of(w, i, v, r);
+        if (!w->coupled[i] || m->body[i].group.head == i) balance_of(w, i, v, r);
     }
 }
 
 void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
 {
-    mbsri_apply(w, delta, v, r);
+    apply_linear(w, delta, v, r);
     pass_to_root(w, v, r);
 }
 
@@ -342,7 +345,7 @@ void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vec
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int l = 0; l < b->n; ++l) {
-            v->balance[b->ig + l] = w->deep[i] ? -tau[b->u + l] : 0.0;
+            v->balance[b->group.iu + l] = w->deep[i] ? -tau[b->u + l] : 0.0;
             r[m->nq + b->u + l] = -tau[b->u + l];
         }
     }

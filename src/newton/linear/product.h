@@ -20,10 +20,6 @@ typedef struct mbsri_vectors {
 /* Places them in memory (NULL: none); returns how many doubles they take. */
 size_t mbsri_vectors_place(const mbsri_linear *w, double *memory, mbsri_vectors *v);
 
-/* Of r = (dF/dy + c dF/dy') delta, not the same, what does not need L^-1: r_q, r_p and the rows of
- * closures, with d(M u) - dp and d(J^T mu - tau) in v. */
-void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r);
-
 /* All of r. */
 void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r);
 

@@ -11,7 +11,7 @@
 
 static bool leads(const mbsri_linear *w, int i)
 {
-    return !w->coupled[i] || w->model->body[i].head == i;
+    return !w->coupled[i] || w->model->body[i].group.head == i;
 }
 
 /* ---- L^-1 ---- */
@@ -23,11 +23,12 @@ static void balance_of(const mbsri_linear *w, int i, const double *r, mbsri_vect
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const bool group = w->coupled[i];
-    const mbsri_group g =
-        group ? mbsri_group_in_model(m, i) : (mbsri_group){m->member + b->at, 1, b->n, b->ig};
-    double *x = v->momentum + b->ig, *gamma = v->balance + b->ig;
+    const mbsri_group g = group
+                              ? mbsri_group_in_model(m, i)
+                              : (mbsri_group){m->order.member + b->group.at, 1, b->n, b->group.iu};
+    double *x = v->momentum + b->group.iu, *gamma = v->balance + b->group.iu;
     mbsri_group_gather(m, &g, r + m->nq + m->nu, x);
-    mbsri_linear_split_transposed(&k, group ? b->group_n : b->n, w->rank[i], x, gamma);
+    mbsri_linear_split_transposed(&k, group ? b->group.n : b->n, w->rank[i], x, gamma);
 }
 
 /* Root to leaves: x <- x - J^T xbar, and what the head passes on, xbar + G x. */
@@ -35,10 +36,10 @@ static void condense(const mbsri_linear *w, int i, double *x, double *xbar)
 {
     const mbsri_body *b = w->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
-    mbsri_ax(b->d, b->d_pred, -1.0, k.H, xbar + b->pred_v, xbar + b->v);
+    mbsri_ax(b->d, b->pred.d, -1.0, k.H, xbar + b->pred.v, xbar + b->v);
     if (leads(w, i))
-        mbsri_atx(b->d, w->coupled[i] ? b->group_n : b->n, 1.0, k.G, xbar + b->v, x + b->ig);
-    mbsri_ax(b->d, b->n, -1.0, k.J, x + b->ig, xbar + b->v);
+        mbsri_atx(b->d, w->coupled[i] ? b->group.n : b->n, 1.0, k.G, xbar + b->v, x + b->group.iu);
+    mbsri_ax(b->d, b->n, -1.0, k.J, x + b->group.iu, xbar + b->v);
 }
 
 /* ---- the sweeps ---- */
@@ -51,10 +52,10 @@ static void act(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v,
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const int d = b->d, n = b->n;
     const bool reacts = w->deep[i];
-    const double *momentum = v->momentum + b->ig, *balance = v->balance + b->ig,
+    const double *momentum = v->momentum + b->group.iu, *balance = v->balance + b->group.iu,
                  *rp = r + m->nq + b->u;
     double *y = v->action + 3 * b->v, *own = v->own + 3 * b->iu, *tau = v->torque + b->iu;
-    mbsri_linear_pass_transposed(b, &k, w->deep[b->parent], v->action + 3 * b->pred_v, y);
+    mbsri_linear_pass_transposed(b, &k, w->deep[b->parent], v->action + 3 * b->pred.v, y);
     for (int l = 0; l < n; ++l) {
         own[l] = momentum[l];
         own[n + l] = -rp[l];
@@ -86,7 +87,7 @@ static void move(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v
     for (int l = 0; l < n && m->rows > 0; ++l) push[l] = z[x_pred + nq + l];
     mbsri_atx(x, columns, 1.0, k.x, v->motion + w->motion[i], z);
     mbsri_atx(rows, columns, 1.0, k.own, v->own + 3 * b->iu, z);
-    mbsri_atx(mbsri_linear_actions(w, b->parent), columns, 1.0, k.below, v->action + 3 * b->pred_v,
+    mbsri_atx(mbsri_linear_actions(w, b->parent), columns, 1.0, k.below, v->action + 3 * b->pred.v,
               z);
     for (int l = 0; l < x_pred; ++l) motion[l] += z[l];
     for (int l = 0; l < nq; ++l) delta[b->q + l] += z[x_pred + l] + w->c * rq[l];
@@ -147,9 +148,9 @@ static void open_rows(const mbsri_linear *w, const mbsri_closure *c, const doubl
     const mbsr_model *m = w->model;
     const int first = m->nq + 2 * m->nu;
     for (int k = 0; k < c->rows; ++k) {
-        const int row = first + c->row + k, held = first + m->rows + c->held_row + k;
+        const int row = first + c->row + k, held = first + m->rows + c->position_row + k;
         const double stiffness = c->def.stiffness[k], f = w->c;
-        const bool dropped = w->dropped[c->row + k], holds = k < c->held;
+        const bool dropped = w->dropped[c->row + k], holds = k < c->position_rows;
         if (holds && dropped) delta[held] += r[held];
         place[k] = holds && !dropped ? r[held] : 0.0;
         if (stiffness > 0.0) {
@@ -209,13 +210,13 @@ static void find_push(const mbsri_linear *w, mbsri_vectors *v, double *delta)
 {
     const mbsr_model *m = w->model;
     double *eta = delta + m->nq + 2 * m->nu + m->rows;
-    mbsri_zero(m->size_v, v->kappa);
+    mbsri_zero(m->size.v, v->kappa);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const mbsri_terms k = mbsri_linear_terms(w, i);
-        for (int l = 0; l < b->n; ++l) v->push[b->iu + l] *= m->weight[b->iu + l];
+        for (int l = 0; l < b->n; ++l) v->push[b->iu + l] *= m->typical.weight[b->iu + l];
         mbsri_ax(b->d, b->n, -1.0, k.J, v->push + b->iu, v->kappa + b->v);
-        mbsri_ax(b->d, b->d_pred, -1.0, k.H, v->kappa + b->pred_v, v->kappa + b->v);
+        mbsri_ax(b->d, b->pred.d, -1.0, k.H, v->kappa + b->pred.v, v->kappa + b->v);
     }
     for (size_t l = 0; l < m->closures.count; ++l) {
         const mbsri_closure *c = mbsri_closure_at(w->model, l);
@@ -231,8 +232,8 @@ static void find_push(const mbsri_linear *w, mbsri_vectors *v, double *delta)
                 mbsri_ax(c->rows, b->n, 1.0, block + (size_t)(b->d * c->rows), v->push + b->iu,
                          v->in);
         }
-        for (int r = 0; r < c->held; ++r) {
-            if (!w->dropped[c->row + r]) eta[c->held_row + r] += w->c * v->in[r];
+        for (int r = 0; r < c->position_rows; ++r) {
+            if (!w->dropped[c->row + r]) eta[c->position_row + r] += w->c * v->in[r];
         }
     }
 }
@@ -241,11 +242,11 @@ void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vect
                               double *delta)
 {
     const mbsr_model *m = w->model;
-    mbsri_zero((size_t)(m->nq + 2 * m->nu + m->rows + m->held), delta);
+    mbsri_zero((size_t)(m->nq + 2 * m->nu + m->rows + m->position_rows), delta);
     mbsri_zero(w->motions, v->motion);
-    mbsri_zero(3 * m->size_v, v->action);
-    mbsri_zero(m->size_v, v->mbar);
-    mbsri_zero(m->size_v, v->fbar);
+    mbsri_zero(3 * m->size.v, v->action);
+    mbsri_zero(m->size.v, v->mbar);
+    mbsri_zero(m->size.v, v->fbar);
     for (int i = 1; i <= m->bodies; ++i) {
         if (leads(w, i)) balance_of(w, i, r, v);
     }

@@ -37,8 +37,8 @@ bool mbsri_axes_serve(const mbsri_body *b)
     const mbsri_joint *joint = &b->joint;
     const bool chain = joint->space == MBSR_SPACE_SPATIAL &&
                        joint->table->tangent == mbsri_chain_tangent,
-               seen = b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED;
-    if (!chain || !seen || b->locks || b->nq != b->n || joint->option[0] != b->n) return false;
+               seen = b->pred.space == MBSR_SPACE_SPATIAL || b->pred.space == MBSR_SPACE_FIXED;
+    if (!chain || !seen || b->lock.count || b->nq != b->n || joint->option[0] != b->n) return false;
     for (int k = 0; k < b->n; ++k) {
         const int code = joint->option[1 + k];
         if ((code & MBSRI_STEP_KIND) == MBSRI_QUATERNION || code & MBSRI_DRIVEN ||
@@ -70,15 +70,15 @@ static double product(const double a[6], const double b[6])
 static void see(const mbsri_body *b, const mbsr_data *d, axes *a)
 {
     static const double still[6] = {0.0};
-    const bool fixed = b->pred_space == MBSR_SPACE_FIXED;
+    const bool fixed = b->pred.space == MBSR_SPACE_FIXED;
     const double *V = d->V + b->v, *x = d->p + b->p + MBSR_POSE_X,
-                 *x_pred = fixed ? still : d->p + b->pred_p + MBSR_POSE_X, *u = d->u + b->iu;
+                 *x_pred = fixed ? still : d->p + b->pred.p + MBSR_POSE_X, *u = d->u + b->iu;
     *a = (axes){.n = b->n,
                 .J = d->J + b->dn,
                 .Jdot = d->Jdot + b->dn,
                 .m = d->imp + b->v,
                 .sigma = d->sigma + b->v,
-                .above = fixed ? still : d->V + b->pred_v};
+                .above = fixed ? still : d->V + b->pred.v};
     for (int k = 0; k < 3; ++k) {
         a->r[k] = x[k] - x_pred[k];
         a->rate[k] = V[3 + k] - a->above[3 + k];
@@ -216,7 +216,7 @@ static void own_columns(const axes *a, int k, double *x, double *below, double *
 void mbsri_axes_slopes(const mbsri_body *b, const mbsr_data *d, double *x, double *below,
                        double *own, double *qdot)
 {
-    const size_t n = (size_t)b->n, outside = b->pred_space == MBSR_SPACE_FIXED ? 0 : 12,
+    const size_t n = (size_t)b->n, outside = b->pred.space == MBSR_SPACE_FIXED ? 0 : 12,
                  columns = outside + 2 * n;
     axes a;
     see(b, d, &a);

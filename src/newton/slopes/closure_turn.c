@@ -32,7 +32,7 @@ mbsri_closure_turn mbsri_closure_turn_at(const mbsri_closure *c, double *memory)
 
 bool mbsri_closure_may_turn(const mbsri_closure *c)
 {
-    return c->bodies == 2 && c->body[0] > 0 && c->body[1] > 0 && c->rows == c->held &&
+    return c->bodies == 2 && c->body[0] > 0 && c->body[1] > 0 && c->rows == c->position_rows &&
            c->rows <= c->column[1] && c->column[0] == 0 && !mbsri_reads_joints(c);
 }
 

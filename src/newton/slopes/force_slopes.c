@@ -60,7 +60,7 @@ static void raise_pair(const mbsr_model *m, const mbsri_force *force, size_t *ma
     extent pair = {0, 0, 0, 0};
     for (int l = 0; l < force->def.bodies; ++l) {
         extent one = {0, 0, 0, 0};
-        add_body(m->body + m->list_index[force->list + (size_t)l], &one);
+        add_body(m->body + m->stored.list_index[force->list + (size_t)l], &one);
         pair.rows = larger(pair.rows, 2 * one.rows);
         pair.columns = larger(pair.columns, 2 * one.columns);
     }
@@ -78,7 +78,7 @@ static void measure(const mbsr_model *m, mbsri_slopes_room room, size_t *matrix,
             continue;
         }
         for (int l = 0; l < force->def.bodies; ++l)
-            add_body(m->body + m->list_index[force->list + (size_t)l], &whole);
+            add_body(m->body + m->stored.list_index[force->list + (size_t)l], &whole);
         raise(m, &whole, matrix, work);
         const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
         for (int i = 1; i <= m->bodies && every; ++i) {
@@ -94,7 +94,7 @@ void mbsri_slopes_size(const mbsr_model *m, mbsri_slopes_room room, size_t *doub
     size_t work;
     measure(m, room, doubles, &work);
     *doubles += work;
-    *ints = 2 * (size_t)m->max_force_bodies;
+    *ints = 2 * (size_t)m->most.element_bodies;
 }
 
 void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slopes *s,
@@ -103,7 +103,7 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slope
     size_t matrix, work;
     measure(m, room, &matrix, &work);
     s->row = ints;
-    s->column = ints + m->max_force_bodies;
+    s->column = ints + m->most.element_bodies;
     s->matrix = doubles;
     s->work = doubles ? doubles + matrix : NULL; /* NULL: a model without elements */
     s->out = (mbsr_force_derivatives){.matrix = s->matrix, .row = s->row, .column = s->column};
@@ -154,7 +154,7 @@ static const double *copy(double **work, int count, const double *from)
 /* The bodies of the call turned from the data to copies, and their forces to the work. */
 static void detach(differences *w)
 {
-    mbsr_force_body *body = w->d->force_bodies;
+    mbsr_force_body *body = w->d->element.bodies;
     double *work = w->s->work;
     const bool joint_only = (w->force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
     for (int k = 0; k < w->args.bodies; ++k) {
@@ -221,7 +221,8 @@ static double speed_of(const differences *w)
  * far and of its geometric mean with the bodies' own. */
 static double rate_of(const differences *w)
 {
-    const double inertia = w->m->mass * w->m->length * w->m->length, known = w->spans.rate;
+    const double inertia = w->m->typical.mass * w->m->typical.length * w->m->typical.length,
+                 known = w->spans.rate;
     if (w->force->def.table->scales.time > 0.0) return known;
     const double slow = known > 0.0     ? known
                         : inertia > 0.0 ? sqrt(w->energy / inertia)
@@ -381,11 +382,11 @@ static int add_pairs(const mbsr_model *m, mbsr_data *d, const mbsri_force *force
     int count;
     int status = mbsri_force_pairs(m, d, force, &count);
     for (int k = 0; k < count && !status; ++k) {
-        const int *pair = d->force_pairs[k];
+        const int *pair = d->element.pairs[k];
         const int row[2] = {s->row[pair[0]], s->row[pair[1]]},
                   column[2] = {s->column[pair[0]], s->column[pair[1]]};
         mbsr_force_derivatives out = s->out;
-        const mbsr_force_body body[2] = {d->force_bodies[pair[0]], d->force_bodies[pair[1]]};
+        const mbsr_force_body body[2] = {d->element.bodies[pair[0]], d->element.bodies[pair[1]]};
         mbsr_force_args args = mbsri_force_args(d, force, 2);
         out.row = row, out.column = column;
         args.body = body, args.pair = pair;
@@ -397,7 +398,7 @@ static int add_pairs(const mbsr_model *m, mbsr_data *d, const mbsri_force *force
 static int own_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
                       mbsri_slopes *s)
 {
-    lay_out(s, bodies, d->force_bodies);
+    lay_out(s, bodies, d->element.bodies);
     if (force->def.table->flags & MBSR_FORCE_BY_PAIRS) return add_pairs(m, d, force, s);
     const mbsr_force_args args = mbsri_force_args(d, force, bodies);
     return add_own(m, d, force, &args, &s->out);
@@ -411,7 +412,7 @@ static int check_slopes(mbsr_data *d, const mbsr_model *m, const mbsri_force *fo
     return mbsri_fail(
         &d->error, MBSR_NOT_FINITE, MBSR_NONE, force->id,
         "%s (%s): its derivatives are not finite at t = %g",
-        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        mbsri_label(label, "force", force->id, (const char *)m->stored.names.data + force->name),
         force->def.table->name, d->t);
 }
 
@@ -419,7 +420,7 @@ int mbsri_pair_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
                       const int pair[2], mbsri_slopes *s)
 {
     mbsri_pair_bodies(m, d, force, pair);
-    lay_out(s, 2, d->force_bodies);
+    lay_out(s, 2, d->element.bodies);
     mbsr_force_args args = mbsri_force_args(d, force, 2);
     args.pair = pair;
     const int status = add_own(m, d, force, &args, &s->out);
@@ -430,7 +431,7 @@ int mbsri_pair_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
 static int find_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                        int bodies, mbsri_slopes *s)
 {
-    const int status = has_own(force->def.table, bodies, d->force_bodies)
+    const int status = has_own(force->def.table, bodies, d->element.bodies)
                            ? own_slopes(m, d, force, bodies, s)
                            : mbsri_force_differences(m, d, force, body, s);
     return status ? status : check_slopes(d, m, force, s);
@@ -441,7 +442,7 @@ int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
 {
     const int bodies = mbsri_force_bodies(m, d, force, body);
     if (mbsri_force_off(m, d, force)) {
-        lay_out(s, bodies, d->force_bodies);
+        lay_out(s, bodies, d->element.bodies);
         return MBSR_OK;
     }
     return find_slopes(m, d, force, body, bodies, s);

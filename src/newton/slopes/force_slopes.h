@@ -15,7 +15,7 @@ static inline int mbsri_pose_size(const mbsri_body *b)
 /* What mbsri_force_slopes works in: one for a model's elements, one at a time. */
 typedef struct mbsri_slopes {
     mbsr_force_derivatives out; /* of the last element; its pointers point into the memory below */
-    int *row, *column;          /* max_force_bodies */
+    int *row, *column;          /* most.element_bodies */
     double *matrix, *work;
 } mbsri_slopes;
 

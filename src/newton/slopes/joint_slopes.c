@@ -63,7 +63,7 @@ static void take(double **memory, size_t *used, size_t count, double **out)
 /* Places the arrays of a column in memory (NULL: none); returns how many doubles they take. */
 static size_t lay_out(const mbsr_model *m, const mbsri_body *b, double *memory, column *c)
 {
-    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->joint.n,
+    const size_t d = (size_t)b->d, dp = (size_t)b->pred.d, n = (size_t)b->joint.n,
                  nq = (size_t)b->joint.nq, np_pred = (size_t)m->body[b->parent].np;
     size_t used = 0;
     take(&memory, &used, nq, &c->q);
@@ -91,9 +91,9 @@ size_t mbsri_joint_slopes_size(const mbsr_model *m)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
         const size_t e = (size_t)mbsri_pose_size(b), e_pred = (size_t)mbsri_pose_size(pred),
-                     rows = e + 2 * (size_t)b->d + 3 * (size_t)b->d_pred + 3 * (size_t)b->n +
+                     rows = e + 2 * (size_t)b->d + 3 * (size_t)b->pred.d + 3 * (size_t)b->n +
                             (size_t)b->nq,
-                     columns = e_pred + 2 * (size_t)b->d_pred + (size_t)b->nq + 2 * (size_t)b->n;
+                     columns = e_pred + 2 * (size_t)b->pred.d + (size_t)b->nq + 2 * (size_t)b->n;
         column c;
         const size_t size = rows * columns + lay_out(m, b, NULL, &c);
         if (size > largest) largest = size;
@@ -108,7 +108,7 @@ void mbsri_joint_slopes_place(mbsri_joint_slopes *s, double *memory)
 
 bool mbsri_joint_slopes_serve(const mbsri_body *b, int np_pred)
 {
-    return b->joint.table->rates || b->pred_space != MBSR_SPACE_GENERAL || np_pred == b->d_pred;
+    return b->joint.table->rates || b->pred.space != MBSR_SPACE_GENERAL || np_pred == b->pred.d;
 }
 
 static bool unit_K(const mbsri_body *b)
@@ -122,8 +122,8 @@ static void clear(const mbsri_body *b, block *x)
 {
     const size_t d = (size_t)b->d;
     if (!unit_K(b)) mbsri_zero(d * d, x->K);
-    mbsri_zero(d * (size_t)b->d_pred, x->H);
-    if (!b->upright) mbsri_zero(d * (size_t)b->joint.n, x->J);
+    mbsri_zero(d * (size_t)b->pred.d, x->H);
+    if (!b->flexible.upright) mbsri_zero(d * (size_t)b->joint.n, x->J);
     mbsri_zero(d, x->k);
 }
 
@@ -201,7 +201,7 @@ static void divide_second(const column *c, int columns, const double *X, const d
 /* Leaves the free columns of J at its beginning. */
 static void drop(const mbsri_body *b, double *J)
 {
-    if (b->locks) mbsri_drop_held(b, J, J);
+    if (b->lock.count) mbsri_drop_held(b, J, J);
 }
 
 static int first_order(column *c)
@@ -211,7 +211,7 @@ static int first_order(column *c)
     drop(c->b, c->first.J);
     if (unit_K(c->b)) return MBSR_OK;
     const mbsr_data *d = c->d;
-    divide_first(c, c->b->d_pred, d->H + c->b->dp, c->first.H);
+    divide_first(c, c->b->pred.d, d->H + c->b->dp, c->first.H);
     divide_first(c, c->b->n, d->J + c->b->dn, c->first.J);
     divide_first(c, 1, d->kI + c->b->v, c->first.k);
     return MBSR_OK;
@@ -225,7 +225,7 @@ static int second_order(column *c)
     if (unit_K(c->b)) return MBSR_OK;
     const mbsr_data *d = c->d;
     const mbsri_body *b = c->b;
-    divide_second(c, b->d_pred, d->H + b->dp, c->first.H, d->Hdot + b->dp, c->second.H);
+    divide_second(c, b->pred.d, d->H + b->dp, c->first.H, d->Hdot + b->dp, c->second.H);
     divide_second(c, b->n, d->J + b->dn, c->first.J, d->Jdot + b->dn, c->second.J);
     divide_first(c, 1, d->kII + b->v, c->second.k);
     return MBSR_OK;
@@ -239,8 +239,8 @@ static void velocity(column *c)
     const mbsri_body *b = c->b;
     const mbsr_data *d = c->d;
     mbsri_zero((size_t)b->d, c->dV);
-    mbsri_ax(b->d, b->d_pred, -1.0, c->first.H, d->V + b->pred_v, c->dV);
-    if (!b->upright) mbsri_ax(b->d, b->n, -1.0, c->first.J, d->u + b->iu, c->dV);
+    mbsri_ax(b->d, b->pred.d, -1.0, c->first.H, d->V + b->pred.v, c->dV);
+    if (!b->flexible.upright) mbsri_ax(b->d, b->n, -1.0, c->first.J, d->u + b->iu, c->dV);
     for (int k = 0; k < b->d; ++k) c->dV[k] -= c->first.k[k];
 }
 
@@ -249,7 +249,7 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
 {
     const mbsri_body *b = c->b;
     const mbsr_data *d = c->d;
-    const int dim = b->d, dp = b->d_pred, n = b->n;
+    const int dim = b->d, dp = b->pred.d, n = b->n;
     double *x = s->x + (size_t)at * (size_t)(s->e + 2 * dim), *A = x + s->e + dim;
     double *below = s->below + (size_t)at * (size_t)(3 * dp),
            *own = s->own + (size_t)at * (size_t)(3 * n);
@@ -259,23 +259,23 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
         mbsri_atx(dim, dp, -1.0, c->first.H, d->imp + b->v, below);
         mbsri_atx(dim, dp, -1.0, c->first.H, d->sigma + b->v, below + dp);
     }
-    if (c->moved && !b->upright) {
+    if (c->moved && !b->flexible.upright) {
         mbsri_atx(dim, n, 1.0, c->first.J, d->imp + b->v, own);
         mbsri_atx(dim, n, 1.0, c->first.J, d->sigma + b->v, own + n);
     }
     mbsri_atx(dim, dp, -1.0, c->second.H, d->imp + b->v, below + dp);
-    if (!b->upright) mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
+    if (!b->flexible.upright) mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
     double *qdot = s->qdot + (size_t)at * (size_t)b->nq;
     for (int k = 0, l = 0; k < b->joint.nq; ++k) {
-        if (!b->locks || isnan(b->locked_at[k])) qdot[l++] = c->qdot[k];
+        if (!b->lock.count || isnan(b->lock.at[k])) qdot[l++] = c->qdot[k];
     }
     if (!c->accelerated) return;
     /* dA = -(dH A_pi + dJ u' + dkII) */
-    mbsri_ax(dim, dp, -1.0, c->first.H, d->A + b->pred_v, A);
-    if (!b->upright) mbsri_ax(dim, n, -1.0, c->first.J, c->udot, A);
+    mbsri_ax(dim, dp, -1.0, c->first.H, d->A + b->pred.v, A);
+    if (!b->flexible.upright) mbsri_ax(dim, n, -1.0, c->first.J, c->udot, A);
     for (int k = 0; k < dim; ++k) A[k] -= c->second.k[k];
     mbsri_atx(dim, dp, -1.0, c->first.H, d->mu + b->v, below + 2 * dp);
-    if (!b->upright) mbsri_atx(dim, n, 1.0, c->first.J, d->mu + b->v, own + 2 * n);
+    if (!b->flexible.upright) mbsri_atx(dim, n, 1.0, c->first.J, d->mu + b->v, own + 2 * n);
 }
 
 static void rest(column *c)
@@ -284,15 +284,15 @@ static void rest(column *c)
     mbsri_zero((size_t)b->joint.nq, c->q);
     mbsri_zero((size_t)b->joint.n, c->u);
     mbsri_zero((size_t)c->pred->np, c->p_pred);
-    mbsri_zero((size_t)b->d_pred, c->V_pred);
+    mbsri_zero((size_t)b->pred.d, c->V_pred);
 }
 
 /* Place of free coordinate k among all of the joint. */
 static int place_of(const mbsri_body *b, int k)
 {
-    if (!b->locks) return k;
+    if (!b->lock.count) return k;
     int l = 0;
-    while (!isnan(b->locked_at[l]) || k-- > 0) ++l;
+    while (!isnan(b->lock.at[l]) || k-- > 0) ++l;
     return l;
 }
 
@@ -303,7 +303,7 @@ static bool is_shift(const mbsri_body *b, int k)
     const mbsri_joint *joint = &b->joint;
     if (k < 3 || k >= 6) return false;
     return mbsri_marker_of(joint->table, joint->user) ||
-           (b->pred_space == MBSR_SPACE_SPATIAL && mbsri_mount_of(joint->table, joint->user));
+           (b->pred.space == MBSR_SPACE_SPATIAL && mbsri_mount_of(joint->table, joint->user));
 }
 
 /* Columns of the pose of the predecessor, and of q. */
@@ -313,8 +313,8 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
     int status = MBSR_OK;
     c->moved = true;
     c->move.still = false;
-    for (int k = c->turns ? s->e_pred : 0; k < (b->upright ? 0 : b->nq) + s->e_pred && !status;
-         ++k) {
+    for (int k = c->turns ? s->e_pred : 0;
+         k < (b->flexible.upright ? 0 : b->nq) + s->e_pred && !status; ++k) {
         const bool outside = k < s->e_pred;
         if (outside && is_shift(b, k)) {
             s->x[k * (s->e + 2 * b->d) + k] = 1.0;
@@ -322,7 +322,7 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
         }
         rest(c);
         if (outside)
-            mbsri_pose_unit(b->pred_space, k, c->d->p + b->pred_p, c->p_pred);
+            mbsri_pose_unit(b->pred.space, k, c->d->p + b->pred.p, c->p_pred);
         else
             c->q[place_of(b, k - s->e_pred)] = 1.0;
         c->move.span =
@@ -346,11 +346,11 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
     c->move.still = true;
     mbsri_zero((size_t)b->np, c->dp);
     clear(b, &c->first);
-    for (int k = c->turns ? b->d_pred : 0; k < (b->upright ? 0 : b->n) + b->d_pred && !status;
-         ++k) {
-        const bool outside = k < b->d_pred;
+    for (int k = c->turns ? b->pred.d : 0;
+         k < (b->flexible.upright ? 0 : b->n) + b->pred.d && !status; ++k) {
+        const bool outside = k < b->pred.d;
         const double *along = outside ? c->d->H + b->dp + (size_t)(k * b->d)
-                                      : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
+                                      : c->d->J + b->dn + (size_t)((k - b->pred.d) * b->d);
         if (outside && is_shift(b, k)) {
             double *dV = s->x + (s->e_pred + k) * (s->e + 2 * b->d) + s->e;
             for (int l = 0; l < b->d; ++l) dV[l] = -along[l];
@@ -358,16 +358,16 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
         }
         const double span = outside
                                 ? mbsri_pose_span(&c->spans, c->pred, k)
-                                : mbsri_coordinate_span(&c->spans, c->m, b, true, k - b->d_pred);
+                                : mbsri_coordinate_span(&c->spans, c->m, b, true, k - b->pred.d);
         rest(c);
         c->move.span = mbsri_binary(span * c->move.speed);
         if (outside)
             c->V_pred[k] = 1.0;
         else
-            c->u[place_of(b, k - b->d_pred)] = 1.0;
+            c->u[place_of(b, k - b->pred.d)] = 1.0;
         for (int l = 0; l < b->d; ++l) c->dV[l] = -along[l];
         status = second_order(c);
-        if (!status) store(c, outside ? s->e_pred + k : s->u + k - b->d_pred, s);
+        if (!status) store(c, outside ? s->e_pred + k : s->u + k - b->pred.d, s);
     }
     return status;
 }
@@ -388,11 +388,11 @@ static void acceleration_columns(const column *c, mbsri_joint_slopes *s)
 {
     const mbsri_body *b = c->b;
     const size_t rows = (size_t)(s->e + 2 * b->d), first = (size_t)(s->e + b->d);
-    for (int k = 0; k < b->d_pred + b->n; ++k) {
-        const bool outside = k < b->d_pred;
-        const int at = outside ? s->e_pred + b->d_pred + k : s->a + k - b->d_pred;
+    for (int k = 0; k < b->pred.d + b->n; ++k) {
+        const bool outside = k < b->pred.d;
+        const int at = outside ? s->e_pred + b->pred.d + k : s->a + k - b->pred.d;
         const double *from = outside ? c->d->H + b->dp + (size_t)(k * b->d)
-                                     : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
+                                     : c->d->J + b->dn + (size_t)((k - b->pred.d) * b->d);
         for (int l = 0; l < b->d; ++l) s->x[(size_t)at * rows + first + (size_t)l] = -from[l];
     }
 }
@@ -415,12 +415,12 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     column c = {.m = m, .d = d, .b = b, .pred = m->body + b->parent, .i = i};
     s->e = mbsri_pose_size(b);
     s->e_pred = mbsri_pose_size(c.pred);
-    s->q = s->e_pred + 2 * b->d_pred;
+    s->q = s->e_pred + 2 * b->pred.d;
     s->u = s->q + b->nq;
     s->a = s->u + b->n;
     s->columns = s->a + b->n;
     const size_t columns = (size_t)s->columns, x = columns * (size_t)(s->e + 2 * b->d),
-                 below = columns * (size_t)(3 * b->d_pred), own = columns * (size_t)(3 * b->n),
+                 below = columns * (size_t)(3 * b->pred.d), own = columns * (size_t)(3 * b->n),
                  qdot = columns * (size_t)b->nq;
     s->below = s->x + x;
     s->own = s->below + below;
@@ -442,7 +442,7 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     c.spans = mbsri_spans_of(m, &b->joint.table->scales);
     c.move.speed =
         fmax(mbsri_span_rate(&c.spans), fmax(mbsri_twist_rate(&c.spans, b, d->V + b->v),
-                                             mbsri_twist_rate(&c.spans, c.pred, d->V + b->pred_v)));
+                                             mbsri_twist_rate(&c.spans, c.pred, d->V + b->pred.v)));
     if (!unit_K(b)) {
         const int status = mbsri_joint_move_Kdot(&c.move, &c.args, c.Kdot, c.second.H, c.second.J);
         if (status) return mbsri_joint_failed(m, d, i, status, "rates");
@@ -451,7 +451,7 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     if (c.turns) mbsri_joint_turns(m, d, i, accelerated, udot, s->x, s->below, s->own);
     int status = pose_columns(&c, s);
     if (!status) status = rate_columns(&c, s);
-    for (int k = 0; k < b->n && b->upright; ++k) steady_column(&c, k, s);
+    for (int k = 0; k < b->n && b->flexible.upright; ++k) steady_column(&c, k, s);
     if (!status) acceleration_columns(&c, s);
     if (!status) add_armature(b, accelerated, s);
     return status;

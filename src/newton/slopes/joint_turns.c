@@ -34,7 +34,7 @@ typedef struct turns {
 
 bool mbsri_joint_turns_serve(const mbsri_body *b)
 {
-    return b->joint.space == MBSR_SPACE_SPATIAL && b->pred_space == MBSR_SPACE_SPATIAL &&
+    return b->joint.space == MBSR_SPACE_SPATIAL && b->pred.space == MBSR_SPACE_SPATIAL &&
            b->joint.table->tangent == mbsri_chain_tangent;
 }
 
@@ -47,8 +47,8 @@ static void add_turn(const double a[3], const double *x, double *y)
 
 static turns take(const mbsr_data *d, const mbsri_body *b, bool accelerated, const double *udot)
 {
-    const double *V = d->V + b->v, *above = d->V + b->pred_v, *x = d->p + b->p + MBSR_POSE_X,
-                 *x_pred = d->p + b->pred_p + MBSR_POSE_X;
+    const double *V = d->V + b->v, *above = d->V + b->pred.v, *x = d->p + b->p + MBSR_POSE_X,
+                 *x_pred = d->p + b->pred.p + MBSR_POSE_X;
     turns t = {.b = b, .d = d, .omega = above};
     for (int k = 0; k < 3; ++k) {
         t.r[k] = x[k] - x_pred[k];
@@ -113,7 +113,7 @@ static void pose_column(const turns *t, const double theta[3], bool accelerated,
     leave_bias(t, beta, swept, bias);
     for (int k = 0; k < 6; ++k) A[k] -= bias[k];
     add_turn(theta, load, A);
-    mbsri_add_cross3(d->A + b->pred_v, dr, A + 3);
+    mbsri_add_cross3(d->A + b->pred.v, dr, A + 3);
     mbsri_add_cross3(dr, mu + 3, below + 12);
     add_turned(t, J, theta, mu, own + 2 * b->n);
 }

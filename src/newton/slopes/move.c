@@ -29,7 +29,7 @@ static double *take(double **memory, size_t *used, size_t count)
 size_t mbsri_joint_mover_place(const mbsri_body *b, int np_pred, double *memory,
                                mbsri_joint_mover *w)
 {
-    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->joint.n,
+    const size_t d = (size_t)b->d, dp = (size_t)b->pred.d, n = (size_t)b->joint.n,
                  nq = (size_t)b->joint.nq, pred = (size_t)np_pred;
     size_t used = 0;
     double **const vector[] = {&w->q,      &w->q_on,      &w->qdot,    &w->u,

@@ -15,7 +15,7 @@ mbsri_relation mbsri_relate(const mbsr_model *m, int i, int j)
 bool mbsri_may_cross(const mbsr_model *m, const mbsri_force *force)
 {
     const unsigned flags = force->def.table->flags;
-    const int *bodies = m->list_index + force->list;
+    const int *bodies = m->stored.list_index + force->list;
     if (flags & MBSR_FORCE_EVERY_BODY) return false;
     for (int k = 0; k < force->def.bodies; ++k) {
         for (int l = 0; l < force->def.bodies; ++l) {
@@ -31,7 +31,7 @@ void mbsri_slopes_shape(const mbsr_model *m, const mbsri_force *force, int *rows
 {
     *rows = *columns = 0;
     for (int k = 0; k < force->def.bodies; ++k) {
-        const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
+        const mbsri_body *b = m->body + m->stored.list_index[force->list + (size_t)k];
         if (b->id == MBSR_GROUND) continue;
         *rows += b->d + b->n;
         *columns += mbsri_pose_size(b) + b->d + b->nq + b->n;

@@ -171,8 +171,8 @@ static void take_sums(const mbsri_sweep_run *run, int i, const mbsri_flow *flow,
     mbsri_add_cross3(back, c->p, c->L);
     mbsri_add_cross3(back, c->F, c->N);
     memcpy(at->L, c->L, sizeof at->L), memcpy(at->p, c->p, sizeof at->p);
-    mbsri_atx(b->d, b->d_pred, 1.0, run->data->H + b->dp, run->data->mu + b->v, mu);
-    mbsri_lift(b->d_pred, mu, lifted);
+    mbsri_atx(b->d, b->pred.d, 1.0, run->data->H + b->dp, run->data->mu + b->v, mu);
+    mbsri_lift(b->pred.d, mu, lifted);
     memcpy(at->W_L, lifted, sizeof at->W_L), memcpy(at->W_p, lifted + 3, sizeof at->W_p);
 }
 
@@ -241,8 +241,8 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r,
     mbsri_front *f = newton->mixed;
     const mbsri_body *b = newton->model->body + i;
     const bool over = hands_over(newton, i);
-    double *y = f->h + f->names[b->parent].y, *w = f->wbar + b->pred_v;
-    if (over) mbsri_zero((size_t)(3 * b->d_pred), y), mbsri_zero((size_t)b->d_pred, w);
+    double *y = f->h + f->names[b->parent].y, *w = f->wbar + b->pred.v;
+    if (over) mbsri_zero((size_t)(3 * b->pred.d), y), mbsri_zero((size_t)b->pred.d, w);
     mbsri_front_reduce(f, i, r);
     memset(flow, 0, sizeof *flow);
     if (!over) return;
@@ -275,7 +275,7 @@ void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newt
     add_six(at.d, 1.0, flow->b + 4 * CHI_L, flow->b + 4 * CHI_P, y);
     add_six(at.d, 1.0, moment, flow->b + 4 * FORCE, y + at.d);
     if (is_deep(newton, b->parent)) add_six(at.d, 1.0, flow->psi, flow->psi + 4, y + 2 * at.d);
-    add_six(at.d, -1.0, flow->L_bar, flow->p_bar, f->wbar + b->pred_v);
+    add_six(at.d, -1.0, flow->L_bar, flow->p_bar, f->wbar + b->pred.v);
 }
 
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)

@@ -33,7 +33,7 @@ static bool on_bodies(const mbsri_force *force)
 static size_t mark_pairs(const mbsr_model *m, const mbsri_sweeps *tree, const mbsri_force *force,
                          int *pair)
 {
-    const int *bodies = m->list_index + force->list;
+    const int *bodies = m->stored.list_index + force->list;
     size_t count = 0;
     if (!on_bodies(force) || force->def.table->flags & MBSR_FORCE_EVERY_BODY) return 0;
     for (int k = 0; k < force->def.bodies; ++k) {
@@ -181,7 +181,7 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
     const unsigned flags = force->def.table->flags;
     const bool every = (flags & MBSR_FORCE_EVERY_BODY) != 0,
                joints = (flags & MBSR_FORCE_JOINT_ONLY) != 0;
-    const int *list = every ? &i : m->list_index + force->list,
+    const int *list = every ? &i : m->stored.list_index + force->list,
               bodies = every ? 1 : force->def.bodies;
     bool any = false;
     for (int k = 0; k < bodies; ++k) any = any || (list[k] > 0 && !is_block(w->tree, list[k]));
@@ -204,8 +204,8 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
 static bool add_coordinate_slopes(mbsri_newton_sweeps *w, const mbsr_data *d)
 {
     const mbsr_model *m = w->model;
-    mbsri_coordinate_slopes(&m->along, d->off + mbsri_other_forces(m), d->q, d->u, w->tau_q,
-                            w->tau_u);
+    mbsri_coordinate_slopes(&m->elements.along, d->element.off + mbsri_other_forces(m), d->q, d->u,
+                            w->tau_q, w->tau_u);
     for (int i = 1; i <= w->tree->bodies && w->tree->multi > 0; ++i) {
         const mbsri_sweep_body *b = w->tree->body + i;
         if (!(b->flags & MBSRI_MULTI)) continue;

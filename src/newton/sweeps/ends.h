@@ -116,7 +116,7 @@ MBSRI_OUTLINE void add_rows(const mbsri_newton_sweeps *newton, const mbsr_data *
         add_to(R + 4 * ROTATION, cross(e->omega, own.w) + cross(e->v, own.v));
         add_to(R + 4 * SPIN, row.w);
         add_to(R + 4 * DRIFT, row.v);
-        if (k >= c->held || dropped) continue;
+        if (k >= c->position_rows || dropped) continue;
         const int eta = place_of_name(&e->to, mbsri_name_eta(w->model, c, k));
         double *kappa = e->to.kappa + eta * MBSRI_SWEPT_FORCES;
         add_to(kappa, row.w);

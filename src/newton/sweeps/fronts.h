@@ -124,7 +124,7 @@ MBSRI_INLINE void add_coupling_row(const mbsr_newton *w, const mbsr_data *data, 
     own->tau[lambda] += C;
     own->by_u[lambda] += C;
     own->by_q[lambda] += v->store[v->loop[number].slope + (size_t)at];
-    if (k >= c->held || data->dropped[c->row + k]) return;
+    if (k >= c->position_rows || data->dropped[c->row + k]) return;
     const int name = mbsri_name_eta(w->model, c, k), next = lambda - first + 1;
     const bool follows = next < j->from.pool->count && j->from.column[next] == name; /* mostly */
     const int eta = first + (follows ? next : place_of_name(&j->from, name));
@@ -346,7 +346,7 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     joint_front j = {.p = p, .G = G, .deep = deep, .held = held};
-    j.weight = b->n > 0 ? run->model->weight[b->u] : 0.0;
+    j.weight = b->n > 0 ? run->model->typical.weight[b->u] : 0.0;
     j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
     j.record = record_of(newton, i, 0);

@@ -10,7 +10,7 @@ static double rates_of(const mbsri_newton_sweeps *newton, const mbsri_newton_ste
                        const double *r, double g[6])
 {
     const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = newton->model->q_of + s->q;
+    const int *place = newton->model->order.q_of + s->q;
     for (int k = 0; k < s->n; ++k) g[k] = r ? r[place[k + B->quaternion]] : 0.0;
     if (!B->quaternion || !r) return 0.0;
     double quotient[4];
@@ -32,7 +32,7 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
 {
     const mbsri_newton_step *s = newton->step + i;
     const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = newton->model->u_of + s->u, n = s->n;
+    const int *place = newton->model->order.u_of + s->u, n = s->n;
     const double *r_p = r ? r + newton->model->nq : NULL, *r_u = r ? r_p + newton->model->nu : NULL;
     const v4 by_c = splat(newton->by_c);
     const bool held = open && s->deep & MBSRI_NO_INERTIA;
@@ -46,7 +46,7 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
                  by_c * S_w * load(m->b + 8);
         if (full) row -= by_c * S_v * load(m->b + 12);
         const double tau =
-            load_of_body ? load_of_body[newton->model->size_v + (size_t)(s->u + k)] : 0.0;
+            load_of_body ? load_of_body[newton->model->size.v + (size_t)(s->u + k)] : 0.0;
         known[k] = newton->by_c * tau + (r ? newton->by_c * r_p[place[k]] : 0.0) + w[k] -
                    sum3(row) + B->length[k] * r_s;
         for (int l = 0; l < n; ++l) known[k] -= B->gain[k][l] * g[l];
@@ -80,7 +80,7 @@ static void place_rates(const mbsri_newton_sweeps *newton, const mbsri_newton_st
                         const double w[6], double r_s, double *delta)
 {
     const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = newton->model->q_of + s->q;
+    const int *place = newton->model->order.q_of + s->q;
     for (int k = 0; k < s->n; ++k) delta[place[k + B->quaternion]] = w[k];
     if (!B->quaternion) return;
     const double *q = B->q, lambda = newton->by_c * (r_s - 0.25 * mbsri_dot3(B->u, w));
@@ -98,7 +98,7 @@ MBSRI_INLINE void move_axes(mbsri_newton_sweeps *newton, int i, const double *r,
     const mbsr_model *m = newton->model;
     const mbsri_newton_step *s = newton->step + i;
     const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = m->u_of + s->u, n = s->n;
+    const int *place = m->order.u_of + s->u, n = s->n;
     double g[6], du[6], w[6] = {0.0}, p[6];
     v4 x[4];
     const double r_s = rates_of(newton, s, r, g);

@@ -129,7 +129,8 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_newton_block *B = newton->block + b->multi;
     const double *from = j->from.Q + l * MBSRI_SWEPT_ACTIONS,
-                 *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES, *weight = run->model->weight + b->u;
+                 *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES,
+                 *weight = run->model->typical.weight + b->u;
     v4 Q[4], kappa[2] = {load3(sum), load3(sum + 4)}, psi[2] = {splat(0.0), splat(0.0)};
     double e[6], g[6], z[6], tau[6];
     for (int r = 0; r < 4; ++r) Q[r] = load3(from + 4 * r);

@@ -166,8 +166,8 @@ static void find_reactions(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
 static bool lacks_rank(const mbsri_sweep_run *run, int i, bool *as_one)
 {
     const mbsr_model *m = run->model;
-    const int head = m->body[i].head;
-    if (m->body[head].members < 2 || mbsri_apart(m, run->data, head))
+    const int head = m->body[i].group.head;
+    if (m->body[head].group.members < 2 || mbsri_apart(m, run->data, head))
         return run->rank[i] < run->tree->body[i].n;
     const mbsri_group g = mbsri_group_in_model(m, head);
     *as_one = *as_one && mbsri_coupled(m, run->data, &g);

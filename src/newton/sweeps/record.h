@@ -140,12 +140,11 @@ struct mbsri_newton_sweeps {
     bool
         unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
     bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
-    bool one_sweep;                  /* looped.h serves the model, as far as was seen */
-    bool light;                      /* and has bodies without inertia that count as deep */
-    bool large;                      /* the model does not fit into a cache */
-    bool looped;                     /* the last factorisation is of that kind */
-    bool marked;                     /* its deep bodies are, and no others since */
-    bool bent;                       /* at this factorisation: see mbsri_newton_bend */
+    bool light;  /* and has bodies without inertia that count as deep */
+    bool large;  /* the model does not fit into a cache */
+    bool looped; /* the last factorisation is of that kind */
+    bool marked; /* its deep bodies are, and no others since */
+    bool bent;   /* at this factorisation: see mbsri_newton_bend */
     struct mbsr_newton *blocks;      /* has what is carried; NULL: there are no loops */
     struct mbsri_front *mixed;       /* passes the joints of blocks; NULL: there are none */
     int status;                      /* what it said last */

@@ -219,10 +219,10 @@ MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton
         clear_loads(f);
         add_loads(&multi, f, full, deep);
     } else if (s->n) {
-        const int u = m->u_of[s->u];
+        const int u = m->order.u_of[s->u];
         given g = {0.0, 0.0, 0.0, 0.0};
-        if (by.r) g = (given){by.r[m->q_of[s->q]], by.p[u], by.u[u], 0.0};
-        if (by.load_of_body) g.tau = by.load_of_body[m->size_v + (size_t)s->u];
+        if (by.r) g = (given){by.r[m->order.q_of[s->q]], by.p[u], by.u[u], 0.0};
+        if (by.load_of_body) g.tau = by.load_of_body[m->size.v + (size_t)s->u];
         if (loops && flags & MBSRI_FRONT)
             condense_open(newton, i, g, f, deep);
         else if (deep)
@@ -324,7 +324,7 @@ MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_ste
            Q = load3(col->Q) * x[0] + load3(col->Q + 3) * x[1] + load3(col->Q + 6) * x[2];
         if (full) K += load3(col->K_last) * x[3];
         if (full) Q += load3(col->Q_last) * x[3];
-        const int u = m->u_of[s->u], q = m->q_of[s->q];
+        const int u = m->order.u_of[s->u], q = m->order.q_of[s->q];
         double du = newton->k[s->u] - sum3(K), rest = r ? r[q] : 0.0,
                dp = newton->p[s->u] + sum3(Q);
         if (loops && flags & MBSRI_FRONT) move_open(newton, i, &du, &rest, &dp);

@@ -124,12 +124,12 @@ static bool finds_light(const mbsri_sweeps *tree, bool *light)
 static bool serves_loops(const mbsr_model *m, const mbsri_sweeps *tree)
 {
     bool light;
-    return tree->with_loops && !m->grouped && finds_light(tree, &light);
+    return tree->with_loops && !m->order.grouped && finds_light(tree, &light);
 }
 
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
 {
-    const mbsri_sweeps *tree = m->whole;
+    const mbsri_sweeps *tree = m->tree.newton;
     /* of nothing but blocks, the front alone loses fewer digits: no Mbar stands for what is below
      */
     if (!tree || (tree->blocks > 0 && (!tree->rates || tree->blocks == tree->bodies))) return 0;
@@ -141,7 +141,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
                                                struct mbsr_newton *blocks)
 {
     mbsri_newton_sweeps *w;
-    const mbsri_sweeps *tree = m->whole;
+    const mbsri_sweeps *tree = m->tree.newton;
     layout(m, tree, memory, &w);
     w->blocks = m->rows > 0 ? blocks : NULL;
     w->mixed = blocks ? blocks->mixed : NULL;

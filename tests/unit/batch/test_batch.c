@@ -184,8 +184,8 @@ static void every_state_is_what_a_call_of_its_own_gives(void **state)
                                      .branching = 0.3 * (k % 4),
                                      .length = k % 3 ? 1.0 : 1000.0});
         assert_int_equal(compare(&s, 1e-11, 0.0), 0);
-        in_order += s.tree.model->in_order;
-        branched += s.tree.model->sweeps->depth > 1;
+        in_order += s.tree.model->order.as_given;
+        branched += s.tree.model->tree.plain->depth > 1;
         drop(&s);
     }
     assert_true(in_order > 5 && in_order < 35 && branched > 5);
@@ -235,7 +235,7 @@ static void bodies_of_other_kinds_take_part(void **state)
                                      .held = k % 4 == 0 ? 0.2 : 0.0,
                                      .added = k % 4 == 1 || k % 8 == 0 ? 0.3 : 0.0,
                                      .tables = k % 4 == 2});
-        const mbsri_sweeps *tree = s.tree.model->sweeps;
+        const mbsri_sweeps *tree = s.tree.model->tree.plain;
         with_blocks += tree && tree->blocks > 0 && tree->blocks < tree->bodies;
         loaded += tree && tree->blocks == 0 && tree->body_forces;
         doubtful += compare(&s, 1e-10, 0.3) > 0;
@@ -617,10 +617,10 @@ static void angles_far_from_zero_go_one_by_one(void **state)
     const mbsri_batch_kernels *list[3];
     ensemble s;
     make(&s, (test_rigid_choice){.seed = 21, .bodies = 6, .length = 1.0});
-    for (int i = 1; i <= s.tree.model->sweeps->bodies; ++i) { /* welded ones are behind */
+    for (int i = 1; i <= s.tree.model->tree.plain->bodies; ++i) { /* welded ones are behind */
         const mbsri_body *b = s.tree.model->body + i;
-        if (!(s.tree.model->sweeps->body[i].flags & MBSRI_TURNS)) continue;
-        if (s.tree.model->sweeps->body[i].flags & MBSRI_SLIDES) continue;
+        if (!(s.tree.model->tree.plain->body[i].flags & MBSRI_TURNS)) continue;
+        if (s.tree.model->tree.plain->body[i].flags & MBSRI_SLIDES) continue;
         s.q[1 * s.tree.nq + b->q] = 99999.0 + i * 1e-3;
         s.q[4 * s.tree.nq + b->q] = -1e7 - i;
         s.q[6 * s.tree.nq + b->q] = 1e5 + i;

@@ -67,6 +67,46 @@ static void a_pendulum(void **state)
     mbsr_model_destroy(m);
 }
 
+/* With a spring-damper at its hinge, on a slider that has one, too. */
+static void springs_at_joints(void **state)
+{
+    (void)state;
+    mbsr_body_def cart = mbsr_default_body_def(), rod = pendulum(mass);
+    cart.joint = mbsr_joint_planar_prismatic((mbsr_planar_frame){0}, (mbsr_planar_frame){0});
+    cart.inertia = mbsr_inertia_planar(1.0, (const double[2]){0.0, 0.0}, 0.0);
+    rod.parent = 0;
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    assert_ok(mbsr_model_add_body(m, &cart, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_add_body(m, &rod, NULL), mbsr_model_error(m));
+    const mbsr_force_def spring[] = {mbsr_force_joint_spring(0, 0, 3.0, 0.4, 0.2),
+                                     mbsr_force_joint_spring(1, 0, 5.0, 0.7, -0.3)};
+    for (int k = 0; k < 2; ++k)
+        assert_ok(mbsr_model_add_force(m, spring + k, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    mbsr_derivatives *d = derivatives_of(m);
+    const double q[2] = {0.4, 0.7}, u[2] = {-0.3, 1.3}, udot[2] = {0.2, 0.9}, l = mass * length,
+                 e[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
+    /* (m + 1) x'' + l (a'' cos a - a'^2 sin a) and l x'' cos a + J a'', less the springs */
+    double tau[2], out[2], by_q[2], by_u[2];
+    assert_ok(mbsr_derivatives_inverse(d, 0.0, q, u, udot, tau), mbsr_derivatives_error(d));
+    assert_ok(mbsr_derivatives_tangent(d, e[0], NULL, NULL, out, NULL), NULL);
+    assert_close(out[0], 3.0, 1e-13);
+    assert_close(out[1], 0.0, 1e-13);
+    assert_ok(mbsr_derivatives_tangent(d, e[1], NULL, NULL, out, NULL), NULL);
+    assert_close(out[0], l * (-udot[1] * sin(q[1]) - u[1] * u[1] * cos(q[1])), 1e-13);
+    assert_close(out[1], 5.0 - l * udot[0] * sin(q[1]), 1e-13);
+    assert_ok(mbsr_derivatives_adjoint(d, e[0], NULL, by_q, by_u, NULL), NULL);
+    assert_close(by_q[0], 3.0, 1e-13);
+    assert_close(by_q[1], l * (-udot[1] * sin(q[1]) - u[1] * u[1] * cos(q[1])), 1e-13);
+    assert_close(by_u[0], 0.4, 1e-13);
+    assert_close(by_u[1], -2.0 * l * u[1] * sin(q[1]), 1e-13);
+    assert_ok(mbsr_derivatives_adjoint(d, e[1], NULL, by_q, by_u, NULL), NULL);
+    assert_close(by_u[1], 0.7, 1e-13);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 static void cross(const double *a, const double *b, double *c)
 {
     for (int k = 0; k < 3; ++k)
@@ -188,8 +228,8 @@ static void what_is_wrong_is_refused(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_pendulum), cmocka_unit_test(a_top),
-                                       cmocka_unit_test(a_point_on_a_circle),
-                                       cmocka_unit_test(what_is_wrong_is_refused)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pendulum), cmocka_unit_test(springs_at_joints), cmocka_unit_test(a_top),
+        cmocka_unit_test(a_point_on_a_circle), cmocka_unit_test(what_is_wrong_is_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

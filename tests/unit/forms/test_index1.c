@@ -168,9 +168,9 @@ static void forget_members(const mbsr_model *m, double *Xdot, double *Gdot)
 {
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        for (int k = 0; k < b->n * b->n && b->head != i; ++k)
+        for (int k = 0; k < b->n * b->n && b->group.head != i; ++k)
             Xdot[b->nn + (size_t)k] = unused_entry;
-        for (int k = 0; k < b->d * b->n && b->head != i; ++k)
+        for (int k = 0; k < b->d * b->n && b->group.head != i; ++k)
             Gdot[b->dg + (size_t)k] = unused_entry;
     }
 }
@@ -185,7 +185,7 @@ static void rates_of_the_bases_are_those_of_differences(void **unused)
         setup(&s, seed);
         mbsr_data *d = s.tree.data;
         const mbsr_model *m = s.tree.model;
-        const size_t size[QUANTITIES] = {m->size_nn, m->size_dg, m->size_dd};
+        const size_t size[QUANTITIES] = {m->size.nn, m->size.dg, m->size.dd};
         double F[2 * MOST], y[2 * MOST], *rate[QUANTITIES], *ahead[QUANTITIES];
         start(&s);
         assert_int_equal(mbsr_dae_residual(m, d, MBSR_DAE_INDEX1, start_time, s.v, s.vdot, F),

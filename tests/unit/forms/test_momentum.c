@@ -256,13 +256,13 @@ static void check_rates(scene *s)
 {
     const mbsr_model *m = s->model;
     mbsr_data *d = s->data;
-    const size_t total = m->size_dp + m->size_dn + m->size_dd;
+    const size_t total = m->size.dp + m->size.dn + m->size.dd;
     double *sum = calloc(total + 1, sizeof(double));
     for (int point = 0; point < 4; ++point) {
         move(s, place[point] * step);
-        accumulate(m->size_dp, point, d->H, sum);
-        accumulate(m->size_dn, point, d->J, sum + m->size_dp);
-        accumulate(m->size_dd, point, d->M, sum + m->size_dp + m->size_dn);
+        accumulate(m->size.dp, point, d->H, sum);
+        accumulate(m->size.dn, point, d->J, sum + m->size.dp);
+        accumulate(m->size.dd, point, d->M, sum + m->size.dp + m->size.dn);
     }
     mbsri_data_poison(d);
     move(s, 0.0);
@@ -270,10 +270,10 @@ static void check_rates(scene *s)
     const double size = 1.0 + test_largest((int)total, sum);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const size_t dH = (size_t)(b->d * b->d_pred), dJ = (size_t)(b->d * b->n),
+        const size_t dH = (size_t)(b->d * b->pred.d), dJ = (size_t)(b->d * b->n),
                      dM = (size_t)(b->d * b->d);
-        const double *H = sum + b->dp, *J = sum + m->size_dp + b->dn,
-                     *M = sum + m->size_dp + m->size_dn + b->dd;
+        const double *H = sum + b->dp, *J = sum + m->size.dp + b->dn,
+                     *M = sum + m->size.dp + m->size.dn + b->dd;
         for (size_t k = 0; k < dH; ++k) assert_close(d->Hdot[b->dp + k], H[k], 1e-8 * size);
         for (size_t k = 0; k < dJ; ++k) assert_close(d->Jdot[b->dn + k], J[k], 1e-8 * size);
         for (size_t k = 0; k < dM; ++k) assert_close(d->Mdot[b->dd + k], M[k], 1e-8 * size);
@@ -354,8 +354,8 @@ static void rates_leave_the_state_as_it_was(void **state)
         mbsr_data *d = s.data;
         move(&s, 0.0);
         const double *const array[] = {d->p, d->V, d->kI, d->kII, d->h, d->H, d->J, d->M};
-        const size_t length[] = {m->size_p, m->size_v,  m->size_v,  m->size_v,
-                                 m->size_v, m->size_dp, m->size_dn, m->size_dd};
+        const size_t length[] = {m->size.p, m->size.v,  m->size.v,  m->size.v,
+                                 m->size.v, m->size.dp, m->size.dn, m->size.dd};
         double *kept[8];
         for (int k = 0; k < 8; ++k) {
             kept[k] = calloc(length[k] + 1, sizeof(double));

@@ -532,6 +532,42 @@ static void gimbal_lock_is_refused_by_name(void **state)
     mbsr_model_destroy(m);
 }
 
+/* Armature of a dependent axis gives its rate an inertia of its own: stages and vector code accept
+ * the state alike, inverse dynamics takes the accelerations back to the torques. One beside the
+ * dependent axes does not help. */
+static void armature_holds_axes_in_gimbal_lock(void **state)
+{
+    (void)state;
+    const mbsr_axis axes[3] = {{.kind = MBSR_AXIS_TRANSLATION, .direction = {1, 0, 0}},
+                               {.kind = MBSR_AXIS_ROTATION, .direction = {0, 1, 0}},
+                               {.kind = MBSR_AXIS_TRANSLATION, .direction = {0, 0, 1}}};
+    for (int k = 0; k < 3; ++k) {
+        mbsr_model *m;
+        mbsr_data *d;
+        double armature[3] = {0.0}, tau[3] = {1.0, -2.0, 0.5}, udot[3], back[3];
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.joint = mbsr_joint_compound(NULL, NULL, 3, axes, NULL, NULL);
+        body.inertia = mbsr_inertia_rigid(2.0, (double[3]){0.1, 0.2, 0.3},
+                                          (double[6]){0.3, 0.4, 0.5, 0.0, 0.0, 0.0});
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        armature[k] = 0.3;
+        assert_ok(mbsr_model_armature(m, 0, 3, armature), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        const double q[3] = {0.4, acos(0.0), -0.7}, u[3] = {0.2, 0.3, -0.1};
+        const int expected = k == 1 ? MBSR_RANK_DEFICIENT_J : MBSR_OK;
+        assert_int_equal(mbsr_stage_positions(m, d, 0.0, q), expected);
+        assert_int_equal(mbsr_forward_dynamics(m, d, 0.0, q, u, tau, udot), expected);
+        if (expected == MBSR_OK) {
+            assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, NULL, back), NULL);
+            for (int l = 0; l < 3; ++l) assert_less(fabs(back[l] - tau[l]), 1e-13);
+        }
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 /* ---- refusals ------------------------------------------------------------------------------- */
 
 /* Adds and finishes one body with this joint behind another named "base"; returns the status. */
@@ -736,6 +772,7 @@ int main(void)
         cmocka_unit_test(u_is_the_angular_velocity_along_the_axes_of_A),
         cmocka_unit_test(zero_quaternions_are_refused_by_name),
         cmocka_unit_test(gimbal_lock_is_refused_by_name),
+        cmocka_unit_test(armature_holds_axes_in_gimbal_lock),
         cmocka_unit_test(wrong_frames_are_refused),
         cmocka_unit_test(rounded_frames_are_made_exact),
         cmocka_unit_test(wrong_axes_are_refused),

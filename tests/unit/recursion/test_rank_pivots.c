@@ -79,7 +79,8 @@ static void close_chain(chain *c)
 /* P (n x n) = S X_dropped X_dropped^T S^-1 */
 static void projector(const chain *c, int i, int n, int rank, double *P)
 {
-    const double *s = c->data->s + c->model->body[i].ig, *X = c->data->X + c->model->body[i].nn;
+    const double *s = c->data->s + c->model->body[i].group.iu,
+                 *X = c->data->X + c->model->body[i].nn;
     mbsri_zero((size_t)(n * n), P);
     for (int l = rank; l < n; ++l) {
         for (int j = 0; j < n; ++j) {
@@ -106,7 +107,7 @@ static int same_by_pivots(chain *c, int i)
     mbsri_copy((size_t)(n * n), d->Dinv + b->nn, Dinv);
     projector(c, i, n, rank, P);
     if (!mbsri_rank_by_pivots(c->model, d, &g)) { /* their bound may be lower by n times */
-        assert_less(d->judged[b->ig + rank - 1], n * MBSRI_NINE_DIGITS);
+        assert_less(d->judged[b->group.iu + rank - 1], n * MBSRI_NINE_DIGITS);
         return -1;
     }
     assert_int_equal(d->rank[i], rank);
@@ -117,12 +118,13 @@ static int same_by_pivots(chain *c, int i)
         assert_close(other[k], P[k], 1e-8);
     }
     /* D (S X X^T S / lambda) D = D */
-    const double *s = d->s + b->ig, *X = d->X + b->nn, *D = d->D + b->nn;
+    const double *s = d->s + b->group.iu, *X = d->X + b->nn, *D = d->D + b->nn;
     mbsri_zero((size_t)(n * n), made);
     for (int l = 0; l < rank; ++l) {
         for (int j = 0; j < n; ++j) {
             for (int k = 0; k < n; ++k)
-                made[j * n + k] += s[j] * X[l * n + j] * X[l * n + k] * s[k] / d->lambda[b->ig + l];
+                made[j * n + k] +=
+                    s[j] * X[l * n + j] * X[l * n + k] * s[k] / d->lambda[b->group.iu + l];
         }
     }
     mbsri_zero((size_t)(n * n), other);
@@ -167,7 +169,7 @@ static int decide_with(chain *c, double small, int usual, int *rank)
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k)
             d->D[b->nn + (size_t)(j * n + k)] =
-                ((j == k) - (1.0 - small) / n) / (d->s[b->ig + j] * d->s[b->ig + k]);
+                ((j == k) - (1.0 - small) / n) / (d->s[b->group.iu + j] * d->s[b->group.iu + k]);
     }
     b->surveyed_rank = usual + 1;
     const bool told = mbsri_rank_by_pivots(c->model, d, &g);

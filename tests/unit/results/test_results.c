@@ -316,7 +316,7 @@ static void moved_general(mixed *s, int id, const double *f, double *g)
     const mbsr_joint_args args = mbsri_joint_args(s->model, s->data, mbsri_index(s->model, id), 0);
     double K[4] = {1.0, 0.0, 0.0, 1.0}, H[12] = {0.0}, J[2] = {0.0}, kI[2] = {0.0};
     assert_int_equal(b->joint.table->jacobians(&args, K, H, J, kI), 0);
-    for (int k = 0; k < b->d_pred; ++k)
+    for (int k = 0; k < b->pred.d; ++k)
         g[k] = -(H[2 * k] * f[0] / K[0] + H[2 * k + 1] * f[1] / K[3]);
 }
 

@@ -135,7 +135,7 @@ static void compare_residual(const state *s, mbsr_dae_form form, test_rng *rng, 
 static void compare(mbsr_model *model, mbsr_data *data, double t, const double *q, const double *u,
                     tally *n)
 {
-    if (!model->sweeps) return;
+    if (!model->tree.plain) return;
     const size_t size = (size_t)(model->nq + 2 * model->nu) + 1;
     double *memory = malloc(6 * size * sizeof *memory);
     mbsr_data *lean;
@@ -152,7 +152,7 @@ static void compare(mbsr_model *model, mbsr_data *data, double t, const double *
                      memory + 3 * size,
                      memory + 4 * size,
                      memory + 5 * size};
-    const int blocks = model->sweeps->blocks;
+    const int blocks = model->tree.plain->blocks;
     test_rng rng = test_seed(5);
     test_fill(&rng, model->nu, s.tau);
     ++n->trees;

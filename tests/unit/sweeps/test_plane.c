@@ -135,7 +135,7 @@ static void trees_in_the_plane_agree_with_the_stages(void **state)
                                                 .rigid = 1,
                                                 .moving = k % 3 == 0,
                                                 .damped = 1});
-        assert_true(s.model->sweeps != NULL);
+        assert_true(s.model->tree.plain != NULL);
         ++n.served;
         n.driven += is_driven(&s);
         compare_dynamics(&s, &n);
@@ -176,7 +176,7 @@ static void a_point_between_planar_bodies_is_a_block(void **state)
         body.inertia = mbsr_inertia_planar(1.0, (double[2]){0.5, 0.0}, 0.1);
         if (last) assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
         assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
-        assert_int_equal(m->sweeps->blocks, last);
+        assert_int_equal(m->tree.plain->blocks, last);
         mbsr_model_destroy(m);
     }
 }

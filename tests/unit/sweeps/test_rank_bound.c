@@ -189,8 +189,8 @@ static mbsr_model *random_model(test_rng *rng, int bodies)
         assert_ok(mbsr_model_add_body(m, &def, NULL), mbsr_model_error(m));
     }
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
-    assert_non_null(m->sweeps);
-    assert_int_equal(m->sweeps->blocks, 0);
+    assert_non_null(m->tree.plain);
+    assert_int_equal(m->tree.plain->blocks, 0);
     return m;
 }
 
@@ -205,11 +205,11 @@ static void check_tree(uint64_t seed, counts *n)
     mbsri_zero((size_t)m->nu, d->tau);
     const mbsri_sweep_run run = {.model = m,
                                  .data = d,
-                                 .tree = m->sweeps,
-                                 .state = d->sweep_state,
-                                 .multi = d->sweep_multi,
-                                 .stack = d->sweep_stack,
-                                 .noise = d->sweep_noise,
+                                 .tree = m->tree.plain,
+                                 .state = d->sweep.state,
+                                 .multi = d->sweep.multi,
+                                 .stack = d->sweep.stack,
+                                 .noise = d->sweep.noise,
                                  .sincos = d->sincos,
                                  .q = d->q,
                                  .u = d->u,

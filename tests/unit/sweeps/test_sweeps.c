@@ -192,7 +192,7 @@ static void floating_bodies_agree(void **state)
                                                      .forces = k % 3,
                                                      .moving = k % 10 == 9,
                                                      .shuffle = k % 7 < 3});
-        const mbsri_sweep_body *first = s.model->sweeps->body + 1;
+        const mbsri_sweep_body *first = s.model->tree.plain->body + 1;
         if (first->flags & MBSRI_MULTI)
             assert_int_equal((first->flags & MBSRI_FREE) != 0, k % 10 != 9);
         served += compare(&s, 1e-8);

@@ -246,8 +246,8 @@ static void evaluations_are_those_of_the_stages(void **unused)
         assert_ok(mbsr_data_create(m, &d, NULL), NULL);
         /* of platforms, that on a root at rest; dividing by K leaves rounding errors in H */
         const int users = h == SCALED ? 1 : h == STABILISED ? 2 - k % 2 : 6;
-        assert_int_equal(m->evaluated->users, users);
-        assert_int_equal(m->evaluated->blocks, 6 - users);
+        assert_int_equal(m->tree.evaluated->users, users);
+        assert_int_equal(m->tree.evaluated->blocks, 6 - users);
         for (int l = 0; l < 3; ++l) {
             const state s = random_state(m, d, &rng, h == SWITCHING ? 0.4 : 1.0);
             compare(m, d, &s, true);
@@ -265,7 +265,7 @@ static void a_joint_that_changes_its_kind(void **unused)
     mbsr_model *m = make(SWITCHING, true, true);
     mbsr_data *d;
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
-    assert_int_equal(m->evaluated->users, 6);
+    assert_int_equal(m->tree.evaluated->users, 6);
     state s = random_state(m, d, &rng, 0.4);
     compare(m, d, &s, true);
     int place;
@@ -293,8 +293,8 @@ static void joints_without_inertia(void **unused)
     assert_ok(mbsr_model_add_force(m, &damper, NULL), mbsr_model_error(m));
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
-    assert_int_equal(m->evaluated->users, 2);
-    assert_int_equal(m->evaluated->blocks, 1);
+    assert_int_equal(m->tree.evaluated->users, 2);
+    assert_int_equal(m->tree.evaluated->blocks, 1);
     const state s = random_state(m, d, &rng, 1.0);
     double x[192], expected[192];
     const test_hidden trees = test_hide_sweeps(m);

@@ -37,7 +37,7 @@ static int check_joint(const mbsr_model *m, mbsr_data *d, int i, double *memory)
     mbsri_joint_slopes_place(&s, memory);
     assert_int_equal(mbsri_joint_slopes_of(m, d, i, false, d->udot + b->iu, &s), MBSR_OK);
     mbsri_axes_slopes(b, d, x, below, own, qdot);
-    const int outside = 2 * b->d_pred, columns = outside + 2 * b->n;
+    const int outside = 2 * b->pred.d, columns = outside + 2 * b->n;
     compare("motion", 12, columns, x, 12, outside, s.x, 18);
     compare("predecessor", outside, columns, below, 12, outside, s.below, 18);
     compare("own", 2 * b->n, columns, own, 2 * b->n, outside, s.own, 3 * b->n);

@@ -669,9 +669,9 @@ static void check_copies(const scene *s, const mbsr_force_body *b)
 {
     const mbsr_model *m = s->model;
     const mbsr_data *d = s->data;
-    assert_false(inside(b->p, d->p, m->size_p) || inside(b->V, d->V, m->size_v) ||
-                 inside(b->M, d->M, m->size_dd) || inside(b->q, d->q, (size_t)m->nq) ||
-                 inside(b->u, d->u, (size_t)m->nu) || inside(b->f, d->f, m->size_v) ||
+    assert_false(inside(b->p, d->p, m->size.p) || inside(b->V, d->V, m->size.v) ||
+                 inside(b->M, d->M, m->size.dd) || inside(b->q, d->q, (size_t)m->nq) ||
+                 inside(b->u, d->u, (size_t)m->nu) || inside(b->f, d->f, m->size.v) ||
                  inside(b->tau, d->tau, (size_t)m->nu));
 }
 
@@ -1017,8 +1017,8 @@ static snapshot take(const scene *s)
     const mbsr_model *m = s->model;
     const mbsr_data *d = s->data;
     const double *from[7] = {d->p, d->V, d->q, d->u, d->M, d->f, d->tau};
-    snapshot x = {.count = {m->size_p, m->size_v, (size_t)m->nq, (size_t)m->nu, m->size_dd,
-                            m->size_v, (size_t)m->nu}};
+    snapshot x = {.count = {m->size.p, m->size.v, (size_t)m->nq, (size_t)m->nu, m->size.dd,
+                            m->size.v, (size_t)m->nu}};
     for (int k = 0; k < 7; ++k) {
         x.number[k] = calloc(x.count[k], sizeof(double));
         memcpy(x.number[k], from[k], x.count[k] * sizeof(double));

@@ -65,7 +65,7 @@ static void finish(loops *s)
 
 static void compare_by(loops *s, newton_sweeps sweeps)
 {
-    assert_int_equal(s->m->whole->blocks, 0);
+    assert_int_equal(s->m->tree.newton->blocks, 0);
     newton_both_ways(s->m, s->d, s->q, s->u, sweeps, NULL, 0);
 }
 

@@ -40,7 +40,7 @@ static void compare(loops *s, const double *q)
     test_rng rng = test_seed(11);
     loops_finish(s);
     test_fill(&rng, s->nu, s->u);
-    assert_true(s->m->whole->blocks > 0);
+    assert_true(s->m->tree.newton->blocks > 0);
     newton_both_ways(s->m, s->d, q, s->u, BY_FRONT, NULL, 0);
     loops_free(s);
 }

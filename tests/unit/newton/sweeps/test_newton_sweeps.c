@@ -371,13 +371,13 @@ static void check_motion(newton_system *s, const double *motion)
 static void check_load(newton_system *s, bool bodies)
 {
     const mbsr_model *m = s->model;
-    double *load = calloc(m->size_v + (size_t)m->nu, sizeof *load),
+    double *load = calloc(m->size.v + (size_t)m->nu, sizeof *load),
            *motion = calloc(12 * ((size_t)m->bodies + 1), sizeof *motion);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int l = 0; l < 6; ++l) load[b->v + (size_t)l] = load_number(b->id, l);
         for (int l = 0; l < b->n; ++l)
-            load[m->size_v + (size_t)(b->iu + l)] = load_number(b->id, 6 + l);
+            load[m->size.v + (size_t)(b->iu + l)] = load_number(b->id, 6 + l);
     }
     loading = 0.0;
     assert_ok(
@@ -732,13 +732,13 @@ static int status_of(const mbsr_joint *joint, double mass, double c)
     assert_ok(mbsr_data_create(model, &data, NULL), NULL);
     const double q[3] = {0.25, 0.5, -0.5}, u[3] = {1.0, 0.5, 2.0};
     newton_system s;
-    mbsri_sweeps *const whole = model->whole;
-    model->whole = model->sweeps; /* here there is nobody to leave blocks to */
+    mbsri_sweeps *const whole = model->tree.newton;
+    model->tree.newton = model->tree.plain; /* here there is nobody to leave blocks to */
     open_system(&s, model, data, 0.0, q, u, c);
     const int status = mbsri_newton_sweeps_factor(s.newton, data, 0.0, q, u, c);
     if (status == MBSR_SINGULAR_BLOCK) assert_int_equal(mbsr_data_error(data)->body, 1);
     close_system(&s);
-    model->whole = whole;
+    model->tree.newton = whole;
     mbsr_data_destroy(data);
     mbsr_model_destroy(model);
     return status;
