@@ -116,26 +116,33 @@ static int begin(mbsri_stiff *s, N_Vector ee)
     return MBSR_OK;
 }
 
-int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, double tolerance)
+int mbsri_stiff_settle(mbsri_stiff *s, N_Vector ee, double before, double tolerance, bool fresh)
 {
-    enum { MOST = 4 };
-    static const double share = 0.1, small = 0.05, slow = 0.9;
-    int status = begin(s, ee);
-    if (status) return status;
-    double before = N_VWrmsNorm(s->change, s->weight);
-    if (before <= small * tolerance) return SUN_NLS_SUCCESS;
-    if (mbsri_control_predicts(&s->control, before, share * tolerance)) return SUN_NLS_SUCCESS;
-    for (int k = 2; k <= MOST; ++k) {
-        status = improve(s, ee, INFINITY);
+    enum { MOST = 3 };
+    static const double slow = 0.9;
+    for (int k = 0; k < MOST; ++k) {
+        const int status = improve(s, ee, INFINITY);
         if (status) return status;
         const double size = N_VWrmsNorm(s->change, s->weight), rate = size / before;
-        if (k == 2) mbsri_control_rate(&s->control, rate / before);
+        if (k == 0 && fresh) mbsri_control_rate(&s->control, rate / before);
         if (rate >= slow) break;
         if (rate / (1.0 - rate) * size <= tolerance) return SUN_NLS_SUCCESS;
         before = size;
     }
-    ++s->now.failures;
     return SUN_NLS_CONV_RECVR;
+}
+
+int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, double tolerance)
+{
+    static const double share = 0.1, small = 0.05;
+    int status = begin(s, ee);
+    if (status) return status;
+    const double size = N_VWrmsNorm(s->change, s->weight);
+    if (size <= small * tolerance) return SUN_NLS_SUCCESS;
+    if (mbsri_control_predicts(&s->control, size, share * tolerance)) return SUN_NLS_SUCCESS;
+    status = mbsri_stiff_settle(s, ee, size, tolerance, true);
+    if (status == SUN_NLS_CONV_RECVR) ++s->now.failures;
+    return status;
 }
 
 /* ---- stiff directions ---- */

@@ -197,6 +197,9 @@ int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double ro
 int mbsri_stiff_iterate_plainly(mbsri_stiff *s, N_Vector predicted, N_Vector ee, double tolerance,
                                 bool set_up);
 
+/* Iterations with the matrix at hand, a `fresh` one or not, after a correction of size `before`. */
+int mbsri_stiff_settle(mbsri_stiff *s, N_Vector ee, double before, double tolerance, bool fresh);
+
 /* Newton's method with a new matrix, compared with the old one. */
 int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, double tolerance);
 
