@@ -1,25 +1,28 @@
 /* Products with the derivatives of forward dynamics, beside forward dynamics itself, in one run.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_derivatives [samples [largest N]]     CSV on standard output
+ *   bench_derivatives [samples [largest N [folder]]]     CSV on standard output
  *
- * Chains of hinges with a spring at each, N = 10 to 10 000 bodies: nanoseconds a body of forward
- * dynamics, of linearising it, of a tangent and of an adjoint. */
+ * Chains of hinges with a spring at each, N = 10 to 10 000 bodies, and with a folder
+ * (tests/reference/trees) a humanoid: nanoseconds a body of forward dynamics, of linearising it, of
+ * a tangent, of an adjoint; to N = 100 of the three matrices. */
 #include "bench.h"
 #include "trees.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 
-enum { SAMPLES = 21, TASKS = 4 };
+enum { SAMPLES = 21, TASKS = 5, MOST_DENSE = 100 };
 
-static const char *const task_name[TASKS] = {"forward", "linearise", "tangent", "adjoint"};
+static const char *const task_name[TASKS] = {"forward", "linearise", "tangent", "adjoint",
+                                             "matrices"};
 
 typedef struct scene {
     bench_model tree;
     mbsr_data *data;
     mbsr_derivatives *derivatives;
-    double *dq, *out, *by_q, *by_u, *by_tau;
-    int repeats[TASKS];
+    double *dq, *out, *by_q, *by_u, *by_tau, *matrix; /* matrix: NULL where too large */
+    int tasks, repeats[TASKS];
 } scene;
 
 static void run(scene *s, int task)
@@ -36,8 +39,14 @@ static void run(scene *s, int task)
     case 2:
         status = mbsr_derivatives_tangent(s->derivatives, s->dq, t->u, t->tau, s->out, NULL);
         break;
-    default:
+    case 3:
         status = mbsr_derivatives_adjoint(s->derivatives, s->dq, NULL, s->by_q, s->by_u, s->by_tau);
+        break;
+    default: {
+        const size_t size = (size_t)t->nu * (size_t)t->nu;
+        status = mbsr_derivatives_matrices(s->derivatives, s->matrix, s->matrix + size,
+                                           s->matrix + 2 * size);
+    }
     }
     bench_check(status, task_name[task], mbsr_derivatives_error(s->derivatives)->text);
 }
@@ -50,10 +59,10 @@ static double measure(void *context, int which)
     return (bench_now() - start) / s->repeats[which];
 }
 
-static void open_scene(scene *s, int bodies)
+/* Of a tree that is there. */
+static void open_scene(scene *s)
 {
     uint64_t random = 5;
-    bench_make_chain(&s->tree, bodies, 0, 1);
     const size_t nu = (size_t)s->tree.nu;
     mbsr_error error;
     bench_check(mbsr_data_create(s->tree.model, &s->data, &error), "data", error.text);
@@ -61,39 +70,59 @@ static void open_scene(scene *s, int bodies)
                 error.text);
     double **const vector[] = {&s->dq, &s->out, &s->by_q, &s->by_u, &s->by_tau};
     for (int k = 0; k < 5; ++k) *vector[k] = bench_allocate(nu, sizeof(double));
+    const bool dense = s->tree.bodies <= MOST_DENSE;
+    s->tasks = dense ? TASKS : TASKS - 1;
+    s->matrix = dense ? bench_allocate(3 * nu * nu, sizeof(double)) : NULL;
     for (size_t k = 0; k < nu; ++k) s->dq[k] = bench_uniform(&random, -1.0, 1.0);
     run(s, 1);
-    for (int task = 0; task < TASKS; ++task) {
+    for (int task = 0; task < s->tasks; ++task) {
         s->repeats[task] = 1;
         const double once = measure(s, task);
         s->repeats[task] = once > 2e-3 ? 1 : 1 + (int)(2e-3 / (once + 1e-9));
     }
 }
 
+static void close_scene(scene *s)
+{
+    mbsr_derivatives_destroy(s->derivatives);
+    mbsr_data_destroy(s->data);
+    mbsr_model_destroy(s->tree.model);
+    double *const vector[] = {s->dq,     s->out,    s->by_q,   s->by_u,    s->by_tau,
+                              s->matrix, s->tree.q, s->tree.u, s->tree.tau};
+    for (int k = 0; k < 9; ++k) free(vector[k]);
+}
+
+static void report(const char *name, scene *s, int samples, double *sample)
+{
+    double forward = 1.0;
+    open_scene(s);
+    bench_sample_all(s->tasks, samples, measure, s, sample);
+    for (int task = 0; task < s->tasks; ++task) {
+        const bench_quartiles q = bench_statistics(samples, sample + task * samples);
+        const double unit = 1e9 / s->tree.bodies;
+        if (task == 0) forward = q.median;
+        printf("%s,%d,%s,%.4g,%.4g,%.4g,%.4g,%.3g\n", name, s->tree.bodies, task_name[task],
+               unit * q.min, unit * q.q1, unit * q.median, unit * q.q3, q.median / forward);
+    }
+    close_scene(s);
+}
+
 int main(int argc, char **argv)
 {
     const int samples = argc > 1 ? atoi(argv[1]) : SAMPLES, most = argc > 2 ? atoi(argv[2]) : 10000;
     double *sample = bench_allocate((size_t)(TASKS * samples), sizeof *sample);
-    bench_header(stdout, "derivatives: nanoseconds a body, chains of hinges with springs");
-    printf("bodies,task,min,q1,median,q3,forward_dynamics\n");
+    bench_header(stdout, "derivatives: nanoseconds a body");
+    printf("tree,bodies,task,min,q1,median,q3,forward_dynamics\n");
     for (int bodies = 10; bodies <= most; bodies *= 10) {
         scene s;
-        double forward = 1.0;
-        open_scene(&s, bodies);
-        bench_sample_all(TASKS, samples, measure, &s, sample);
-        for (int task = 0; task < TASKS; ++task) {
-            const bench_quartiles q = bench_statistics(samples, sample + task * samples);
-            const double unit = 1e9 / bodies;
-            if (task == 0) forward = q.median;
-            printf("%d,%s,%.4g,%.4g,%.4g,%.4g,%.3g\n", bodies, task_name[task], unit * q.min,
-                   unit * q.q1, unit * q.median, unit * q.q3, q.median / forward);
-        }
-        mbsr_derivatives_destroy(s.derivatives);
-        mbsr_data_destroy(s.data);
-        mbsr_model_destroy(s.tree.model);
-        double *const vector[] = {s.dq,     s.out,    s.by_q,   s.by_u,
-                                  s.by_tau, s.tree.q, s.tree.u, s.tree.tau};
-        for (int k = 0; k < 8; ++k) free(vector[k]);
+        bench_make_chain(&s.tree, bodies, 0, 1);
+        report("chain", &s, samples, sample);
+    }
+    if (argc > 3) {
+        scene s;
+        bench_read_tree(&s.tree, argv[3], "humanoid36");
+        report("humanoid", &s, samples, sample);
+        free(s.tree.udot);
     }
     free(sample);
     return 0;

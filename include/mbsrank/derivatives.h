@@ -92,6 +92,14 @@ MBSR_API int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const doubl
                                       const double *w_lambda, double *by_q, double *by_u,
                                       double *by_load);
 
+/* The matrices: of the result by q along joint rates, by u and by load (each nu x nu, column-major,
+ * column k for a unit change of number k; NULL: not wanted). Of trees of rigid bodies on stock
+ * joints, with gravity and elements on one coordinate, by sweeps of their own, O(nu depth) for
+ * inverse and O(nu^2) for forward dynamics; else by nu tangents each. No memory is taken. Statuses
+ * of mbsr_derivatives_tangent; after a failure their contents are not specified. */
+MBSR_API int mbsr_derivatives_matrices(mbsr_derivatives *derivatives, double *by_q, double *by_u,
+                                       double *by_load);
+
 /* The last failure; never NULL. */
 MBSR_API const mbsr_error *mbsr_derivatives_error(const mbsr_derivatives *derivatives);
 

@@ -62,8 +62,9 @@ class Derivatives(Owner):
         return three
 
     def jacobians(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The Jacobians of the result by q, u and the load (nu x nu each), row by row from
-        adjoints."""
-        rows = [self.adjoint(one) for one in np.eye(*self._nu)]
-        by_q, by_u, by_load = (np.array(each).reshape(self._nu * 2) for each in zip(*rows))
+        """The Jacobians of the result by q, u and the load (nu x nu each)."""
+        three = [np.empty(self._nu * 2) for _ in range(3)]
+        self._check(lib.mbsr_derivatives_matrices(
+            self._get(), *(taken(one, self._nu * 2, "out") for one in three)))
+        by_q, by_u, by_load = (one.T for one in three)
         return by_q, by_u, by_load

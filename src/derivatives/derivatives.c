@@ -58,6 +58,7 @@ static bool place_arrays(mbsr_derivatives *w)
                       {&w->out, most},
                       {&w->right, nu},
                       {&w->solution, nu},
+                      {&w->column, nu},
                       {&w->rows, rows},
                       {&w->lambda, rows},
                       {&w->weight, 2 * rows},
@@ -461,4 +462,38 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     if (by_u) mbsri_copy(nu, du, by_u);
     if (by_load) mbsri_copy(nu, of_load, by_load);
     return MBSR_OK;
+}
+
+/* The column `k` of by_q (0), by_u (1), by_load (2). */
+static int column_by_product(mbsr_derivatives *w, int which, int k, double *out)
+{
+    double *e = w->column;
+    e[k] = 1.0;
+    const int status = mbsr_derivatives_tangent(w, which == 0 ? e : NULL, which == 1 ? e : NULL,
+                                                which == 2 ? e : NULL, out, NULL);
+    e[k] = 0.0;
+    return status;
+}
+
+int mbsr_derivatives_matrices(mbsr_derivatives *derivatives, double *by_q, double *by_u,
+                              double *by_load)
+{
+    static const char name[] = "mbsr_derivatives_matrices";
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    int status = check_product(w, name, true, NULL);
+    if (status) return status;
+    const size_t nu = (size_t)w->model->nu;
+    double *const matrix[] = {by_q, by_u, by_load};
+    const bool by_sweeps = w->by_sweeps && !w->rigid->elements;
+    if (by_sweeps)
+        w->rigid->kernels->matrices(w->rigid, by_q, by_u, by_load,
+                                    w->at == MBSRI_LINEARISED_FORWARD);
+    for (int which = 0; which < 3 && !status; ++which) {
+        for (size_t k = 0; k < nu && matrix[which] && !by_sweeps && !status; ++k)
+            status = column_by_product(w, which, (int)k, matrix[which] + k * nu);
+        if (!status && matrix[which] && !mbsri_finite(nu * nu, matrix[which]))
+            status = refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+    }
+    return status;
 }

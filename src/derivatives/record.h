@@ -32,6 +32,7 @@ struct mbsr_derivatives {
     double *motion, *mu, *dq, *torque, *load;
     double *in, *out;               /* of one joint, element or closure */
     double *right, *solution;       /* nu */
+    double *column;                 /* nu: zeros, but for a unit vector */
     double *rows, *lambda, *weight; /* rows: accelerations of closures, their forces */
     double *bend;                   /* of each closure from its `at` on twice: by place, by rate */
     double *work;

@@ -57,6 +57,10 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     r->u = take(base, &used, nu * sizeof *r->u);
     r->tau_q = take(base, &used, nu * sizeof *r->tau_q);
     r->tau_u = take(base, &used, nu * sizeof *r->tau_u);
+    r->composite = take(base, &used, bodies * sizeof *r->composite);
+    r->force = take(base, &used, bodies * sizeof *r->force);
+    r->spare = take(base, &used, nu * sizeof *r->spare);
+    r->side = take(base, &used, nu * sizeof *r->side);
     const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
                  count = r->elements ? nu : 0;
     r->own = take(base, &used, loaded * sizeof *r->own);

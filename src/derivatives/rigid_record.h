@@ -59,6 +59,15 @@ typedef struct mbsri_rigid_own {
     double arm[3], v[3], v_own[3], f[6];
 } mbsri_rigid_own;
 
+/* Of a body and all behind it, about its point: inertia; forces by omega, three pairs. */
+typedef struct mbsri_rigid_composite {
+    double I[8], c[4], B[3][8];
+} mbsri_rigid_composite;
+MBSRI_CHECK_LAYOUT(mbsri_rigid_composite);
+
+/* Columns side by side in one solution. */
+enum { MBSRI_RIGID_SIDE = 16 };
+
 typedef struct mbsri_rigid mbsri_rigid;
 
 /* The sweeps, compiled for every kind of processor. Products: vectors in the caller's order. */
@@ -73,6 +82,8 @@ typedef struct mbsri_rigid_kernels {
     void (*solve)(mbsri_rigid *r, const double *by, double *x);
     void (*gradients)(mbsri_rigid *r, double sign, const double *by, double *dq, double *du,
                       double *dudot);
+    /* nu x nu, column-major, any may be NULL; without other elements. */
+    void (*matrices)(mbsri_rigid *r, double *by_q, double *by_u, double *by_load, bool forward);
 } mbsri_rigid_kernels;
 
 extern const mbsri_rigid_kernels mbsri_rigid_base;
@@ -83,13 +94,17 @@ extern const mbsri_rigid_kernels mbsri_rigid_v3;
 struct mbsri_rigid {
     const mbsr_model *model;
     const mbsri_rigid_kernels *kernels;
-    const mbsri_sweeps *tree;      /* of the state */
-    mbsri_rigid_body *body;        /* bodies + 1 */
-    mbsri_rigid_column *column;    /* nu */
-    mbsri_rigid_work *work;        /* bodies + 1 */
-    double (*Dinv)[6][6];          /* of joints of several axes */
-    double *y;                     /* nu */
-    double *q, *u, *tau_q, *tau_u; /* in the order of the sweeps */
+    const mbsri_sweeps *tree;             /* of the state */
+    mbsri_rigid_body *body;               /* bodies + 1 */
+    mbsri_rigid_column *column;           /* nu */
+    mbsri_rigid_work *work;               /* bodies + 1 */
+    double (*Dinv)[6][6];                 /* of joints of several axes */
+    double *y;                            /* nu */
+    double *q, *u, *tau_q, *tau_u;        /* in the order of the sweeps */
+    mbsri_rigid_composite *composite;     /* bodies + 1 */
+    double (*force)[6][MBSRI_RIGID_SIDE]; /* bodies + 1 */
+    double *spare;                        /* nu: a column that nobody asks for */
+    double (*side)[MBSRI_RIGID_SIDE];     /* nu */
     /* with other elements than gravity and those on one coordinate */
     bool elements;
     mbsri_rigid_own *own; /* bodies + 1, of those with loads */

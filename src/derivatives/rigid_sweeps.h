@@ -3,50 +3,13 @@
 #ifndef MBSRI_DERIVATIVES_RIGID_SWEEPS_H
 #define MBSRI_DERIVATIVES_RIGID_SWEEPS_H
 
-#include "derivatives/rigid_record.h"
+#include "derivatives/rigid_matrices.h"
 
 #include "joints/chain.h"
 #include "newton/sweeps/perturbation.h"
 #include "sweeps/multi_arguments.h"
 
 #include <string.h>
-
-/* Motions or forces in space: angular and linear part. */
-typedef struct pair {
-    v4 w, v;
-} pair;
-
-MBSRI_INLINE pair load_pair(const double x[8])
-{
-    return (pair){load(x), load(x + 4)};
-}
-
-MBSRI_INLINE void store_pair(double x[8], pair a)
-{
-    store(x, a.w);
-    store(x + 4, a.v);
-}
-
-MBSRI_INLINE pair plus(pair a, double s, pair b)
-{
-    return (pair){a.w + splat(s) * b.w, a.v + splat(s) * b.v};
-}
-
-/* a x b of motions; a x* f of a motion and a force. */
-MBSRI_INLINE pair cross_motion(pair a, pair b)
-{
-    return (pair){cross(a.w, b.w), cross(a.w, b.v) + cross(a.v, b.w)};
-}
-
-MBSRI_INLINE pair cross_force(pair a, pair f)
-{
-    return (pair){cross(a.w, f.w) + cross(a.v, f.v), cross(a.w, f.v)};
-}
-
-MBSRI_INLINE double dot(pair a, pair b)
-{
-    return sum3(a.w * b.w + a.v * b.v);
-}
 
 /* ---- at the state ---- */
 
@@ -479,7 +442,7 @@ static void rigid_move(mbsri_rigid *r, const double *by)
 #define MBSRI_RIGID_KERNELS                                                                        \
     {                                                                                              \
         rigid_prepare, rigid_tangent, rigid_forward_tangent, rigid_move, solve_masses,             \
-            collect_gradients                                                                      \
+            collect_gradients, rigid_matrices                                                      \
     }
 
 #endif

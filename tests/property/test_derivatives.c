@@ -286,6 +286,28 @@ static bool check_tangent(scene *z, bool lambda)
     return true;
 }
 
+/* Columns of the matrices beside tangents along unit vectors. */
+static void check_matrices(const scene *z)
+{
+    const int n = z->s.nu;
+    double *matrix = numbers(3 * n * n), *e = numbers(2 * n), *out = e + n;
+    const double size = find_size(z, NULL);
+    assert_ok(mbsr_derivatives_matrices(z->w, matrix, matrix + n * n, matrix + 2 * n * n),
+              mbsr_derivatives_error(z->w));
+    for (int k = 0; k < 3 * n; ++k) {
+        double off = 0.0;
+        e[k % n] = 1.0;
+        assert_ok(mbsr_derivatives_tangent(z->w, k < n ? e : NULL, k / n == 1 ? e : NULL,
+                                           k / n == 2 ? e : NULL, out, NULL),
+                  mbsr_derivatives_error(z->w));
+        e[k % n] = 0.0;
+        for (int j = 0; j < n; ++j) off = fmax(off, fabs(out[j] - matrix[k * n + j]));
+        expect_near(z, "matrix", off, 1e-10 * size);
+    }
+    free(matrix);
+    free(e);
+}
+
 static double product(int n, const double *a, const double *b, double *size)
 {
     double sum = 0.0;
@@ -366,6 +388,7 @@ static void check(uint64_t seed, bool tree, bool forward, tally *all)
         if (tree && z.w->by_sweeps) check_by_matrices(&z, z.load);
         if (known) {
             check_adjoint(&z, lambda);
+            if (tree) check_matrices(&z);
             ++*(forward ? &all->forward : &all->inverse);
             all->closed += forward && s->rows > 0;
             all->lambda += lambda;

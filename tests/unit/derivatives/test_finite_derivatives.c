@@ -35,6 +35,17 @@ static int run_adjoint(finite_subject *s)
                                     s->out[2]);
 }
 
+static int run_matrices(finite_subject *s)
+{
+    return mbsr_derivatives_matrices(s->object, s->out[0], s->out[1], s->out[2]);
+}
+
+static int of_matrices(const finite_subject *s, int o)
+{
+    (void)o;
+    return s->nu * s->nu;
+}
+
 static int of_rates(const finite_subject *s, int o)
 {
     return o == 0 ? s->nu : 0;
@@ -57,6 +68,8 @@ static const finite_row rows[] = {
      FINITE_OBJECT, of_rates},
     {"mbsr_derivatives_adjoint", run_adjoint, run_forward, T | Q | U | TAU, R, FINITE_OBJECT,
      of_all},
+    {"mbsr_derivatives_matrices", run_matrices, run_forward, T | Q | U | TAU, 0, FINITE_OBJECT,
+     of_matrices},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
