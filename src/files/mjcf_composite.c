@@ -187,8 +187,8 @@ static const char *part_name(const cable *c, const char *letter, int i)
 
 /* An element in a body, with what a child of the composite says, without the defaults of the file.
  */
-static mbsri_element *add_part(const cable *c, mbsri_element *body, const char *kind,
-                               const char *name)
+static mbsri_element *add_piece(const cable *c, mbsri_element *body, const char *kind,
+                                const char *name)
 {
     mbsri_arena *arena = c->m->s->arena;
     const mbsri_element *said = mbsri_child(c->e, kind);
@@ -209,7 +209,7 @@ static bool add_shape(const cable *c, mbsri_element *body, int i, double length)
     const double ends[6] = {0.0, 0.0, 0.0, length}, middle[3] = {0.5 * length},
                  size[3] = {0.5 * length, c->size[1], c->size[2]};
     snprintf(name, sizeof name, "G%d", i);
-    mbsri_element *e = add_part(c, body, "geom", mbsri_arena_join(arena, c->prefix, name, ""));
+    mbsri_element *e = add_piece(c, body, "geom", mbsri_arena_join(arena, c->prefix, name, ""));
     if (!e) return false;
     if (strcmp(c->type, "box") != 0) return mbsri_element_set_numbers(arena, e, "fromto", 6, ends);
     return mbsri_element_set_numbers(arena, e, "pos", 3, middle) &&
@@ -221,7 +221,7 @@ static bool add_cable_joint(const cable *c, mbsri_element *body, int i)
     mbsri_arena *arena = c->m->s->arena;
     const bool free = i == 0 && strcmp(c->initial, "free") == 0;
     if (i == 0 && strcmp(c->initial, "none") == 0) return true;
-    mbsri_element *e = add_part(c, body, "joint", part_name(c, "J", i));
+    mbsri_element *e = add_piece(c, body, "joint", part_name(c, "J", i));
     return e && mbsri_element_set(arena, e, "type", free ? "free" : "ball") &&
            (!free || (mbsri_element_set(arena, e, "damping", "0") &&
                       mbsri_element_set(arena, e, "armature", "0") &&
@@ -232,7 +232,7 @@ static bool add_end(const cable *c, mbsri_element *body, int i, double length)
 {
     const double x[3] = {i == c->points - 2 ? length : 0.0};
     if (i > 0 && i < c->points - 2) return true;
-    mbsri_element *e = add_part(c, body, "site", part_name(c, "S", i));
+    mbsri_element *e = add_piece(c, body, "site", part_name(c, "S", i));
     return e && mbsri_element_set_numbers(c->m->s->arena, e, "pos", 3, x);
 }
 

@@ -67,7 +67,8 @@ static int factor_full(mbsr_small_masses *s, double c)
 }
 
 /* m, d and k from Z at three c and from that with the masses at the last. */
-static void fit(const double c[PROBES], const double Z[PROBES + 1], mbsr_small_direction *x)
+static void fit_impedance(const double c[PROBES], const double Z[PROBES + 1],
+                          mbsr_small_direction *x)
 {
     const double slope0 = (Z[1] - Z[0]) / (c[1] - c[0]), slope1 = (Z[2] - Z[1]) / (c[2] - c[1]);
     double rest = (slope1 - slope0) / (c[2] - c[0]);
@@ -117,7 +118,7 @@ int mbsri_small_measure(mbsr_small_masses *s)
         mbsr_small_direction *x = s->direction + l;
         *x = (mbsr_small_direction){.body = x->body, .coordinate = x->coordinate, .mass = x->mass};
         if (s->candidate[x->mass].keeps_mass) continue;
-        fit(c, s->swings.impedance + l * (PROBES + 1), x);
+        fit_impedance(c, s->swings.impedance + l * (PROBES + 1), x);
         roots(scale, x);
     }
     return status;

@@ -98,7 +98,7 @@ static void all_along_joints(mbsr_small_masses *s)
 }
 
 /* What acts along a direction: by the motion that goes with it while all masses stay. */
-static double along(const mbsr_small_masses *s, int l, const double *forces)
+static double swing_force_along(const mbsr_small_masses *s, int l, const double *forces)
 {
     const mbsr_model *m = s->given;
     const double *pattern = s->swings.pattern + (size_t)l * (size_t)s->size + m->nq + m->nu;
@@ -212,8 +212,8 @@ int mbsri_small_swings_begin(mbsr_small_masses *s)
     for (int l = 0; l < s->directions; ++l) {
         const mbsr_small_direction *x = s->direction + l;
         mbsri_swing *y = s->swings.each + l;
-        *y = (mbsri_swing){.load = along(s, l, s->rates.along[0]),
-                           .rest = along(s, l, s->rates.along[1])};
+        *y = (mbsri_swing){.load = swing_force_along(s, l, s->rates.along[0]),
+                           .rest = swing_force_along(s, l, s->rates.along[1])};
         if (!(x->rate > 0.0)) continue;
         y->re = x->amplitude / pair_of(x).parts;
         y->size = mbsri_small_swing_size(s, l, x->amplitude);
@@ -233,11 +233,12 @@ int mbsri_small_swings_follow(mbsr_small_masses *s, double t, const double *y)
     for (int l = 0; l < s->directions; ++l) {
         mbsr_small_direction *x = s->direction + l;
         mbsri_swing *z = s->swings.each + l;
-        const double rest = along(s, l, s->rates.along[1]);
+        const double rest = swing_force_along(s, l, s->rates.along[1]);
         z->before = z->size;
         if (x->rate > 0.0) {
-            const double mean = 0.5 * (z->rest + rest) + along(s, l, s->rates.along[2]),
-                         swing = swing_on(z, x, along(s, l, s->rates.along[0]), mean, h);
+            const double mean = 0.5 * (z->rest + rest) + swing_force_along(s, l, s->rates.along[2]),
+                         swing =
+                             swing_on(z, x, swing_force_along(s, l, s->rates.along[0]), mean, h);
             if (!isfinite(swing))
                 return mbsri_fail(&s->error, MBSR_NOT_FINITE, x->body, MBSR_NONE,
                                   "body %d: its fast motion is not finite at t = %g", x->body, t);

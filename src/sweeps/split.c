@@ -119,7 +119,7 @@ static int find_tasks(const cut *found, int cuts, int enough, task *tasks)
 }
 
 /* Whether the sweeps of this tree are nothing but loops over its bodies. */
-static bool is_plain(const mbsri_sweeps *tree)
+static bool may_be_split(const mbsri_sweeps *tree)
 {
     return tree && tree->blocks == 0 && tree->users == 0 && !tree->whole && !tree->with_loops &&
            !tree->body_forces;
@@ -203,7 +203,7 @@ int mbsr_split_create(const mbsr_model *model, const mbsr_parallel *parallel, mb
                           .parallel = *parallel,
                           .allocator = model->allocator};
     }
-    if (!s || (is_plain(s->tree) && !cut_up(s))) {
+    if (!s || (may_be_split(s->tree) && !cut_up(s))) {
         mbsri_release(&model->allocator, s);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for a tree of %d bodies", function, model->bodies);

@@ -30,6 +30,20 @@ static inline void add_force(mbsr_model *m, mbsr_force_def force)
     assert_ok(mbsr_model_add_force(m, &force, NULL), mbsr_model_error(m));
 }
 
+/* Nodes without mass and particles, by turns and as many as `bodies` (odd), in a row between walls,
+ * with springs of twice the stiffness between neighbours. */
+static inline void add_string(mbsr_model *m, int bodies, double mass, double stiffness)
+{
+    const double along[3] = {1, 0, 0}, wall[3] = {9, 0, 0};
+    for (int k = 0; k < bodies; ++k) {
+        add_body(m, k > 0 ? k - 1 : MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
+                 k % 2 ? mbsr_inertia_particle(mass) : mbsr_inertia_zero());
+        add_force(m, mbsr_force_joint_spring(k, 0, 2.0 * stiffness, 0.0, 0.0));
+    }
+    add_force(
+        m, mbsr_force_point_spring(bodies - 1, NULL, MBSR_GROUND, wall, 2.0 * stiffness, 0.0, 9.0));
+}
+
 static inline mbsr_data *finish(mbsr_model *m)
 {
     mbsr_data *d;

@@ -77,13 +77,7 @@ static void a_string_of_masses_and_nodes(void **state)
     double q[BODIES] = {0.0};
     mbsr_mode mode[2 * BODIES];
     int count;
-    for (int k = 0; k < BODIES; ++k) {
-        add_body(m, k > 0 ? k - 1 : MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
-                 k % 2 ? mbsr_inertia_particle(mass) : mbsr_inertia_zero());
-        add_force(m, mbsr_force_joint_spring(k, 0, 2.0 * stiffness, 0.0, 0.0));
-    }
-    add_force(m, mbsr_force_point_spring(BODIES - 1, NULL, MBSR_GROUND, (const double[3]){9, 0, 0},
-                                         2.0 * stiffness, 0.0, 9.0));
+    add_string(m, BODIES, mass, stiffness);
     mbsr_data *d = finish(m);
     mbsr_linear *l = linearise(m, d, q, NULL, NULL, 2 * MASSES);
     assert_ok(mbsr_linear_modes(l, mode, &count), NULL);

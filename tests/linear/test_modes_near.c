@@ -20,13 +20,7 @@ static void a_string_of_masses_and_nodes(void **state)
     mbsr_mode mode[MODES];
     mbsr_error error;
     int found;
-    for (int k = 0; k < BODIES; ++k) {
-        add_body(m, k > 0 ? k - 1 : MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
-                 k % 2 ? mbsr_inertia_particle(mass) : mbsr_inertia_zero());
-        add_force(m, mbsr_force_joint_spring(k, 0, 2.0 * stiffness, 0.0, 0.0));
-    }
-    add_force(m, mbsr_force_point_spring(BODIES - 1, NULL, MBSR_GROUND, (const double[3]){9, 0, 0},
-                                         2.0 * stiffness, 0.0, 9.0));
+    add_string(m, BODIES, mass, stiffness);
     mbsr_data *d = finish(m);
     assert_ok(mbsr_modes_near(m, d, 0.0, q, NULL, mode, &found, re, NULL, &error), &error);
     assert_int_equal(found, MODES);
