@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "derivatives/rigid_elements.h"
 #include "forms/momentum.h"
 #include "model/query.h"
 #include "newton/slopes/relation.h"
@@ -194,7 +195,8 @@ static int linearise(mbsr_derivatives *w, double t, const double *q, const doubl
     const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
     if (w->rigid && w->data->pending == kept) {
         w->by_sweeps = true;
-        return mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
+        const int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
+        return status || !w->rigid->elements ? status : mbsri_rigid_elements_keep(w);
     }
     if (forward) mbsri_copy((size_t)w->model->rows, w->data->loop_lambda, w->lambda);
     return linearise_inverse(w, t, q, u, udot, forward ? w->lambda : NULL);
@@ -330,11 +332,19 @@ static int tangent_by_sweeps(mbsr_derivatives *w, const char *name, const double
                              const double *du, const double *dload, double *out)
 {
     const size_t nu = (size_t)w->model->nu;
+    const int *place = w->model->order.u_of;
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     const mbsri_rigid_kernels *kernels = w->rigid->kernels;
-    const double *zero = w->right;
-    mbsri_zero(nu, w->right);
-    (w->at == MBSRI_LINEARISED_FORWARD ? kernels->forward_tangent : kernels->tangent)(
-        w->rigid, dq ? dq : zero, du ? du : zero, dload ? dload : zero, w->solution);
+    double *zero = w->load, *given = zero + nu;
+    mbsri_zero(nu, zero);
+    copy_or_zero(nu, dload, given);
+    dq = dq ? dq : zero;
+    du = du ? du : zero;
+    const size_t more = w->rigid->elements ? nu : 0;
+    if (more > 0) mbsri_rigid_elements_along(w, dq, du);
+    for (size_t k = 0; k < more && forward; ++k) given[place[k]] += w->torque[k];
+    (forward ? kernels->forward_tangent : kernels->tangent)(w->rigid, dq, du, given, w->solution);
+    for (size_t k = 0; k < more && !forward; ++k) w->solution[place[k]] -= w->torque[k];
     if (!mbsri_finite(nu, w->solution))
         return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
     mbsri_copy(nu, w->solution, out);
@@ -397,6 +407,26 @@ static void solve_back(mbsr_derivatives *w, const double *by, const double *by_l
     solve_mass(w, by, rigid, w->right, w->rows);
 }
 
+/* Of a tree without loops: dq, du, and du' of inverse dynamics; of forward dynamics `right` is by
+ * tau. */
+static void adjoint_by_sweeps(mbsr_derivatives *w, const double *weights, double *dq, double *du,
+                              double *dudot)
+{
+    mbsri_rigid *r = w->rigid;
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    const double sign = forward ? -1.0 : 1.0, *by = forward ? w->right : weights;
+    if (forward)
+        r->kernels->solve(r, weights, w->right);
+    else
+        r->kernels->move(r, weights);
+    if (r->elements) mbsri_rigid_elements_back(w, by);
+    r->kernels->gradients(r, sign, by, dq, du, forward ? NULL : dudot);
+    for (int k = 0; k < w->model->nu && r->elements; ++k) {
+        dq[k] += sign * r->by_q[k];
+        du[k] += sign * r->by_u[k];
+    }
+}
+
 int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
                              const double *w_lambda, double *by_q, double *by_u, double *by_load)
 {
@@ -413,9 +443,7 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     copy_or_zero(nu, w_out, weights);
     if (w->by_sweeps) {
-        const mbsri_rigid_kernels *kernels = w->rigid->kernels;
-        (forward ? kernels->forward_adjoint : kernels->adjoint)(w->rigid, weights, w->solution, du,
-                                                                forward ? w->right : dudot);
+        adjoint_by_sweeps(w, weights, w->solution, du, dudot);
     } else {
         mbsri_zero(rows, w->rows);
         mbsri_zero(rows, w->weight);

@@ -107,11 +107,12 @@ static int read_element(const mbsr_derivatives *w, size_t k, int i, const double
     return bodies;
 }
 
-static void add_elements_along(mbsr_derivatives *w, const double *dq, const double *du)
+void mbsri_derivatives_elements(mbsr_derivatives *w, const double *dq, const double *du)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last, rows, columns;
+        if (w->by_sweeps && mbsri_linear_is_plain(l->model, k)) continue;
         mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
@@ -223,7 +224,7 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
     mbsri_zero(m->size.v, w->mu);
     mbsri_zero((size_t)m->nu, w->torque);
     for (int i = 1; i <= m->bodies; ++i) move_along(w, i, dq, du, dudot, load);
-    add_elements_along(w, dq, du);
+    mbsri_derivatives_elements(w, dq, du);
     add_closures_along(w, dq, du, dudot);
     for (int i = m->bodies; i >= 1; --i) react_to(w, i, load);
 }
@@ -266,11 +267,13 @@ static void unmove(mbsr_derivatives *w, int i, const double *load, double *dq, d
     for (int j = 0; j < b->n; ++j) du[b->u + j] += z[s.pred + b->nq + j];
 }
 
-static void unadd_elements(mbsr_derivatives *w, const double *load, double *dq, double *du)
+void mbsri_derivatives_elements_back(mbsr_derivatives *w, const double *load, double *dq,
+                                     double *du)
 {
     const mbsri_linear *l = w->linear;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last, rows, columns;
+        if (w->by_sweeps && mbsri_linear_is_plain(l->model, k)) continue;
         mbsri_linear_calls(l, k, &first, &last);
         for (int i = first; i <= last; ++i) {
             const int *list;
@@ -371,7 +374,7 @@ void mbsri_derivatives_adjoint(mbsr_derivatives *w, const double *load, double *
     mbsri_zero((size_t)m->nu, du);
     mbsri_zero((size_t)m->nu, dudot);
     for (int i = 1; i <= m->bodies; ++i) unact(w, i, load);
-    unadd_elements(w, load, dq, du);
+    mbsri_derivatives_elements_back(w, load, dq, du);
     unadd_closures(w, load, dq, du, dudot);
     for (int i = m->bodies; i >= 1; --i) unmove(w, i, load, dq, du, dudot);
 }

@@ -48,4 +48,10 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
 void mbsri_derivatives_adjoint(mbsr_derivatives *w, const double *load, double *dq, double *du,
                                double *dudot);
 
+/* Of these the part of force elements, by sweeps but for plain ones (mbsri_linear_is_plain): from x
+ * of bodies to mu and `torque`; and from weights in mu and load, added. */
+void mbsri_derivatives_elements(mbsr_derivatives *w, const double *dq, const double *du);
+void mbsri_derivatives_elements_back(mbsr_derivatives *w, const double *load, double *dq,
+                                     double *du);
+
 #endif

@@ -4,20 +4,15 @@
 
 #include "algebra/dense.h"
 #include "base/memory.h"
-#include "forces/gravity.h"
 #include "model/query.h"
+#include "newton/linear/linear.h"
 
 #include <stdint.h>
 
 bool mbsri_rigid_serves(const mbsr_model *m)
 {
     const mbsri_sweeps *tree = m->tree.evaluated;
-    const mbsri_force *force = m->forces.data;
-    if (!tree || m->rows > 0 || tree->blocks > 0 || tree->users > 0) return false;
-    for (size_t k = 0; k < mbsri_other_forces(m); ++k) {
-        if (!mbsri_is_gravity(&force[k].def)) return false;
-    }
-    return true;
+    return tree && m->rows == 0 && tree->blocks == 0 && tree->users == 0;
 }
 
 /* Compiled for the same processor as those of the tree. */
@@ -37,6 +32,17 @@ static void *take(unsigned char *base, size_t *used, size_t size)
     return here;
 }
 
+/* Numbers of G of all joints. */
+static size_t rates_size(const mbsr_model *m)
+{
+    size_t count = 0;
+    for (int i = 1; i <= m->tree.evaluated->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        if (b->joint.table->coordinate_rates) count += (size_t)b->nq * (size_t)b->n;
+    }
+    return count;
+}
+
 /* Places the arrays in `base`, or with base == NULL only returns the size. */
 static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
 {
@@ -51,6 +57,15 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     r->u = take(base, &used, nu * sizeof *r->u);
     r->tau_q = take(base, &used, nu * sizeof *r->tau_q);
     r->tau_u = take(base, &used, nu * sizeof *r->tau_u);
+    const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
+                 count = r->elements ? nu : 0;
+    r->own = take(base, &used, loaded * sizeof *r->own);
+    r->seen = take(base, &used, (loaded > 0 ? loaded : 1) * sizeof *r->seen);
+    r->load = take(base, &used, 8 * loaded * sizeof *r->load);
+    if (loaded == 0) r->load = NULL;
+    r->G = take(base, &used, r->elements ? rates_size(m) * sizeof *r->G : 0);
+    r->by_q = take(base, &used, count * sizeof *r->by_q);
+    r->by_u = take(base, &used, count * sizeof *r->by_u);
     return used;
 }
 
@@ -59,6 +74,8 @@ mbsri_rigid *mbsri_rigid_create(const mbsr_model *m)
     mbsri_rigid *r = mbsri_allocate(&m->allocator, sizeof *r);
     if (!r) return NULL;
     *r = (mbsri_rigid){.model = m, .kernels = kernels_of(m->tree.evaluated)};
+    for (size_t k = 0; k < m->forces.count; ++k)
+        r->elements = r->elements || !mbsri_linear_is_plain(m, k);
     const size_t size = layout(m, NULL, r);
     r->memory = mbsri_allocate(&m->allocator, size + MBSR_DATA_ALIGNMENT);
     if (!r->memory) {

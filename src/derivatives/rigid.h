@@ -5,8 +5,7 @@
 
 #include "derivatives/rigid_record.h"
 
-/* Whether the model is one: such a tree, with elements that are gravity or act on one coordinate.
- */
+/* Whether the model is such a tree. */
 bool mbsri_rigid_serves(const mbsr_model *m);
 
 /* NULL: there is no memory. */

@@ -37,7 +37,7 @@ MBSRI_CHECK_LAYOUT(mbsri_rigid_body);
 
 /* Of a rate, in the order of the joint's axes. Pairs: angular and linear part. */
 typedef struct mbsri_rigid_column {
-    double S[8], T[4], Q[8], U[8], C[8], G[8];
+    double S[8], T[8], Q[8], U[8], C[8], G[8];
     double Dinv;         /* of one column */
     double tau_q, tau_u; /* slopes of elements on this coordinate */
     double armature;     /* kg m^2 or kg */
@@ -53,6 +53,12 @@ typedef struct mbsri_rigid_work {
 } mbsri_rigid_work;
 MBSRI_CHECK_LAYOUT(mbsri_rigid_work);
 
+/* Of a body as elements see it: from its point to its own origin, velocities of both, what elements
+ * exert there (moment, force); along the world's axes. */
+typedef struct mbsri_rigid_own {
+    double arm[3], v[3], v_own[3], f[6];
+} mbsri_rigid_own;
+
 typedef struct mbsri_rigid mbsri_rigid;
 
 /* The sweeps, compiled for every kind of processor. Products: vectors in the caller's order. */
@@ -62,8 +68,11 @@ typedef struct mbsri_rigid_kernels {
                     double *dtau);
     void (*forward_tangent)(mbsri_rigid *r, const double *dq, const double *du, const double *dtau,
                             double *dudot);
-    void (*adjoint)(mbsri_rigid *r, const double *by, double *dq, double *du, double *dudot);
-    void (*forward_adjoint)(mbsri_rigid *r, const double *by, double *dq, double *du, double *dtau);
+    /* The adjoint: Y of the weights, or of x = M^-1 by, then `sign` times the gradient. */
+    void (*move)(mbsri_rigid *r, const double *by);
+    void (*solve)(mbsri_rigid *r, const double *by, double *x);
+    void (*gradients)(mbsri_rigid *r, double sign, const double *by, double *dq, double *du,
+                      double *dudot);
 } mbsri_rigid_kernels;
 
 extern const mbsri_rigid_kernels mbsri_rigid_base;
@@ -81,6 +90,13 @@ struct mbsri_rigid {
     double (*Dinv)[6][6];          /* of joints of several axes */
     double *y;                     /* nu */
     double *q, *u, *tau_q, *tau_u; /* in the order of the sweeps */
+    /* with other elements than gravity and those on one coordinate */
+    bool elements;
+    mbsri_rigid_own *own; /* bodies + 1, of those with loads */
+    double (*seen)[12];   /* bodies + 1 */
+    double *load;         /* 8 a body: changes of loads, about its point; NULL: none */
+    double *G;            /* of joints with q' = G u, by columns */
+    double *by_q, *by_u;  /* nu: gradients by elements */
     void *memory;
 };
 

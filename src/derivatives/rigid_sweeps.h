@@ -126,7 +126,7 @@ MBSRI_INLINE void keep_column(pair S, pair V, pair V_before, pair A, pair V_end,
     Q.v += cross(T.w, V_end.v) + cross(V_end.w, T.v);
     U.v += cross(S.w, V_end.v) + cross(V_end.w, S.v);
     store_pair(to->S, S);
-    store(to->T, T.w);
+    store_pair(to->T, T);
     store_pair(to->Q, Q);
     store_pair(to->U, U);
 }
@@ -293,6 +293,10 @@ MBSRI_INLINE void change_motions(mbsri_rigid *r, const double *x, const double *
             p = splat(b->c[3]) * a + cross(alpha, m) + cross(w, cross(omega, m)) +
                 cross(omega, cross(w, m));
         }
+        if (r->load && b->flags & MBSRI_LOADED) {
+            L -= load(r->load + 8 * i);
+            p -= load(r->load + 8 * i + 4);
+        }
         store(to->f, L);
         store(to->f + 4, p);
     }
@@ -397,7 +401,7 @@ static void rigid_forward_tangent(mbsri_rigid *r, const double *dq, const double
 /* ---- adjoints ---- */
 
 /* M^-1 by, into x. */
-MBSRI_INLINE void solve_masses(mbsri_rigid *r, const double *by, double *x)
+static void solve_masses(mbsri_rigid *r, const double *by, double *x)
 {
     memset(r->work, 0, ((size_t)r->tree->bodies + 1) * sizeof *r->work);
     for (int i = r->tree->bodies; i >= 1; --i) {
@@ -421,8 +425,8 @@ MBSRI_INLINE pair move_link(const mbsri_rigid_column *c, const double *by, pair 
 
 /* sign times the gradient of sum by_k dtau_k, where work has the motion Y = sum of S by: by dq, du
  * and, where it is not NULL, du'. x of the work becomes the gradient by omega, alpha, a; f is Y. */
-MBSRI_INLINE void collect_gradients(mbsri_rigid *r, double sign, const double *by, double *dq,
-                                    double *du, double *dudot)
+static void collect_gradients(mbsri_rigid *r, double sign, const double *by, double *dq, double *du,
+                              double *dudot)
 {
     for (int i = r->tree->bodies; i >= 1; --i) {
         const mbsri_rigid_body *b = r->body + i;
@@ -459,7 +463,7 @@ MBSRI_INLINE void collect_gradients(mbsri_rigid *r, double sign, const double *b
     }
 }
 
-static void rigid_adjoint(mbsri_rigid *r, const double *by, double *dq, double *du, double *dudot)
+static void rigid_move(mbsri_rigid *r, const double *by)
 {
     memset(r->work, 0, ((size_t)r->tree->bodies + 1) * sizeof *r->work);
     for (int i = 1; i <= r->tree->bodies; ++i) {
@@ -470,19 +474,12 @@ static void rigid_adjoint(mbsri_rigid *r, const double *by, double *dq, double *
         for (int k = 0; k < b->n; ++k) Y = plus(Y, by[c[k].u], load_pair(c[k].S));
         store_pair(r->work[i].f, Y);
     }
-    collect_gradients(r, 1.0, by, dq, du, dudot);
-}
-
-static void rigid_forward_adjoint(mbsri_rigid *r, const double *by, double *dq, double *du,
-                                  double *dtau)
-{
-    solve_masses(r, by, dtau);
-    collect_gradients(r, -1.0, dtau, dq, du, NULL);
 }
 
 #define MBSRI_RIGID_KERNELS                                                                        \
     {                                                                                              \
-        rigid_prepare, rigid_tangent, rigid_forward_tangent, rigid_adjoint, rigid_forward_adjoint  \
+        rigid_prepare, rigid_tangent, rigid_forward_tangent, rigid_move, solve_masses,             \
+            collect_gradients                                                                      \
     }
 
 #endif

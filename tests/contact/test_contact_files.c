@@ -120,6 +120,125 @@ static void groups(void **unused)
     mbsr_file_destroy(file);
 }
 
+/* ---- parts of zero mass between contacts ---- */
+
+typedef struct touching {
+    mbsr_file *file;
+    mbsr_contacts *contacts;
+    mbsr_simulation s;
+    int force;
+    double stiffness; /* of a pair */
+} touching;
+
+static void begin_touching(touching *t, const char *text, const double *q, const double *u)
+{
+    mbsr_contacts_of_file told;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    t->file = read(text);
+    t->s = mbsr_simulation_of(touching_model(t->file, &t->contacts, &t->force, &told));
+    t->stiffness = 0.5 * told.stiffness;
+    opt.rtol = opt.atol = 1e-7;
+    if (mbsr_simulation_start(&t->s, &opt, 0.0, q ? q : t->file->q0, u))
+        fail_msg("%s", t->s.error.text);
+}
+
+static void end_touching(touching *t)
+{
+    mbsr_simulation_end(&t->s);
+    mbsr_contacts_destroy(t->contacts);
+    mbsr_file_destroy(t->file);
+}
+
+/* A roller without mass between the floor and a plate: both of its contacts carry the plate. At the
+ * start they are 1 and 2 parts deep, and its rate makes their forces equal. */
+static const char roller[] =
+    "<mujoco><worldbody><geom type='plane' size='1 1 .1'/>"
+    "<body pos='0 0 .0999'><joint type='slide' axis='0 0 1'/><geom type='sphere' size='.1' "
+    "density='0'/></body>"
+    "<body pos='0 0 .2497'><joint type='slide' axis='0 0 1'/><geom type='box' size='.2 .2 .05' "
+    "mass='2'/></body></worldbody></mujoco>";
+
+static void between(void **unused)
+{
+    (void)unused;
+    touching t;
+    begin_touching(&t, roller, NULL, (const double[2]){0.0, 0.0});
+    const double depth = 2.0 * 9.81 / t.stiffness, damping = 2.0 / (9.81 * 0.02);
+    assert_close(mbsr_simulation_u(&t.s)[0], -1.0 / (3.0 * damping), 1e-6);
+    if (mbsr_simulation_to(&t.s, 2.0)) fail_msg("%s", t.s.error.text);
+    assert_close(mbsr_simulation_q(&t.s)[0], 1e-4 - depth, 1e-5);
+    assert_close(mbsr_simulation_q(&t.s)[1], 3e-4 - 2.0 * depth, 1e-5);
+    end_touching(&t);
+}
+
+/* Two fingers without mass hold a box by 20 N each: it creeps down so fast that friction carries
+ * it, v / root(v^2 + slip^2) = m g / (2 mu F). */
+static const char gripper[] =
+    "<mujoco><worldbody>"
+    "<body pos='-.0795 0 .2'><joint name='l' type='slide' axis='1 0 0' damping='20'/>"
+    "<geom type='box' size='.03 .02 .06' density='0'/></body>"
+    "<body pos='.0795 0 .2'><joint name='r' type='slide' axis='-1 0 0' damping='20'/>"
+    "<geom type='box' size='.03 .02 .06' density='0'/></body>"
+    "<body pos='0 0 .2'><freejoint/><geom type='box' size='.05 .05 .05' mass='.5'/></body>"
+    "</worldbody><actuator><motor joint='l'/><motor joint='r'/></actuator></mujoco>";
+
+static void fingers(void **unused)
+{
+    (void)unused;
+    touching t = {.file = NULL};
+    mbsr_contact_point point[64];
+    int count;
+    mbsr_contacts_of_file told;
+    t.file = read(gripper);
+    t.file->control[0] = t.file->control[1] = 20.0;
+    t.s = mbsr_simulation_of(touching_model(t.file, &t.contacts, &t.force, &told));
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-7;
+    if (mbsr_simulation_start(&t.s, &opt, 0.0, t.file->q0, (const double[8]){0.0}))
+        fail_msg("%s", t.s.error.text);
+    if (mbsr_simulation_to(&t.s, 1.0)) fail_msg("%s", t.s.error.text);
+    const double part = 0.5 * 9.81 / 40.0, creep = 1e-3 * part / sqrt(1.0 - part * part);
+    assert_close(mbsr_simulation_u(&t.s)[7], -creep, 1e-3);
+    if (mbsr_contact_report(t.s.model, t.s.data, t.force, 64, point, &count))
+        fail_msg("%s", mbsr_data_error(t.s.data)->text);
+    double pressed = 0.0, carried = 0.0;
+    for (int k = 0; k < count; ++k) {
+        pressed += point[k].normal_force;
+        carried -= point[k].friction[2]; /* on the finger, which is first */
+    }
+    assert_close(pressed, 40.0, 1e-6);
+    assert_close(carried, 0.5 * 9.81, 1e-4);
+    end_touching(&t);
+}
+
+/* ---- a ball between plates ---- */
+
+/* A plate slides onto a ball on the floor: at the end the ball rolls on both, with the arms a above
+ * and b below, which are its radius less half the depth. M (V - V0) is the impulse of the upper
+ * friction, w (I + m b^2) / (a + b), and V = w (a + b). */
+static const char plates[] =
+    "<mujoco><worldbody><geom type='plane' size='9 9 .1'/>"
+    "<body pos='0 0 .1'><freejoint/><geom type='sphere' size='.1' mass='1'/></body>"
+    "<body pos='0 0 .25'><joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 0 1'/>"
+    "<geom type='box' size='4 4 .05' mass='2'/></body></worldbody></mujoco>";
+
+static void rolling_between(void **unused)
+{
+    (void)unused;
+    touching t;
+    const double k = 3.0 / (0.02 * 0.02), deep[2] = {2.0 * 9.81 / k, 3.0 * 9.81 / k},
+                 q[9] = {1, 0, 0, 0, 0, 0, 0.1 - deep[1], 0, -deep[0] - deep[1]};
+    begin_touching(&t, plates, q, (const double[8]){0, 0, 0, 0, 0, 0, 1.0, 0.0});
+    assert_close(t.stiffness, k, 1e-12);
+    const double above = 0.1 - 0.5 * deep[0], below = 0.1 - 0.5 * deep[1], both = above + below,
+                 w = 2.0 / both / (2.0 + (0.4 * 0.01 + below * below) / (both * both));
+    if (mbsr_simulation_to(&t.s, 1.0)) fail_msg("%s", t.s.error.text);
+    assert_close(mbsr_simulation_u(&t.s)[6], w * both, 1e-5);
+    assert_close(mbsr_simulation_u(&t.s)[3], w * below, 1e-5);
+    assert_close(mbsr_simulation_u(&t.s)[1], w, 1e-5);
+    end_touching(&t);
+}
+
 static void refusals(void **unused)
 {
     (void)unused;
@@ -143,7 +262,8 @@ static void refusals(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(quadruped), cmocka_unit_test(groups),
-                                       cmocka_unit_test(refusals)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(quadruped), cmocka_unit_test(groups),          cmocka_unit_test(between),
+        cmocka_unit_test(fingers),   cmocka_unit_test(rolling_between), cmocka_unit_test(refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -121,6 +121,38 @@ static void rolling(void **unused)
     }
 }
 
+/* A ball turns on its pole: I w' = -torsional N w / root(w^2 + spin^2), which has the integral
+ * root(w^2 + spin^2) - spin asinh(spin / w) + torsional N t / I. */
+static double wound_down(double w, double spin)
+{
+    return hypot(w, spin) - spin * asinh(spin / w);
+}
+
+static void spinning_down(void **unused)
+{
+    (void)unused;
+    for (size_t k = 0; k < 4; ++k) {
+        const units in = systems[k];
+        const double mass = 1000.0 * 4.0 / 3.0 * 3.14159265358979323846 * 1e-3,
+                     rate = 0.01 * mass * 9.81 / (0.4 * mass * 0.01), spin = 0.5;
+        mbsr_contact_law law = law_in(in, 1e7, 0.1, 0.0);
+        law.torsional = 0.01 * in.length;
+        law.spin = spin / in.time;
+        run r;
+        begin(&r, in, true, law);
+        add(&r, MBSR_SHAPE_SPHERE, law, 0.0, 0.1 - pow(mass * 9.81 / 1e7, 2.0 / 3.0));
+        r.u[2] = 5.0 / in.time;
+        start(&r, 1e-9);
+        for (int l = 1; l <= 4; ++l) {
+            const double t = 0.05 * l;
+            to(&r, t);
+            const double w = r.u[2] * in.time;
+            assert_close(wound_down(w, spin) + rate * t, wound_down(5.0, spin), 1e-4);
+        }
+        end(&r);
+    }
+}
+
 /* A box that slides stops after v^2 / (2 mu g). */
 static void sliding(void **unused)
 {
@@ -229,8 +261,8 @@ static void stack(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(rolling), cmocka_unit_test(sliding),
-                                       cmocka_unit_test(bouncing), cmocka_unit_test(cradle),
-                                       cmocka_unit_test(stack)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rolling),       cmocka_unit_test(sliding),
+                                       cmocka_unit_test(spinning_down), cmocka_unit_test(bouncing),
+                                       cmocka_unit_test(cradle),        cmocka_unit_test(stack)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "forces/gravity.h"
 #include "forms/loops.h"
 #include "forms/momentum.h"
 #include "model/query.h"
@@ -454,14 +455,11 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
     return MBSR_OK;
 }
 
-static int keep_elements(mbsri_linear *l, mbsr_data *d)
+static int keep_element(mbsri_linear *l, mbsr_data *d, size_t k)
 {
-    int status = MBSR_OK;
-    for (size_t k = 0; k < l->model->forces.count; ++k) {
-        int first, last;
-        mbsri_linear_calls(l, k, &first, &last);
-        for (int i = first; i <= last && !status; ++i) status = mbsri_linear_force(l, d, k, i);
-    }
+    int first, last, status = MBSR_OK;
+    mbsri_linear_calls(l, k, &first, &last);
+    for (int i = first; i <= last && !status; ++i) status = mbsri_linear_force(l, d, k, i);
     return status;
 }
 
@@ -520,8 +518,23 @@ int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d)
     int status = MBSR_OK;
     for (int i = 1; i <= m->bodies && !status; ++i) status = mbsri_linear_joint(l, d, i);
     if (!status) status = find_pairs(l, d);
-    if (!status) status = keep_elements(l, d);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) status = keep_element(l, d, k);
     if (!status) status = keep_closures(l, d);
+    return status;
+}
+
+bool mbsri_linear_is_plain(const mbsr_model *m, size_t k)
+{
+    return k >= mbsri_other_forces(m) || mbsri_is_gravity(&mbsri_force_at(m, k)->def);
+}
+
+int mbsri_linear_elements(mbsri_linear *l, mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    int status = find_pairs(l, d);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        if (!mbsri_linear_is_plain(m, k)) status = keep_element(l, d, k);
+    }
     return status;
 }
 

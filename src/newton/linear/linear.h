@@ -87,6 +87,11 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
 /* All derivatives where the data is at the state with A and mu, and bodies are marked. A status. */
 int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d);
 
+/* Whether element k is gravity or acts on one coordinate alone; the derivatives of all others,
+ * where the data shows their bodies at the state. */
+bool mbsri_linear_is_plain(const mbsr_model *m, size_t k);
+int mbsri_linear_elements(mbsri_linear *l, mbsr_data *d);
+
 /* All derivatives at the state. A status. The data is at mbsr_stage_backward of that state
  * afterwards. */
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
