@@ -15,6 +15,7 @@
 #define MBSRANK_LINEAR_H
 
 #include <mbsrank/newton.h>
+#include <mbsrank/parameters.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -56,6 +57,58 @@ typedef struct mbsr_equilibrium_info {
 MBSR_API int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                               const mbsr_equilibrium_opt *opt, double *q_rest, double *lambda,
                               mbsr_equilibrium_info *info, mbsr_error *error);
+
+/* ---- trim: some positions held, some parameters free ---- */
+
+typedef struct mbsr_trim_opt {
+    int cookie;         /* set by mbsr_default_trim_opt */
+    int held;           /* how many joint rates are held; -1: all; default 0 */
+    const int *hold;    /* which, places in u: along these the positions stay as given */
+    int max_iterations; /* default 100 */
+    double tolerance;   /* of the last step (turns in rad, ways over the length of the model), and
+                           of what is left of forces over the largest; default 1e-10 */
+} mbsr_trim_opt;
+
+MBSR_API mbsr_trim_opt mbsr_default_trim_opt(void);
+
+/* What mbsr_trim has found. */
+typedef struct mbsr_trim_info {
+    int iterations;
+    double step;         /* the last one, as `tolerance` */
+    int worst;           /* after MBSR_NO_CONVERGENCE: the rate along which forces are farthest from
+                            balance; else MBSR_NONE */
+    double loose;        /* 0 .. 1: how much of the least determined unknown nothing determines; it
+                            has moved as little as the others allow. 0: all are determined */
+    int loose_rate;      /* that unknown: a place in u, or MBSR_NONE, */
+    int loose_parameter; /* or a parameter, or MBSR_NONE */
+} mbsr_trim_info;
+
+/* Positions near q (nq) and values of the parameters which[k] of a model at which it rests at time
+ * t with u = 0: forces balance and loops are closed. Positions stay where they are along rates that
+ * are held; the parameters start at their values in the list. So
+ *
+ *   with all rates held and the free lengths (rests) of springs free, the preloads that keep the
+ *       model at rest where it is drawn;
+ *   with one coordinate held and a torque, a reference of a servo or an entry of a table free, the
+ *       input that keeps it there, the others as they come to rest;
+ *   with gravity or a load raised from list to list, the last positions as the next guess, the
+ *       path of rest over the load.
+ *
+ * Newton's method with least steps: of more unknowns than equations determine, each moves no more
+ * than needed (columns brought to one length), and mbsr_trim_info.loose names one that nothing
+ * determines. It finds unstable rests as well as stable ones; mbsr_linear_create tells which.
+ * Dense, O(n^3), made for some hundred rates; a set of values costs mbsr_parameters_model, three of
+ * them a parameter and step. q_rest (nq, may be q) and value (count) are written on success. opt,
+ * info, error may be NULL; count may be 0.
+ *
+ * MBSR_NO_CONVERGENCE names the joint whose forces are farthest from balance; MBSR_LOOP_OPEN: the
+ * loops cannot be closed with what is held. MBSR_ERR_ID, MBSR_ERR_VALUE (a parameter that comes
+ * twice, hold, options), MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_EIGEN_FAILED
+ * (LAPACK's), statuses of mbsr_parameters_data, mbsr_derivatives_create, mbsr_derivatives_inverse
+ * and mbsr_bias_forces. */
+MBSR_API int mbsr_trim(const mbsr_parameters *list, double t, const double *q, int count,
+                       const int *which, const mbsr_trim_opt *opt, double *q_rest, double *value,
+                       mbsr_trim_info *info, mbsr_error *error);
 
 /* ---- linear equations ---- */
 

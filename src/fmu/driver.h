@@ -1,5 +1,6 @@
-/* Co-simulation with steps by the error, which IDA takes. A set of sources (cmake/SourceSet.cmake)
- * has these functions from no_driver.c, without IDA. SPDX-License-Identifier: BSD-3-Clause */
+/* Co-simulation with steps by the error, which IDA takes. In sets of sources (SourceSet.cmake)
+ * no_driver.c has these functions, without IDA.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FMU_DRIVER_H
 #define MBSRI_FMU_DRIVER_H
 

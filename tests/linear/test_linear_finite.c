@@ -91,6 +91,8 @@ static const finite_row rows[] = {
     {"mbsr_default_equilibrium_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_linear_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_near_opt", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_default_trim_opt", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_trim", NULL, NULL, 0, 0, 0, NULL}, /* test_trim.c */
     {"mbsr_linear_destroy", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_matrix", NULL, NULL, 0, 0, 0, NULL},
