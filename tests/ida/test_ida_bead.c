@@ -152,7 +152,7 @@ static void the_recursive_form_takes_many_more(void **state)
 static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
 {
     (void)state;
-    const int repeats = 4 * RUN_REPEATS;
+    const int repeats = RUN_REPEATS;
     static const struct {
         const char *name;
         double mass, damping, tolerance;
