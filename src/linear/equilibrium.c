@@ -308,7 +308,8 @@ static int begin_at_rest(rest *w, const double *q, mbsr_error *error)
     if (status) return fail_data(w, status, error);
     memcpy(w->new_y, w->y, (size_t)w->size * sizeof *w->y);
     status = mbsr_dae_consistent(w->m, w->d, MBSR_DAE_MOMENTUM, w->t, w->y, w->yp, NULL, NULL);
-    if (status == MBSR_NO_CONVERGENCE && w->rows == 0)
+    const bool no_start = status == MBSR_NO_CONVERGENCE || status == MBSR_RANK_CHANGED;
+    if (no_start && w->rows == 0) /* a tree rests without one */
         memcpy(w->y, w->new_y, (size_t)w->size * sizeof *w->y);
     else if (status)
         return fail_data(w, status, error);

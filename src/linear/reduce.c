@@ -54,8 +54,8 @@ static double *numbers(reduction *z, int rows, int columns)
 }
 
 /* C (m x n) = A (m x k, or its transpose) B (k x n) */
-static void multiply(const char *transposed, int m, int n, int k, const double *A, int lda,
-                     const double *B, int ldb, double *C, int ldc)
+static void multiply_matrices(const char *transposed, int m, int n, int k, const double *A, int lda,
+                              const double *B, int ldb, double *C, int ldc)
 {
     const double one = 1.0, zero = 0.0;
     if (m == 0 || n == 0) return;
@@ -142,8 +142,8 @@ static void compress(reduction *z)
         for (int i = 0; i < m; ++i)
             z->Er[(size_t)j * (size_t)m + (size_t)i] = E[(size_t)j * (size_t)n + (size_t)z->row[i]];
     }
-    multiply("N", m, m, n, z->Er, m, z->X, n, z->S, m);
-    multiply("N", m, l->inputs, n, z->Er, m, z->X + (size_t)m * (size_t)n, n, z->b, m);
+    multiply_matrices("N", m, m, n, z->Er, m, z->X, n, z->S, m);
+    multiply_matrices("N", m, l->inputs, n, z->Er, m, z->X + (size_t)m * (size_t)n, n, z->b, m);
     dgebal_("S", &m, z->S, &m, &low, &high, z->scale, &info, 1);
     for (int j = 0; j < l->inputs; ++j) {
         for (int i = 0; i < m; ++i) z->b[(size_t)j * (size_t)m + (size_t)i] /= z->scale[i];
@@ -239,20 +239,21 @@ static bool find_ranges(reduction *z, double *cur, double *range, double *next)
     const size_t m = (size_t)z->m;
     int size = z->m - z->unseen;
     if (!find_read(z)) return false;
-    multiply("N", z->m, size, z->m, z->S, z->m, z->U, z->m, next, z->m);
-    multiply("T", size, size, z->m, z->U, z->m, next, z->m, cur, size);
+    multiply_matrices("N", z->m, size, z->m, z->S, z->m, z->U, z->m, next, z->m);
+    multiply_matrices("T", size, size, z->m, z->U, z->m, next, z->m, cur, size);
     while (size > 0) {
         const int rank = find_range(z, size, cur, range);
         if (rank == size) break;
         ++z->l->info.levels;
         /* W <- (W, U U2),  U <- U U1,  cur <- U1^T cur U1 */
-        multiply("N", z->m, size - rank, size, z->U, z->m, range + (size_t)rank * (size_t)size,
-                 size, z->W + (size_t)z->rest * m, z->m);
+        multiply_matrices("N", z->m, size - rank, size, z->U, z->m,
+                          range + (size_t)rank * (size_t)size, size, z->W + (size_t)z->rest * m,
+                          z->m);
         z->rest += size - rank;
-        multiply("N", z->m, rank, size, z->U, z->m, range, size, next, z->m);
+        multiply_matrices("N", z->m, rank, size, z->U, z->m, range, size, next, z->m);
         memcpy(z->U, next, m * (size_t)rank * sizeof *next);
-        multiply("N", size, rank, size, cur, size, range, size, next, size);
-        multiply("T", rank, rank, size, range, size, next, size, cur, rank);
+        multiply_matrices("N", size, rank, size, cur, size, range, size, next, size);
+        multiply_matrices("T", rank, rank, size, range, size, next, size, cur, rank);
         size = rank;
     }
     z->states = size;
@@ -308,20 +309,20 @@ static bool reduce_inputs(reduction *z, const mbsr_linear_opt *opt, const double
            *b1 = numbers(z, n, count), *b2 = numbers(z, rest, count), *c = numbers(z, n, count),
            *Q = numbers(z, m, rest), *Qb = numbers(z, m, count), *v = numbers(z, m, count);
     if (z->arena->failed) return true;
-    multiply("N", m, rest, m, z->S, m, z->W, m, SW, m);
-    multiply("T", n, rest, m, z->U, m, SW, m, S12, n);
-    multiply("N", n, rest, n, T, n, S12, n, TS, n);
-    multiply("T", n, count, m, z->U, m, z->b, m, b1, n);
-    multiply("T", rest, count, m, z->W, m, z->b, m, b2, rest);
+    multiply_matrices("N", m, rest, m, z->S, m, z->W, m, SW, m);
+    multiply_matrices("T", n, rest, m, z->U, m, SW, m, S12, n);
+    multiply_matrices("N", n, rest, n, T, n, S12, n, TS, n);
+    multiply_matrices("T", n, count, m, z->U, m, z->b, m, b1, n);
+    multiply_matrices("T", rest, count, m, z->W, m, z->b, m, b2, rest);
     double *Br = l->part[MBSR_LINEAR_BR], *Dr = l->part[MBSR_LINEAR_DR];
-    multiply("N", n, count, rest, TS, n, b2, rest, c, n);
+    multiply_matrices("N", n, count, rest, TS, n, b2, rest, c, n);
     for (int k = 0; k < n * count; ++k) c[k] += b1[k];
-    multiply("N", n, count, n, T, n, c, n, Br, n);
+    multiply_matrices("N", n, count, n, T, n, c, n, Br, n);
     /* Q = W - U T S12 */
-    multiply("N", m, rest, n, z->U, m, TS, n, Q, m);
+    multiply_matrices("N", m, rest, n, z->U, m, TS, n, Q, m);
     for (int k = 0; k < m * rest; ++k) Q[k] = z->W[k] - Q[k];
-    multiply("N", m, count, rest, Q, m, b2, rest, Qb, m);
-    multiply("N", m, count, n, z->U, m, Br, n, v, m);
+    multiply_matrices("N", m, count, rest, Q, m, b2, rest, Qb, m);
+    multiply_matrices("N", m, count, n, z->U, m, Br, n, v, m);
     for (int k = 0; k < m * count; ++k) v[k] = l->info.shift * Qb[k] - v[k];
     for (int i = 0; i < opt->outputs; ++i) {
         lift(z, opt->output[i], count, v, Dr + i, opt->outputs);
@@ -396,7 +397,7 @@ static int solve_states(reduction *z, const mbsr_linear_opt *opt, mbsr_error *er
     if (!invert(z, cur, T, l->part[MBSR_LINEAR_AR]))
         return mbsri_fail(error, MBSR_UNDETERMINED, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: the reduced equations are singular");
-    multiply("N", m, z->states, z->states, z->U, m, T, z->states, next, m);
+    multiply_matrices("N", m, z->states, z->states, z->U, m, T, z->states, next, m);
     for (int i = 0; i < l->nu; ++i) lift(z, i, z->states, next, l->shapes + i, l->nu);
     for (int i = 0; i < l->outputs; ++i)
         lift(z, opt->output[i], z->states, next, l->part[MBSR_LINEAR_CR] + i, l->outputs);
