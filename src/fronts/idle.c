@@ -303,14 +303,19 @@ typedef struct echelon {
     bool *listed;       /* rows */
 } echelon;
 
-/* The row with the greatest place of those that the vector clearly has; -1: it is zero. */
+/* The row with the greatest place of those that the vector clearly has, or of which it has most;
+ * -1: it is zero. */
 static int last_row(const echelon *x)
 {
     double largest = 0.0;
     int last = -1;
-    for (int k = 0; k < x->count; ++k)
-        largest = fmax(largest, fabs(x->value[x->row[k]]) * share_of(x->w, x->row[k]));
     for (int k = 0; k < x->count; ++k) {
+        const double size = fabs(x->value[x->row[k]]) * share_of(x->w, x->row[k]);
+        if (size <= largest) continue;
+        largest = size;
+        last = x->row[k];
+    }
+    for (int k = 0; k < x->count && x->order; ++k) {
         const int row = x->row[k];
         if (fabs(x->value[row]) * share_of(x->w, row) <= CLEAR * largest) continue;
         if (last < 0 || x->order[row] > x->order[last]) last = row;

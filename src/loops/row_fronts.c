@@ -23,10 +23,18 @@ struct mbsri_row_fronts {
     double *metric;                          /* nu, in the order of the sweeps: of the inertias */
     double *g, *x;                           /* nu */
     double *zero, *lambda, *inverse, *scale; /* rows */
-    int *order;   /* rows: the last of those that depend on each other are left out */
-    bool *shared; /* rows */
+    int *order;         /* rows: the last of those that depend on each other are left out */
+    bool *shared;       /* rows */
+    bool *more, *other; /* rows: for a short time */
+    bool careful; /* such a row was not in the span of those kept: of them the row goes that has
+                     most part in it */
     bool lost;    /* digits, in some ranks */
 };
+
+/* Rows that were dropped are taken back where they are farther than this from the span of those
+ * kept, squared; in turns, as often at most. */
+static const double apart = 2.0 * MBSRI_DEPENDENT;
+enum { TURNS = 12 };
 
 bool mbsri_any_stiff(const mbsr_model *m)
 {
@@ -63,7 +71,7 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows, numbers = 3 * nu + 4 * rows;
     mbsri_row_fronts *w =
         mbsri_allocate(&m->allocator, sizeof *w + numbers * sizeof(double) + rows * sizeof(int) +
-                                          rows * sizeof(bool));
+                                          3 * rows * sizeof(bool));
     *fronts = w;
     if (!w) return no_memory(m, d, function);
     *w = (mbsri_row_fronts){
@@ -76,6 +84,8 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
     w->scale = w->inverse + rows;
     w->order = (int *)(void *)(w->scale + rows);
     w->shared = (bool *)(w->order + rows);
+    w->more = w->shared + rows;
+    w->other = w->more + rows;
     mbsri_zero(rows, w->zero);
     for (size_t k = 0; k < nu; ++k) w->x[k] = 1.0 / (span[k] * span[k]);
     mbsri_gather(m, w->x, w->metric);
@@ -135,13 +145,14 @@ static double project(mbsri_row_fronts *w)
     return square;
 }
 
-/* g = C^T of rows of length 1, with signs: those dropped, or those kept; whether there is one. */
-static bool add_rows(mbsri_row_fronts *w, const bool *dropped, bool those)
+/* g = C^T of rows of length 1, with signs: the rows of [from, to) that `those` has, or has not;
+ * whether there is one. */
+static bool add_rows(mbsri_row_fronts *w, const bool *those, bool has, int from, int to)
 {
     bool any = false;
     for (int k = 0; k < w->m->rows; ++k) {
         const double sign = k % 3 == 1 ? -1.0 : 1.0;
-        const bool taken = dropped[k] == those;
+        const bool taken = k >= from && k < to && those[k] == has;
         any = any || taken;
         w->inverse[k] = taken && w->scale[k] > 0.0 ? sign / w->scale[k] : 0.0;
     }
@@ -149,12 +160,13 @@ static bool add_rows(mbsri_row_fronts *w, const bool *dropped, bool those)
     return any;
 }
 
-/* What all rows that are dropped have beside the span of the others, squared: of g + C^T lambda
- * itself, so that it is no smaller than the true one, whatever lambda. */
-static double distance_of_dropped(mbsri_row_fronts *w, const bool *dropped)
+/* What the rows of [from, to) that were found to depend have together beside the span of those
+ * kept, squared: of g + C^T lambda itself, so that it is no smaller than the true one, whatever
+ * lambda. */
+static double distance_of_dropped(mbsri_row_fronts *w, const bool *dropped, int from, int to)
 {
     double square = 0.0;
-    if (!add_rows(w, dropped, true)) return 0.0;
+    if (!add_rows(w, w->more, true, from, to)) return 0.0;
     (void)project(w);
     for (int k = 0; k < w->m->rows; ++k) w->lambda[k] = dropped[k] ? 0.0 : w->lambda[k];
     mbsri_closure_transpose(w->m, w->d, w->lambda, w->x);
@@ -165,16 +177,37 @@ static double distance_of_dropped(mbsri_row_fronts *w, const bool *dropped)
     return square;
 }
 
-/* Whether forces of the rows kept are found from what they do: not where rows depend on others. */
+/* Marks in w->other the rows of [from, to) that w->more has and that do not depend on those kept;
+ * of all others the largest distance. */
+static bool find_apart(mbsri_row_fronts *w, const bool *dropped, int from, int to, double *largest)
+{
+    const double square = distance_of_dropped(w, dropped, from, to);
+    if (square <= apart) {
+        *largest = fmax(*largest, square);
+        return false;
+    }
+    if (to - from == 1) return w->other[from] = true;
+    const int middle = from + (to - from) / 2;
+    const bool first = find_apart(w, dropped, from, middle, largest);
+    return find_apart(w, dropped, middle, to, largest) || first;
+}
+
+/* Whether forces of the rows kept are found from what they do, and better from what that leaves:
+ * not where rows depend on others. */
 static bool are_kept_found(mbsri_row_fronts *w, const bool *dropped)
 {
     static const double part = 1e-3;
-    bool found = true;
-    if (!add_rows(w, dropped, false)) return true;
-    (void)project(w);
-    for (int k = 0; k < w->m->rows; ++k) {
-        if (!dropped[k] && !(fabs(w->lambda[k] + w->inverse[k]) * w->scale[k] <= part))
-            found = false;
+    bool found = false;
+    if (!add_rows(w, dropped, false, 0, w->m->rows)) return true;
+    for (int pass = 0; pass < 2 && !found; ++pass) {
+        if (pass > 0) mbsri_closure_transpose(w->m, w->d, w->inverse, w->g);
+        (void)project(w);
+        found = true;
+        for (int k = 0; k < w->m->rows; ++k) {
+            if (dropped[k]) continue;
+            w->inverse[k] += w->lambda[k];
+            found = found && fabs(w->inverse[k]) * w->scale[k] <= part;
+        }
     }
     return found;
 }
@@ -196,32 +229,98 @@ static void measure_rows(mbsri_row_fronts *w, const bool *dropped, mbsri_ranks *
     }
 }
 
-static int factor(mbsri_row_fronts *w)
+/* (C W C^T)^-1 of row k into w->lambda; the row of the greatest place that it clearly has. These
+ * are marked in w->more. */
+static int last_beside(mbsri_row_fronts *w, int k)
 {
-    return mbsri_fronts_factor(&w->system, w->metric, w->function);
+    static const double clear = 1e-3;
+    double largest = 0.0;
+    int last = k;
+    mbsri_zero((size_t)w->m->nu, w->g);
+    w->zero[k] = 1.0;
+    mbsri_fronts_solve(&w->system, w->g, w->zero, w->x, w->lambda);
+    w->zero[k] = 0.0;
+    for (int l = 0; l < w->m->rows; ++l) largest = fmax(largest, fabs(w->lambda[l]) * w->scale[l]);
+    for (int l = 0; l < w->m->rows; ++l) {
+        if (!(fabs(w->lambda[l]) * w->scale[l] > clear * largest)) continue;
+        w->more[l] = true;
+        if (w->order[l] > w->order[last]) last = l;
+    }
+    return last;
+}
+
+/* Drops rows that are next to the span of those before, by what each is from all others,
+ * w->inverse; whether there are some. With y of (C W C^T)^-1, |C^T y|^2 = y_k. */
+static bool drop_next_to_others(mbsri_row_fronts *w, bool *dropped)
+{
+    bool any = false;
+    for (int k = 0; k < w->m->rows; ++k) w->more[k] = false;
+    for (int k = 0; k < w->m->rows; ++k) {
+        const double size = w->inverse[k] * w->scale[k] * w->scale[k];
+        if (dropped[k] || w->more[k] || size * MBSRI_DEPENDENT < 1.0) continue;
+        const int last = last_beside(w, k);
+        const double part = w->lambda[last] * w->scale[last];
+        if (w->lambda[k] <= MBSRI_DEPENDENT * part * part) dropped[last] = any = true;
+    }
+    return any;
+}
+
+/* Marks in w->more rows that depend on others as the factors are. */
+static int find_idle(mbsri_row_fronts *w, bool *shared)
+{
+    return mbsri_idle_rows(&w->system, w->careful ? NULL : w->order, w->more, shared)
+               ? MBSR_OK
+               : no_memory(w->m, w->d, w->function);
+}
+
+/* The factors without the rows dropped, and what these are wrong about, where digits got lost:
+ * *changed. */
+static int mend(mbsri_row_fronts *w, const bool *without, bool *dropped, double *largest,
+                bool *changed)
+{
+    const int rows = w->m->rows;
+    for (int k = 0; k < rows; ++k) w->system.left_out[k] = dropped[k];
+    int status = mbsri_fronts_factor(&w->system, w->metric, w->function);
+    if (!status) status = find_idle(w, w->other);
+    *changed = false;
+    *largest = 0.0;
+    for (int k = 0; k < rows && !status; ++k) {
+        if (w->more[k] && !dropped[k]) dropped[k] = *changed = true;
+    }
+    if (status || *changed) return status;
+    for (int k = 0; k < rows; ++k) {
+        w->more[k] = dropped[k] && !(without && without[k]);
+        w->other[k] = false;
+    }
+    *changed = find_apart(w, dropped, 0, rows, largest);
+    for (int k = 0; k < rows; ++k) dropped[k] = dropped[k] && !w->other[k];
+    w->careful = w->careful || *changed;
+    if (*changed) return MBSR_OK;
+    if (!mbsri_fronts_spread(&w->system, w->inverse)) return no_memory(w->m, w->d, w->function);
+    *changed = drop_next_to_others(w, dropped);
+    return MBSR_OK;
 }
 
 int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *dropped,
                           mbsri_ranks *found)
 {
     const int rows = w->m->rows;
+    bool changed = true;
     for (int k = 0; k < rows; ++k) w->system.left_out[k] = without && without[k];
+    w->careful = false;
     find_scales(w);
-    int status = factor(w);
-    if (!status && !mbsri_idle_rows(&w->system, w->order, dropped, w->shared))
-        status = no_memory(w->m, w->d, w->function);
+    int status = mbsri_fronts_factor(&w->system, w->metric, w->function);
+    if (!status) status = find_idle(w, w->shared);
     if (status) return status;
-    for (int k = 0; k < rows; ++k)
-        w->system.left_out[k] = dropped[k] = dropped[k] || (without && without[k]);
-    status = factor(w);
-    if (status) return status;
+    for (int k = 0; k < rows; ++k) dropped[k] = w->more[k] || (without && without[k]);
     *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
-    found->largest_dropped = distance_of_dropped(w, dropped);
-    w->lost =
-        w->lost || !(found->largest_dropped <= MBSRI_DEPENDENT) || !are_kept_found(w, dropped);
-    if (!mbsri_fronts_spread(&w->system, w->inverse)) return no_memory(w->m, w->d, w->function);
+    for (int turn = 0; turn < TURNS && changed; ++turn) {
+        status = mend(w, without, dropped, &found->largest_dropped, &changed);
+        if (status) return status;
+    }
     measure_rows(w, dropped, found);
-    w->lost = w->lost || (found->independent > 0 && !(found->smallest_kept > MBSRI_DEPENDENT));
+    w->lost = w->lost || changed || (found->independent > 0 && !(found->smallest_kept > 0.0)) ||
+              !are_kept_found(w, dropped);
     return MBSR_OK;
 }
 
