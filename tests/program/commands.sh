@@ -353,6 +353,11 @@ if [ "$with_run" = 1 ]; then
     if grep -q '2 shapes touch' "$work/err"; then
         tail -n 1 "$work/ball.csv" | awk -F, '{ exit !($8 > 0.09 && $8 < 0.1) }' ||
             { echo 'a ball does not lie on the floor:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        # massless fingers lift a box, which creeps by m g / (2 mu F) of the slip, 1e-3 m/s
+        "$program" run "$models/gripper.xml" --t-end 3 --step 0.5 --inputs "$models/grip.csv" --output box,box.rate \
+            -o "$work/grip.csv" 2>"$work/err" || { cat "$work/err"; failed=1; }
+        tail -n 1 "$work/grip.csv" | awk -F, '{ exit !($8 > 0.196 && $8 < 0.198 && $14 < -1.22e-4 && $14 > -1.25e-4) }' ||
+            { echo 'the gripper lost its box:'; tail -n 1 "$work/grip.csv"; failed=1; }
         for options in '' '--no-contacts'; do # the rods of the wishbones begin within their tubes
             # shellcheck disable=SC2086
             "$program" run $options "$models/suspension.xml" --t-end 1 --inputs "$models/steer.csv" \
