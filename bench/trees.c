@@ -331,6 +331,57 @@ void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int mas
     }
 }
 
+/* A leg of six hinges about y, y, x in turn, on the ground. */
+static int add_leg(mbsr_model *model, double x, double z)
+{
+    static const double axis[3][3] = {{0.0, 1.0, 0.0}, {0.0, 1.0, 0.1}, {1.0, 0.0, 0.0}};
+    int last = MBSR_GROUND;
+    for (int k = 0; k < 6; ++k) {
+        const mbsr_frame at =
+            k > 0 ? mbsr_frame_at(0.4, 0.0, 0.0) : mbsr_frame_at(2.0 * x, 0.0, 2.0 * z);
+        last = add_spatial(model, last, mbsr_joint_revolute(&at, NULL, axis[k % 3]), 0.5, 0.4);
+    }
+    return last;
+}
+
+void bench_make_crowd(bench_model *tree, bench_crowd kind, int count)
+{
+    begin_plane(tree);
+    mbsr_model *model = tree->model;
+    const double size = kind == BENCH_CARRIER ? 11.0 : 1.0; /* the carrier's, m and kg */
+    int last = kind == BENCH_LEGS ? MBSR_GROUND : add_rod(model, MBSR_GROUND, 0.0, 0.0, size, size);
+    for (int k = 0; k < count; ++k) {
+        const double x = cos(2.4 * k), z = sin(2.4 * k);
+        if (kind == BENCH_LEGS) {
+            const int leg = add_leg(model, x, z);
+            const mbsr_frame foot = mbsr_frame_at(0.4, 0.0, 0.0), at = mbsr_frame_at(x, 0.0, z);
+            const mbsr_closure_def weld = mbsr_closure_weld(leg, &foot, last, &at);
+            if (k == 0)
+                last = add_spatial(
+                    model, leg, mbsr_joint_revolute(&foot, NULL, (double[3]){0, 0, 1}), 20.0, 2.0);
+            else if (mbsr_model_add_closure(model, &weld, NULL) != MBSR_OK)
+                fail(mbsr_model_error(model)->text, "weld");
+            continue;
+        }
+        const int base = kind == BENCH_BARS ? MBSR_GROUND : last;
+        const double at = kind == BENCH_BARS ? k : 10.0 * k / count;
+        const int crank = kind == BENCH_BARS ? last : add_rod(model, base, at, 0.0, 1.0, 1.0);
+        const int coupler = add_rod(model, crank, 1.0, 0.0, 0.7, 1.0),
+                  rocker = add_rod(model, base, at + 1.0, 0.0, 1.3 + 0.1 * z, 1.0);
+        add_pin(model, coupler, 1.0, rocker, 1.0, 0.0);
+        if (kind == BENCH_BARS) last = rocker;
+    }
+    finish_plane(tree);
+    const int pieces = kind == BENCH_BARS ? 2 : 3; /* bodies of a parallelogram */
+    for (int k = 0; k < tree->nq; ++k) {
+        const int piece = kind == BENCH_BARS ? 0 : (k - 1) / pieces, at = (k - 1) % pieces;
+        const double angle = 1.0 + 0.3 * sin(piece), side = at == pieces - 2 ? -1.0 : 1.0;
+        tree->q[k] = kind == BENCH_LEGS ? 0.3 * sin(2.0 * k) : k > 0 ? side * angle : angle;
+        tree->u[k] = kind == BENCH_LEGS ? 0.1 * cos(k) : k > 0 ? 0.5 * side : 0.5;
+    }
+    if (kind == BENCH_CARRIER) tree->q[0] = 0.2, tree->u[0] = 0.1;
+}
+
 /* sum of a_k q of these bodies is zero; loop: as that of a pin. */
 static void add_coupling(mbsr_model *model, int terms, const int *body, const double *a,
                          bench_loop loop)

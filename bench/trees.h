@@ -47,6 +47,11 @@ void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed);
  * ground. */
 void bench_make_ring(bench_model *tree, int links, int closed);
 
+/* Many loops that close on one body: four-bars in a row on the ground; parallelograms on a
+ * carrier; legs of six hinges between the ground and a platform, the first of which carries it. */
+typedef enum bench_crowd { BENCH_BARS, BENCH_CARRIER, BENCH_LEGS } bench_crowd;
+void bench_make_crowd(bench_model *tree, bench_crowd kind, int count);
+
 /* Couplings of joint coordinates: `gears`, a chain of rods, each turning against the one before;
  * `hands`, a chain of them, whose five fingers have three joints each, two of which follow the
  * first; `differentials`, a chain of rods with a cage and two wheels on each; `train`, wheels on

@@ -31,6 +31,8 @@
 #include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "model/query.h"
+#include "recursion/backward.h"
+#include "recursion/elements.h"
 #include "recursion/kinematics.h"
 
 #include <mbsrank/driver.h>
@@ -228,6 +230,29 @@ static int check(mbsri_start *s, bool *clear)
     return status < 0 ? status : MBSR_OK;
 }
 
+/* Whether ranks at the state found are those of the states around it: *clear. */
+static int compare_ranks(mbsri_start *s, bool *clear)
+{
+    static const double short_way = 1e-4;
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    int rank[2] = {0, 0}, status = MBSR_OK;
+    mbsri_copy((size_t)m->nq, w->y, w->q);
+    mbsri_zero((size_t)m->nu, w->u);
+    for (int beside = 0; beside < 2 && !status; ++beside) {
+        for (int k = 0; k < m->nq && beside; ++k)
+            w->q[k] += short_way * (1.0 + 0.5 * sin(12.9898 * k)) / s->per_place[k];
+        status = mbsri_normalise(m, w->d, w->q);
+        if (!status) status = mbsri_positions(m, w->d, w->t, w->q);
+        if (!status) status = mbsri_velocities(m, w->d, w->u);
+        if (!status) status = mbsri_forces(m, w->d, NULL, NULL);
+        if (!status) status = mbsri_backward(m, w->d);
+        rank[beside] = w->d->total_rank;
+    }
+    *clear = !status && rank[0] == rank[1];
+    return status < 0 ? status : MBSR_OK;
+}
+
 /* No balance found, of positions or of velocities: names the joint at which the largest force is
  * left. */
 static int refuse(mbsri_start *s, const char *what)
@@ -331,6 +356,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     status = climb_from_all(s, &singular, &regular, &first, &sought);
     if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
     if (!status && w->deficient) status = check(s, clear);
+    if (!status && *clear) status = compare_ranks(s, clear);
     *clear = *clear && regular;
     if (status <= 0) return status;
     const bool dependent = first.status == MBSR_LOOP_SINGULAR; /* rows: nothing was sought */

@@ -23,7 +23,7 @@ enum { LARGEST_RANK = 120 };
 
 /* Multiplications a body past which loops are too many to be carried, and what one of the front
  * counts beside one of these. */
-static const double too_many = 30000.0, slower = 3.0;
+static const double too_many = 3000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {

@@ -1,9 +1,9 @@
 #!/bin/sh
 # Fails when a call takes more than 5 % more instructions than baseline.csv says, one of ten times as many
-# bodies in loops more than 10 % more for each, or a Newton system of a long chain with one loop more than
-# 5 % more than that of the open chain and the loop, or one of bodies on loops more than five times that of the
-# open chain, of couplers on joints of several axes and of coupled joints five times that of the same tree
-# without closures.
+# bodies in loops more than 10 % more for each, one of five times as many loops on one body more than 5^0.05
+# times as many for each, or a Newton system of a long chain with one loop more than 5 % more than that of the
+# open chain and the loop, or one of bodies on loops more than five times that of the open chain, of couplers on
+# joints of several axes and of coupled joints five times that of the same tree without closures.
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
@@ -23,6 +23,17 @@ echo "$counts" | awk -F, '
     NR == FNR { if (/^[^#]/) baseline[at] = $5; next }
     {
         ++counted
+        crowd = $3
+        if ($2 == "crowds" && sub(/20$/, "", crowd)) few[crowd, $4] = $5
+        crowd = $3
+        if ($2 == "crowds" && sub(/100$/, "", crowd)) {
+            printf "%-40s %8.1f %8.1f\n", at, $5, few[crowd, $4]
+            if ($5 > 1.084 * few[crowd, $4]) {
+                print at ": " $5 " instructions per body, of a fifth of the loops " few[crowd, $4]
+                bad = 1
+            }
+        }
+        if ($2 == "crowds") next
         if (!(at in baseline)) {
             print at ": " $5 " instructions per body, not in baseline.csv"
             bad = 1

@@ -220,6 +220,33 @@ static void count_loops(int k)
     close_counted(&c);
 }
 
+/* Many loops that close on one body, by the front. */
+static void count_crowds(void)
+{
+    static const struct {
+        const char *name;
+        bench_crowd kind;
+    } crowds[] = {{"bars", BENCH_BARS}, {"carrier", BENCH_CARRIER}, {"legs", BENCH_LEGS}};
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = 1;
+    for (int k = 0; k < 6; ++k) {
+        const int number = k % 2 ? 100 : 20;
+        counted c;
+        bench_make_crowd(&c.tree, crowds[k / 2].kind, number);
+        make_counted(&c);
+        mbsr_newton_destroy(c.newton);
+        bench_check(mbsr_newton_create(c.tree.model, MBSR_DAE_MOMENTUM, &opt, &c.newton, NULL),
+                    "mbsr_newton_create", NULL);
+        for (int which = 3; which <= 4; ++which) {
+            bench_check(call(&c, which), call_name[which], mbsr_newton_error(c.newton)->text);
+            bench_check(measure(&c, which), call_name[which], mbsr_newton_error(c.newton)->text);
+            printf("crowds %s%d %s %d\n", crowds[k / 2].name, number, call_name[which],
+                   c.tree.bodies);
+        }
+        close_counted(&c);
+    }
+}
+
 static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
 {
     c->tree.model->tree.plain->kernels = c->tree.model->tree.newton->kernels =
@@ -288,5 +315,6 @@ int main(int argc, char **argv)
         close_counted(&c);
     }
     for (int k = 0; k < LOOPS; ++k) count_loops(k);
+    count_crowds();
     return 0;
 }

@@ -323,6 +323,28 @@ static void springs_beside_redundant_rows(void **state)
         assert_true(check_rich(seed[k], true));
 }
 
+/* Ranks at the state that the states around it do not have: nothing goes on from there, and a start
+ * refuses it as the report does. */
+static void ranks_of_one_state_alone(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {200002, 200564, 201388};
+    for (size_t k = 0; k < 3 * sizeof systems / sizeof systems[0]; ++k) {
+        any_model s;
+        mbsr_data *d;
+        double still[ANY_MOST] = {0.0}, y[6 * ANY_MOST], yp[6 * ANY_MOST];
+        assert_true(any_model_make(&s, seed[k % 3], systems + k / 3, true));
+        assert_true(mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM) <= 6 * ANY_MOST);
+        assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+        assert_int_equal(report_at(&s, d, s.q, still).report, MBSR_RANK_CHANGED);
+        assert_ok(mbsr_dae_pack(s.m, d, MBSR_DAE_MOMENTUM, 0.0, s.q, still, y), NULL);
+        assert_int_equal(mbsr_dae_consistent(s.m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                         MBSR_RANK_CHANGED);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(s.m);
+    }
+}
+
 static void add_behind(any_model *s, mbsr_joint joint, mbsr_inertia inertia)
 {
     mbsr_body_def body = mbsr_default_body_def();
@@ -390,6 +412,7 @@ int main(void)
                                        cmocka_unit_test(loops_without_load),
                                        cmocka_unit_test(a_mass_close_to_axes),
                                        cmocka_unit_test(rich_verdicts_agree),
-                                       cmocka_unit_test(springs_beside_redundant_rows)};
+                                       cmocka_unit_test(springs_beside_redundant_rows),
+                                       cmocka_unit_test(ranks_of_one_state_alone)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

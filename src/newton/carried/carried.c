@@ -274,7 +274,7 @@ double mbsri_carried_operations(const mbsr_newton *w)
     double sum = 0.0;
     for (int k = 1; k < v->fronts; ++k) {
         const double size = v->pool[k].count;
-        sum += k > w->model->bodies ? size * size * (size / 3.0 + 20.0) : size * (size + 40.0);
+        sum += k > w->model->bodies ? size * size * (size + 20.0) : size * (size + 40.0);
     }
     return sum;
 }

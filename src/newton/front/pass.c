@@ -434,6 +434,29 @@ static void take_sizes(const mbsri_front_build *b)
     }
 }
 
+/* What bodies of the border will add to the rates of their own impulses, and with weights that are
+ * inverse inertias to the loads of eta, as their masses are. These are sizes of what is to come:
+ * beside them multipliers of a body that is passed last are judged, not beside nothing. */
+static void expect_masses(const mbsri_front_build *b)
+{
+    const mbsri_front *f = b->f;
+    for (int k = 0; k < b->step->borders; ++k) {
+        const int i = f->plan.border[b->step->first_border + k].body, d = f->model->body[i].d,
+                  x = mbsri_linear_motions(f->linear, i), y = mbsri_linear_actions(f->linear, i),
+                  e = f->linear->e[i], row = f->row_at[f->names[i].y + d],
+                  column = f->column_at[f->names[i].x];
+        const bool held = f->model->position_rows > 0 && !b->plain && e == d;
+        const double *P = mbsri_linear_terms(f->linear, i).P;
+        for (int l = 0; l < x; ++l, P += y) {
+            double *N = N_at(b, row, column + l);
+            for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]) + fabs(P[d + r]);
+            if (!held || l < e || l >= e + d) continue; /* P over V is the mass */
+            N = N_at(b, f->row_at[f->names[i].kappa], column + l - e);
+            for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]);
+        }
+    }
+}
+
 void mbsri_front_pass(mbsri_front_build *b)
 {
     const mbsri_front *f = b->f;
@@ -462,4 +485,5 @@ void mbsri_front_pass(mbsri_front_build *b)
                        .above = f->linear->deep[b->b->parent],
                        .plain = b->plain});
     if (b->closes) take_range(b);
+    if (b->watched && f->linear->whole && !f->served && !b->lacks_mass) expect_masses(b);
 }
