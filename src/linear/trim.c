@@ -25,21 +25,16 @@
 #include <math.h>
 #include <string.h>
 
-/* What is sought, and what is left of the equations there. */
-typedef struct trim_point {
-    double *q, *lambda, *theta;
-    double *r; /* equations: scaled */
-} trim_point;
-
 typedef struct trim {
     const mbsr_parameters *list;
     double t, length;
     int nq, nu, rows, gaps, params, unknowns, equations;
     const int *which;
-    bool *held, *rigid;         /* nu; rows */
-    int *row_of;                /* gaps: their rows */
-    double *span;               /* nu */
-    trim_point at, next;        /* found so far; tried */
+    bool *held, *rigid; /* nu; rows */
+    int *row_of;        /* gaps: their rows */
+    double *span;       /* nu */
+    double *q, *lambda, *theta, *new_q, *new_lambda, *new_theta;
+    double *r, *new_r;          /* equations: scaled */
     double *A, *U, *V, *s, *x;  /* equations x unknowns; its singular values; the step */
     double *column, *row_scale; /* lengths of columns; gaps: over lengths of rows */
     double *work, *by_nu, *rate;
@@ -96,16 +91,16 @@ static double length_of(int n, const double *x)
     return sqrt(sum);
 }
 
-/* q moved by x along rate k, in w->next.q. */
+/* q moved by x along rate k, in w->new_q. */
 static int move_along_rate(trim *w, mbsr_data *d, int k, double x)
 {
     const mbsr_model *m = mbsr_data_model(d);
     memset(w->rate, 0, (size_t)w->nu * sizeof *w->rate);
     w->rate[k] = x;
-    int status = mbsr_stage_positions(m, d, w->t, w->at.q);
+    int status = mbsr_stage_positions(m, d, w->t, w->q);
     if (!status) status = mbsr_stage_velocities(m, d, w->rate);
-    if (!status) status = mbsr_coordinate_rates(m, d, w->next.q);
-    for (int l = 0; l < w->nq && !status; ++l) w->next.q[l] += w->at.q[l];
+    if (!status) status = mbsr_coordinate_rates(m, d, w->new_q);
+    for (int l = 0; l < w->nq && !status; ++l) w->new_q[l] += w->q[l];
     return status;
 }
 
@@ -115,7 +110,7 @@ static int position_columns(trim *w, mbsr_data *d, mbsr_derivatives *by, mbsr_er
     const mbsr_model *m = mbsr_data_model(d);
     const double step = 1e-5;
     memset(w->rate, 0, (size_t)w->nu * sizeof *w->rate);
-    int status = mbsr_derivatives_inverse(by, w->t, w->at.q, w->rate, w->rate, NULL);
+    int status = mbsr_derivatives_inverse(by, w->t, w->q, w->rate, w->rate, NULL);
     for (int k = 0; k < w->nu && !status; ++k) {
         double *a = w->A + (size_t)k * (size_t)w->equations;
         memset(w->rate, 0, (size_t)w->nu * sizeof *w->rate);
@@ -131,13 +126,13 @@ static int position_columns(trim *w, mbsr_data *d, mbsr_derivatives *by, mbsr_er
         double *a = w->A + (size_t)k * (size_t)w->equations;
         for (int side = -1; side <= 1 && !status; side += 2) {
             status = move_along_rate(w, d, k, side * step * w->span[k]);
-            if (!status) status = mbsr_stage_positions(m, d, w->t, w->next.q);
-            if (!status) status = mbsr_closures_transpose(m, d, w->at.lambda, w->by_nu);
+            if (!status) status = mbsr_stage_positions(m, d, w->t, w->new_q);
+            if (!status) status = mbsr_closures_transpose(m, d, w->lambda, w->by_nu);
             for (int l = 0; l < w->nu && !status; ++l)
                 a[l] -= side * w->by_nu[l] * w->span[l] / (2.0 * step);
         }
     }
-    if (!status) status = mbsr_stage_positions(m, d, w->t, w->at.q);
+    if (!status) status = mbsr_stage_positions(m, d, w->t, w->q);
     if (status) *error = *mbsr_data_error(d);
     return status;
 }
@@ -149,7 +144,7 @@ static int force_columns(trim *w, mbsr_data *d, mbsr_error *error)
     int status = MBSR_OK;
     for (int k = 0, gap = 0; k < w->rows && !status; ++k) {
         double *a = w->A + (size_t)(w->nu + k) * (size_t)w->equations;
-        double *unit = w->next.lambda;
+        double *unit = w->new_lambda;
         memset(unit, 0, (size_t)w->rows * sizeof *unit);
         unit[k] = w->rigid[k] ? 1.0 : 0.0;
         status = mbsr_closures_transpose(m, d, unit, a);
@@ -171,7 +166,7 @@ static double parameter_step(const trim *w, int k)
 {
     mbsr_parameter p;
     mbsr_parameter_get(w->list, w->which[k], &p);
-    if (w->at.theta[k] != 0.0) return 1e-4 * fabs(w->at.theta[k]);
+    if (w->theta[k] != 0.0) return 1e-4 * fabs(w->theta[k]);
     return strcmp(p.unit, "m") == 0 ? 1e-4 * w->length : strcmp(p.unit, "rad") == 0 ? 1e-4 : 1.0;
 }
 
@@ -179,11 +174,11 @@ static double parameter_step(const trim *w, int k)
 static int balance_with(trim *w, int k, double step, double *out, mbsr_error *error)
 {
     mbsr_data *d;
-    memcpy(w->next.theta, w->at.theta, (size_t)w->params * sizeof *w->at.theta);
-    w->next.theta[k] += step;
-    int status = data_of_trim(w, w->next.theta, &d, error);
+    memcpy(w->new_theta, w->theta, (size_t)w->params * sizeof *w->theta);
+    w->new_theta[k] += step;
+    int status = data_of_trim(w, w->new_theta, &d, error);
     if (status) return status;
-    status = trim_balance(w, d, w->at.q, w->at.lambda, out, error);
+    status = trim_balance(w, d, w->q, w->lambda, out, error);
     mbsr_data_destroy(d);
     return status;
 }
@@ -195,9 +190,9 @@ static int parameter_columns(trim *w, mbsr_error *error)
         double *a = w->A + (size_t)(w->nu + w->rows + k) * (size_t)w->equations;
         const double step = parameter_step(w, k);
         const int up = balance_with(w, k, step, a, error),
-                  down = balance_with(w, k, -step, w->next.r, error);
+                  down = balance_with(w, k, -step, w->new_r, error);
         if (up && down) return down;
-        const double *above = up ? w->at.r : a, *below = down ? w->at.r : w->next.r;
+        const double *above = up ? w->r : a, *below = down ? w->r : w->new_r;
         for (int l = 0; l < w->equations; ++l)
             a[l] = (above[l] - below[l]) / (up || down ? step : 2.0 * step);
     }
@@ -254,8 +249,7 @@ static int solve_step(trim *w, mbsr_error *error)
     memset(w->x, 0, (size_t)n * sizeof *w->x);
     for (; rank < least && w->s[rank] > 1e-10 * largest; ++rank) {
         double along = 0.0;
-        for (int l = 0; l < m; ++l)
-            along -= w->U[(size_t)rank * (size_t)m + (size_t)l] * w->at.r[l];
+        for (int l = 0; l < m; ++l) along -= w->U[(size_t)rank * (size_t)m + (size_t)l] * w->r[l];
         for (int k = 0; k < n; ++k)
             w->x[k] += along / w->s[rank] * w->V[(size_t)k * (size_t)n + (size_t)rank];
     }
@@ -270,20 +264,20 @@ static int try_share(trim *w, mbsr_data *d, double share, mbsr_data **made, mbsr
     const double *x = w->x;
     *made = NULL;
     for (int k = 0; k < w->nu; ++k) w->rate[k] = share * x[k] * w->span[k];
-    int status = mbsr_stage_positions(mbsr_data_model(d), d, w->t, w->at.q);
+    int status = mbsr_stage_positions(mbsr_data_model(d), d, w->t, w->q);
     if (!status) status = mbsr_stage_velocities(mbsr_data_model(d), d, w->rate);
-    if (!status) status = mbsr_coordinate_rates(mbsr_data_model(d), d, w->next.q);
-    for (int k = 0; k < w->nq; ++k) w->next.q[k] += w->at.q[k];
-    if (!status) status = mbsr_normalise(mbsr_data_model(d), d, w->next.q);
+    if (!status) status = mbsr_coordinate_rates(mbsr_data_model(d), d, w->new_q);
+    for (int k = 0; k < w->nq; ++k) w->new_q[k] += w->q[k];
+    if (!status) status = mbsr_normalise(mbsr_data_model(d), d, w->new_q);
     if (status) {
         *error = *mbsr_data_error(d);
         return status;
     }
-    for (int k = 0; k < w->rows; ++k) w->next.lambda[k] = w->at.lambda[k] + share * x[w->nu + k];
+    for (int k = 0; k < w->rows; ++k) w->new_lambda[k] = w->lambda[k] + share * x[w->nu + k];
     for (int k = 0; k < w->params; ++k)
-        w->next.theta[k] = w->at.theta[k] + share * x[w->nu + w->rows + k];
-    status = data_of_trim(w, w->next.theta, made, error);
-    return status ? status : trim_balance(w, *made, w->next.q, w->next.lambda, w->next.r, error);
+        w->new_theta[k] = w->theta[k] + share * x[w->nu + w->rows + k];
+    status = data_of_trim(w, w->new_theta, made, error);
+    return status ? status : trim_balance(w, *made, w->new_q, w->new_lambda, w->new_r, error);
 }
 
 static void swap_arrays(double **a, double **b)
@@ -299,7 +293,7 @@ static int refuse_trim(trim *w, mbsr_data *d, mbsr_error *error)
     const mbsr_model *m = mbsr_data_model(d);
     int worst = 0, body = 0, own = 0;
     for (int k = 1; k < w->equations; ++k)
-        if (fabs(w->at.r[k]) > fabs(w->at.r[worst])) worst = k;
+        if (fabs(w->r[k]) > fabs(w->r[worst])) worst = k;
     if (worst >= w->nu)
         return fail_trim(MBSR_LOOP_OPEN, "loops cannot be closed with what is held", error);
     w->info.worst = worst;
@@ -313,7 +307,7 @@ static int refuse_trim(trim *w, mbsr_data *d, mbsr_error *error)
                       "farthest from it (%.3g), and no free parameter or position acts on them "
                       "enough: free another one, or start nearer",
                       name, w->info.iterations, own, body, mbsr_body_name(m, body),
-                      -w->at.r[worst] / w->span[worst]);
+                      -w->r[worst] / w->span[worst]);
 }
 
 /* A matrix at the present state, and the step. */
@@ -326,7 +320,7 @@ static int linearise_trim(trim *w, mbsr_data *d, mbsr_error *error)
     status = position_columns(w, d, by, error);
     mbsr_derivatives_destroy(by);
     if (!status) status = force_columns(w, d, error);
-    if (!status) status = trim_balance(w, d, w->at.q, w->at.lambda, w->at.r, error);
+    if (!status) status = trim_balance(w, d, w->q, w->lambda, w->r, error);
     if (!status) status = parameter_columns(w, error);
     return status ? status : solve_step(w, error);
 }
@@ -339,15 +333,15 @@ static int iterate_trim(trim *w, const mbsr_trim_opt *opt, mbsr_data **d, mbsr_e
         if (status) return status;
         double length = 0.0, most = 0.0;
         for (int k = 0; k < w->nu; ++k) length = fmax(length, fabs(w->x[k]));
-        for (int k = 0; k < w->equations; ++k) most = fmax(most, fabs(w->at.r[k]));
+        for (int k = 0; k < w->equations; ++k) most = fmax(most, fabs(w->r[k]));
         w->info.step = length;
         const bool last = length <= opt->tolerance && most <= opt->tolerance * w->force;
         double share = length > longest ? longest / length : 1.0;
-        const double before = length_of(w->equations, w->at.r);
+        const double before = length_of(w->equations, w->r);
         mbsr_data *made = NULL;
         for (int half = 0;; ++half) {
             status = try_share(w, *d, share, &made, error);
-            if (!status && length_of(w->equations, w->next.r) <= (1.0 - 1e-3 * share) * before)
+            if (!status && length_of(w->equations, w->new_r) <= (1.0 - 1e-3 * share) * before)
                 break;
             if (!status && most <= 1e3 * opt->tolerance * w->force) break;
             if (last || half == 12) {
@@ -359,9 +353,9 @@ static int iterate_trim(trim *w, const mbsr_trim_opt *opt, mbsr_data **d, mbsr_e
         }
         mbsr_data_destroy(*d);
         *d = made;
-        swap_arrays(&w->at.q, &w->next.q);
-        swap_arrays(&w->at.lambda, &w->next.lambda);
-        swap_arrays(&w->at.theta, &w->next.theta);
+        swap_arrays(&w->q, &w->new_q);
+        swap_arrays(&w->lambda, &w->new_lambda);
+        swap_arrays(&w->theta, &w->new_theta);
         ++w->info.iterations;
         if (last) return MBSR_OK;
     }
@@ -374,12 +368,12 @@ static bool take_trim(trim *w, mbsri_arena *arena)
     const struct {
         double **place;
         size_t size;
-    } all[] = {{&w->at.q, (size_t)w->nq + 1},
-               {&w->next.q, (size_t)w->nq + 1},
-               {&w->at.lambda, n},
-               {&w->next.lambda, n},
-               {&w->at.theta, n},
-               {&w->next.theta, n},
+    } all[] = {{&w->q, (size_t)w->nq + 1},
+               {&w->new_q, (size_t)w->nq + 1},
+               {&w->lambda, n},
+               {&w->new_lambda, n},
+               {&w->theta, n},
+               {&w->new_theta, n},
                {&w->span, n},
                {&w->by_nu, n},
                {&w->rate, n},
@@ -387,8 +381,8 @@ static bool take_trim(trim *w, mbsri_arena *arena)
                {&w->x, n},
                {&w->s, n},
                {&w->row_scale, m},
-               {&w->at.r, m},
-               {&w->next.r, m},
+               {&w->r, m},
+               {&w->new_r, m},
                {&w->A, m * n},
                {&w->U, m * m},
                {&w->V, n * n},
@@ -420,7 +414,7 @@ static int describe_trim(trim *w, mbsr_data *d, const mbsr_trim_opt *opt, mbsr_e
             if (k < gaps) w->row_of[gap + k] = row + k;
         }
     }
-    int status = mbsr_stage_positions(m, d, w->t, w->at.q);
+    int status = mbsr_stage_positions(m, d, w->t, w->q);
     if (status) {
         *error = *mbsr_data_error(d);
         return status;
@@ -498,16 +492,16 @@ int mbsr_trim(const mbsr_parameters *list, double t, const double *q, int count,
     mbsr_model_definition(m, &def);
     mbsri_arena_open(&arena, &def.allocator);
     if (!take_trim(&w, &arena)) status = fail_trim(MBSR_ERR_NO_MEMORY, "no memory", error);
-    if (!status) memcpy(w.at.q, q, (size_t)w.nq * sizeof *q);
+    if (!status) memcpy(w.q, q, (size_t)w.nq * sizeof *q);
     for (int k = 0; k < count && !status; ++k) {
         mbsr_parameter p;
         status = mbsr_parameter_get(list, which[k], &p);
-        w.at.theta[k] = p.value;
+        w.theta[k] = p.value;
     }
     if (!status) status = describe_trim(&w, d, opt, error);
     if (!status) status = iterate_trim(&w, opt, &d, error);
-    if (!status) memcpy(q_rest, w.at.q, (size_t)w.nq * sizeof *q_rest);
-    if (!status && count > 0) memcpy(value, w.at.theta, (size_t)count * sizeof *value);
+    if (!status) memcpy(q_rest, w.q, (size_t)w.nq * sizeof *q_rest);
+    if (!status && count > 0) memcpy(value, w.theta, (size_t)count * sizeof *value);
     if (info) *info = w.info;
     mbsri_arena_close(&arena);
     mbsr_data_destroy(d);
