@@ -34,11 +34,15 @@ typedef struct trim {
     int *row_of;        /* gaps: their rows */
     double *span;       /* nu */
     double *q, *lambda, *theta, *new_q, *new_lambda, *new_theta;
-    double *r, *new_r;          /* equations: scaled */
-    double *A, *U, *V, *s, *x;  /* equations x unknowns; its singular values; the step */
-    double *column, *row_scale; /* lengths of columns; gaps: over lengths of rows */
-    double *work, *by_nu, *rate;
-    int lwork;
+    double *r, *new_r; /* equations: scaled */
+    struct {
+        double *A, *U, *V, *s; /* equations x unknowns; its singular values */
+        double *x, *column;    /* the step; lengths of columns */
+        double *work;
+        int lwork;
+    } linear;
+    double *row_scale; /* gaps: 1 over lengths of rows */
+    double *by_nu, *rate;
     double force; /* largest work of a force met: J */
     mbsr_trim_info info;
 } trim;
@@ -112,7 +116,7 @@ static int position_columns(trim *w, mbsr_data *d, mbsr_derivatives *by, mbsr_er
     memset(w->rate, 0, (size_t)w->nu * sizeof *w->rate);
     int status = mbsr_derivatives_inverse(by, w->t, w->q, w->rate, w->rate, NULL);
     for (int k = 0; k < w->nu && !status; ++k) {
-        double *a = w->A + (size_t)k * (size_t)w->equations;
+        double *a = w->linear.A + (size_t)k * (size_t)w->equations;
         memset(w->rate, 0, (size_t)w->nu * sizeof *w->rate);
         w->rate[k] = w->span[k];
         status = mbsr_derivatives_tangent(by, w->rate, NULL, NULL, a, NULL);
@@ -123,7 +127,7 @@ static int position_columns(trim *w, mbsr_data *d, mbsr_derivatives *by, mbsr_er
         return status;
     }
     for (int k = 0; k < w->nu && w->rows > 0 && !status; ++k) {
-        double *a = w->A + (size_t)k * (size_t)w->equations;
+        double *a = w->linear.A + (size_t)k * (size_t)w->equations;
         for (int side = -1; side <= 1 && !status; side += 2) {
             status = move_along_rate(w, d, k, side * step * w->span[k]);
             if (!status) status = mbsr_stage_positions(m, d, w->t, w->new_q);
@@ -143,7 +147,7 @@ static int force_columns(trim *w, mbsr_data *d, mbsr_error *error)
     const mbsr_model *m = mbsr_data_model(d);
     int status = MBSR_OK;
     for (int k = 0, gap = 0; k < w->rows && !status; ++k) {
-        double *a = w->A + (size_t)(w->nu + k) * (size_t)w->equations;
+        double *a = w->linear.A + (size_t)(w->nu + k) * (size_t)w->equations;
         double *unit = w->new_lambda;
         memset(unit, 0, (size_t)w->rows * sizeof *unit);
         unit[k] = w->rigid[k] ? 1.0 : 0.0;
@@ -153,7 +157,7 @@ static int force_columns(trim *w, mbsr_data *d, mbsr_error *error)
         const double size = length_of(w->nu, a);
         w->row_scale[gap] = size > 0.0 ? 1.0 / size : 0.0;
         for (int l = 0; l < w->nu; ++l)
-            w->A[(size_t)l * (size_t)w->equations + (size_t)(w->nu + gap)] =
+            w->linear.A[(size_t)l * (size_t)w->equations + (size_t)(w->nu + gap)] =
                 -a[l] * w->row_scale[gap];
         ++gap;
     }
@@ -187,7 +191,7 @@ static int balance_with(trim *w, int k, double step, double *out, mbsr_error *er
 static int parameter_columns(trim *w, mbsr_error *error)
 {
     for (int k = 0; k < w->params; ++k) {
-        double *a = w->A + (size_t)(w->nu + w->rows + k) * (size_t)w->equations;
+        double *a = w->linear.A + (size_t)(w->nu + w->rows + k) * (size_t)w->equations;
         const double step = parameter_step(w, k);
         const int up = balance_with(w, k, step, a, error),
                   down = balance_with(w, k, -step, w->new_r, error);
@@ -204,7 +208,7 @@ static double share_unseen(const trim *w, int k, int rank)
 {
     double seen = 0.0;
     for (int l = 0; l < rank; ++l) {
-        const double v = w->V[(size_t)k * (size_t)w->unknowns + (size_t)l];
+        const double v = w->linear.V[(size_t)k * (size_t)w->unknowns + (size_t)l];
         seen += v * v;
     }
     return fmax(0.0, 1.0 - seen);
@@ -232,36 +236,40 @@ static int solve_step(trim *w, mbsr_error *error)
     double largest = 0.0;
     int info;
     for (int k = 0; k < n; ++k) {
-        w->column[k] = length_of(m, w->A + (size_t)k * (size_t)m);
-        if (k < w->nu) w->force = fmax(w->force, w->column[k]);
+        w->linear.column[k] = length_of(m, w->linear.A + (size_t)k * (size_t)m);
+        if (k < w->nu) w->force = fmax(w->force, w->linear.column[k]);
     }
     for (int k = 0; k < n; ++k) {
-        double *a = w->A + (size_t)k * (size_t)m;
+        double *a = w->linear.A + (size_t)k * (size_t)m;
         /* what rounding leaves is no stiffness */
-        const bool out = k < w->nu && (w->held[k] || w->column[k] <= 1e-13 * w->force);
-        if (out || !(w->column[k] > 0.0)) w->column[k] = 1.0;
-        for (int l = 0; l < m; ++l) a[l] = out ? 0.0 : a[l] / w->column[k];
+        const bool out = k < w->nu && (w->held[k] || w->linear.column[k] <= 1e-13 * w->force);
+        if (out || !(w->linear.column[k] > 0.0)) w->linear.column[k] = 1.0;
+        for (int l = 0; l < m; ++l) a[l] = out ? 0.0 : a[l] / w->linear.column[k];
     }
-    dgesvd_("S", "A", &m, &n, w->A, &m, w->s, w->U, &m, w->V, &n, w->work, &w->lwork, &info, 1, 1);
+    dgesvd_("S", "A", &m, &n, w->linear.A, &m, w->linear.s, w->linear.U, &m, w->linear.V, &n,
+            w->linear.work, &w->linear.lwork, &info, 1, 1);
     if (info) return fail_trim(MBSR_EIGEN_FAILED, "LAPACK's singular values", error);
-    for (int k = 0; k < least; ++k) largest = fmax(largest, w->s[k]);
+    for (int k = 0; k < least; ++k) largest = fmax(largest, w->linear.s[k]);
     int rank = 0;
-    memset(w->x, 0, (size_t)n * sizeof *w->x);
-    for (; rank < least && w->s[rank] > 1e-10 * largest; ++rank) {
+    memset(w->linear.x, 0, (size_t)n * sizeof *w->linear.x);
+    for (; rank < least && w->linear.s[rank] > 1e-10 * largest; ++rank) {
         double along = 0.0;
-        for (int l = 0; l < m; ++l) along -= w->U[(size_t)rank * (size_t)m + (size_t)l] * w->r[l];
+        for (int l = 0; l < m; ++l)
+            along -= w->linear.U[(size_t)rank * (size_t)m + (size_t)l] * w->r[l];
         for (int k = 0; k < n; ++k)
-            w->x[k] += along / w->s[rank] * w->V[(size_t)k * (size_t)n + (size_t)rank];
+            w->linear.x[k] +=
+                along / w->linear.s[rank] * w->linear.V[(size_t)k * (size_t)n + (size_t)rank];
     }
     find_loose(w, rank);
-    for (int k = 0; k < n; ++k) w->x[k] = k < w->nu && w->held[k] ? 0.0 : w->x[k] / w->column[k];
+    for (int k = 0; k < n; ++k)
+        w->linear.x[k] = k < w->nu && w->held[k] ? 0.0 : w->linear.x[k] / w->linear.column[k];
     return MBSR_OK;
 }
 
 /* Everything moved by `share` of the step, and the balance there. */
 static int try_share(trim *w, mbsr_data *d, double share, mbsr_data **made, mbsr_error *error)
 {
-    const double *x = w->x;
+    const double *x = w->linear.x;
     *made = NULL;
     for (int k = 0; k < w->nu; ++k) w->rate[k] = share * x[k] * w->span[k];
     int status = mbsr_stage_positions(mbsr_data_model(d), d, w->t, w->q);
@@ -314,7 +322,7 @@ static int refuse_trim(trim *w, mbsr_data *d, mbsr_error *error)
 static int linearise_trim(trim *w, mbsr_data *d, mbsr_error *error)
 {
     mbsr_derivatives *by;
-    memset(w->A, 0, (size_t)w->equations * (size_t)w->unknowns * sizeof *w->A);
+    memset(w->linear.A, 0, (size_t)w->equations * (size_t)w->unknowns * sizeof *w->linear.A);
     int status = mbsr_derivatives_create(mbsr_data_model(d), &by, error);
     if (status) return status;
     status = position_columns(w, d, by, error);
@@ -332,7 +340,7 @@ static int iterate_trim(trim *w, const mbsr_trim_opt *opt, mbsr_data **d, mbsr_e
         int status = linearise_trim(w, *d, error);
         if (status) return status;
         double length = 0.0, most = 0.0;
-        for (int k = 0; k < w->nu; ++k) length = fmax(length, fabs(w->x[k]));
+        for (int k = 0; k < w->nu; ++k) length = fmax(length, fabs(w->linear.x[k]));
         for (int k = 0; k < w->equations; ++k) most = fmax(most, fabs(w->r[k]));
         w->info.step = length;
         const bool last = length <= opt->tolerance && most <= opt->tolerance * w->force;
@@ -377,17 +385,17 @@ static bool take_trim(trim *w, mbsri_arena *arena)
                {&w->span, n},
                {&w->by_nu, n},
                {&w->rate, n},
-               {&w->column, n},
-               {&w->x, n},
-               {&w->s, n},
+               {&w->linear.column, n},
+               {&w->linear.x, n},
+               {&w->linear.s, n},
                {&w->row_scale, m},
                {&w->r, m},
                {&w->new_r, m},
-               {&w->A, m * n},
-               {&w->U, m * m},
-               {&w->V, n * n},
-               {&w->work, 8 * (m + n)}};
-    w->lwork = (int)(8 * (m + n));
+               {&w->linear.A, m * n},
+               {&w->linear.U, m * m},
+               {&w->linear.V, n * n},
+               {&w->linear.work, 8 * (m + n)}};
+    w->linear.lwork = (int)(8 * (m + n));
     for (size_t k = 0; k < sizeof all / sizeof *all; ++k)
         *all[k].place = mbsri_arena_take(arena, all[k].size * sizeof(double));
     w->held = mbsri_arena_take(arena, n * sizeof *w->held);
