@@ -260,7 +260,8 @@ static void join_crowds(draft *d, int k, int *used)
         for (int *at = d->last_child + next; *at >= 0;) {
             const int front = *at;
             if (may_be_plain(d, front) || !is_within(d, front, k)) {
-                d->crowd[next] += !may_be_plain(d, front);
+                if (!may_be_plain(d, front))
+                    d->crowd[next] = 1; /* looked at again with as many more */
                 at = d->before + front;
                 continue;
             }
