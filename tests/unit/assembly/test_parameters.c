@@ -258,10 +258,13 @@ static bool same_motion(const mbsr_model *a, const mbsr_model *b, double t, cons
     double *udot = calloc(2 * nu + 1, sizeof *udot);
     int status[2];
     for (int k = 0; k < 2; ++k) {
+        const size_t size = (mbsr_data_size(m[k]) + 63) / 64 * 64;
         mbsr_data *d;
-        assert_ok(mbsr_data_create(m[k], &d, NULL), NULL);
+        void *memory = aligned_alloc(MBSR_DATA_ALIGNMENT, size);
+        memset(memory, 0, size);
+        assert_ok(mbsr_data_init(m[k], memory, size, &d, NULL), NULL);
         status[k] = mbsr_forward_dynamics(m[k], d, t, q, u, NULL, udot + (size_t)k * nu);
-        mbsr_data_destroy(d);
+        free(memory);
     }
     const bool same =
         status[0] == status[1] && (status[0] || memcmp(udot, udot + nu, nu * sizeof *udot) == 0);
