@@ -14,10 +14,11 @@
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
  * Outputs must not overlap inputs. No function here allocates, but forward and inverse dynamics of
- * models with closures that vector code does not serve, which take memory from the model's
- * allocator for the call. Statuses common to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another
- * model), MBSR_NOT_FINITE (an argument or a result is NaN or infinite, such as one that overflows:
- * with MBSR_OK all numbers are finite), and whatever a callback returned, unchanged; the text is in
+ * models with closures that vector code does not serve, where many more rows or motions without
+ * mass wait for each other than the data has memory for: they take more from the model's allocator,
+ * for the call. Statuses common to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model),
+ * MBSR_NOT_FINITE (an argument or a result is NaN or infinite, such as one that overflows: with
+ * MBSR_OK all numbers are finite), and whatever a callback returned, unchanged; the text is in
  * mbsr_data_error. */
 #ifndef MBSRANK_DYNAMICS_H
 #define MBSRANK_DYNAMICS_H

@@ -51,28 +51,15 @@ static int mark_driven(const mbsr_model *m, mbsr_data *d, const mbsr_motors *mot
     return MBSR_OK;
 }
 
-/* tau + C^T lambda = need, where vector code does not serve; mark: nu, by the caller's order. */
+/* tau + C^T lambda = need, where vector code does not serve. */
 static int drive_by_fronts(const mbsr_model *model, mbsr_data *data, double t, const double *q,
-                           const double *u, const double *udot, const double *mark, double *tau)
+                           const double *u, const double *udot, const mbsr_motors *motors,
+                           double *tau)
 {
-    const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
-    double *memory = mbsri_allocate(&model->allocator, (3 * nu + rows) * sizeof *memory);
-    if (!memory)
-        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d joint rates", name, model->nu);
-    double *need = memory, *found = need + nu, *marked = found + nu, *lambda = marked + nu;
-    mbsri_gather(model, mark, marked);
+    double *need = data->u_given; /* the marks have been read */
     int status = drive_all(model, data, t, q, u, udot, need);
     if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
-    if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, lambda, name);
-    if (!status) status = mbsri_check_result(model, data, nu, found, name);
-    if (!status) status = mbsri_check_result(model, data, rows, lambda, name);
-    if (!status) {
-        mbsri_copy(nu, found, tau);
-        mbsri_copy(rows, lambda, data->loop_lambda);
-    }
-    mbsri_release(&model->allocator, memory);
-    return status;
+    return status ? status : mbsri_loops_actuate(model, data, motors, need, tau, name);
 }
 
 /* Leaves lambda in loop_lambda, for the stages that are asked for afterwards. */
@@ -84,7 +71,8 @@ static int drive_some(const mbsr_model *model, mbsr_data *data, double t, const 
     if (status) return status;
     mbsri_gather(model, mark, motor);
     status = mbsri_sweeps_loops_inverse(model, data, t, q, u, udot, motor, tau, data->loop_lambda);
-    if (status == MBSRI_NOT_SERVED) status = drive_by_fronts(model, data, t, q, u, udot, mark, tau);
+    if (status == MBSRI_NOT_SERVED)
+        status = drive_by_fronts(model, data, t, q, u, udot, motors, tau);
     if (status) return status;
     mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
     data->stage = MBSRI_STAGE_NONE;

@@ -24,7 +24,10 @@ static const mbsri_order_rule rules[] = {
 
 void mbsri_plan_destroy(const mbsr_model *m, mbsri_plan *plan)
 {
-    if (plan) mbsri_release(&m->allocator, plan->name);
+    if (plan) {
+        mbsri_plan_destroy(m, plan->near);
+        mbsri_release(&m->allocator, plan->name);
+    }
     mbsri_release(&m->allocator, plan);
 }
 
@@ -99,6 +102,7 @@ bool mbsri_plan_create(const mbsr_model *m, bool far, mbsri_plan **plan)
     bool made = order && best && other && choose(m, far, order, best, other);
     if (made) add_root(best);
     made = made && mbsri_fronts_plan_names(m, best);
+    made = made && (!best->far || mbsri_plan_create(m, false, &best->near));
     if (order) mbsri_order_close(order);
     mbsri_plan_destroy(m, other);
     if (!made) mbsri_plan_destroy(m, best);

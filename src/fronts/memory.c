@@ -124,16 +124,18 @@ static size_t bytes_of(const mbsr_model *m, const mbsri_plan *plan)
 
 size_t mbsri_fronts_bytes(const mbsr_model *m)
 {
-    return m->plan ? bytes_of(m, m->plan) : 0;
+    const size_t bytes = m->plan ? bytes_of(m, m->plan) : 0,
+                 near = m->plan && m->plan->near ? bytes_of(m, m->plan->near) : 0;
+    return bytes > near ? bytes : near;
 }
 
 /* A model without closures has no plan; one with far ends does not serve joints without inertia. */
 static bool take_plan(mbsri_fronts *w, bool far)
 {
-    w->plan = w->m->plan;
-    if (w->plan && (far || !w->plan->far)) return true;
-    if (!mbsri_plan_create(w->m, false, &w->own_plan)) return false;
-    w->plan = w->own_plan;
+    const mbsri_plan *plan = w->m->plan;
+    if (!plan && !mbsri_plan_create(w->m, false, &w->own_plan)) return false;
+    if (!plan) plan = w->own_plan;
+    w->plan = far || !plan->far ? plan : plan->near;
     return true;
 }
 

@@ -37,11 +37,12 @@ typedef struct mbsri_plan_step {
 typedef struct mbsri_plan {
     int steps;
     mbsri_plan_step *step;
-    int *child;        /* steps */
-    int *when;         /* bodies + 1 + closures: the step of each; that of the root is the last */
-    bool far;          /* borders have motions of far ends */
-    double operations; /* multiplications */
-    int widest;        /* numbers in the widest front */
+    int *child; /* steps */
+    int *when;  /* bodies + 1 + closures: the step of each; that of the root is the last */
+    bool far;   /* borders have motions of far ends */
+    struct mbsri_plan *near;   /* where far: the plan without; NULL elsewhere */
+    double operations;         /* multiplications */
+    int widest;                /* numbers in the widest front */
     int *first_end, *next_end; /* ends of closures at a body (closure * MBSRI_ENDS + l), -1: none */
     int *eliminated;           /* rows: in which step */
     int *name;                 /* unknowns of all fronts, one front after the other */

@@ -225,37 +225,65 @@ static int take_torques(mbsri_fronts *s, const double *actuated, const double *n
 }
 
 /* Of a tree without loops. */
-static int actuate_tree(const mbsr_model *m, mbsr_data *d, const double *actuated,
+static int actuate_tree(const mbsr_model *m, mbsr_data *d, const mbsr_motors *motors,
                         const double *need, double *tau, const char *function)
 {
     double *left = d->closure_w;
-    mbsri_scatter(m, actuated, tau);
-    for (int k = 0; k < m->nu; ++k) {
-        tau[k] *= need[k];
-        left[k] = need[k] - tau[k];
-    }
-    return check_torques(m, d, need, left, function);
+    mbsri_copy((size_t)m->nu, need, left);
+    for (int k = 0; k < motors->count; ++k) left[motors->rate[k]] = 0.0;
+    int status = check_torques(m, d, need, left, function);
+    if (!status) status = mbsri_check_result(m, d, (size_t)m->nu, need, function);
+    for (int k = 0; k < m->nu && !status; ++k) tau[k] = need[k] - left[k];
+    return status;
 }
 
-int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const double *actuated,
-                        const double *need, double *tau, double *lambda, const char *function)
+/* What a solution with motors is made of. */
+typedef struct actuation {
+    mbsri_fronts system;
+    double *marked, *found, *x; /* nu, the first in the order of the sweeps */
+    double *zero, *lambda;      /* rows */
+} actuation;
+
+static int open_actuation(actuation *w, const mbsr_model *m, mbsr_data *d,
+                          const mbsr_motors *motors, const char *function)
 {
-    mbsri_fronts s;
-    if (m->rows == 0) return actuate_tree(m, d, actuated, need, tau, function);
-    int status = mbsri_fronts_open(&s, m, d, false, function);
-    double *zero =
-        status ? NULL : mbsri_fronts_allocate(&s, ((size_t)m->rows + (size_t)m->nu) * sizeof *zero);
-    if (!status && !zero)
-        status = mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                            "%s: no memory for %d rows of closures", function, m->rows);
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
+    int status = mbsri_fronts_open(&w->system, m, d, false, function);
+    if (status) return status;
+    w->marked = mbsri_fronts_allocate(&w->system, (3 * nu + 2 * rows) * sizeof(double));
+    if (!w->marked)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d rows of closures", function, m->rows);
+    w->found = w->marked + nu;
+    w->x = w->found + nu;
+    w->zero = w->x + nu;
+    w->lambda = w->zero + rows;
+    mbsri_zero(nu, w->x);
+    mbsri_zero(rows, w->zero);
+    for (int k = 0; k < motors->count; ++k) w->x[motors->rate[k]] = 1.0;
+    mbsri_gather(m, w->x, w->marked);
+    return MBSR_OK;
+}
+
+int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const mbsr_motors *motors,
+                        const double *need, double *tau, const char *function)
+{
+    actuation w;
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
+    if (rows == 0) return actuate_tree(m, d, motors, need, tau, function);
+    int status = open_actuation(&w, m, d, motors, function);
     if (!status) status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_fronts_factor(&s, actuated, function);
+    if (!status) status = mbsri_fronts_factor(&w.system, w.marked, function);
     if (!status) {
-        double *x = zero + m->rows;
-        mbsri_zero((size_t)m->rows, zero);
-        mbsri_fronts_solve(&s, need, zero, x, lambda);
-        status = take_torques(&s, actuated, need, tau, lambda, x, function);
+        mbsri_fronts_solve(&w.system, need, w.zero, w.x, w.lambda);
+        status = take_torques(&w.system, w.marked, need, w.found, w.lambda, w.x, function);
     }
-    mbsri_fronts_close(&s);
+    if (!status) status = mbsri_check_result(m, d, nu, w.found, function);
+    if (!status) status = mbsri_check_result(m, d, rows, w.lambda, function);
+    if (!status) {
+        mbsri_copy(nu, w.found, tau);
+        mbsri_copy(rows, w.lambda, d->loop_lambda);
+    }
+    mbsri_fronts_close(&w.system);
     return status;
 }

@@ -5,6 +5,8 @@
 
 #include "recursion/data.h"
 
+#include <mbsrank/dynamics.h>
+
 /* mbsr_forward_dynamics; the data is left at the forces, with loop forces and accelerations.
  * left_out (rows; NULL: none): rows without a part in the equations, beside springs. */
 int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -17,10 +19,10 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
 int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                      const bool *left_out, double *u, const char *function);
 
-/* Torques tau (nu) of those joint rates that `actuated` (nu, in the order of the sweeps) has 1 for,
- * 0 for the others, and loop forces (rows) that together are `need` (nu); after the inverse
- * dynamics of the tree. */
-int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const double *actuated,
-                        const double *need, double *tau, double *lambda, const char *function);
+/* Torques tau (nu) of the joint rates that have motors, and loop forces, left in the data, that
+ * together are `need` (nu); after the inverse dynamics of the tree. Both are as they were after a
+ * failure. */
+int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const mbsr_motors *motors,
+                        const double *need, double *tau, const char *function);
 
 #endif
