@@ -148,8 +148,10 @@ static double gather_velocities(const mbsr_model *m, const mbsri_closure *c,
         const mbsr_force_body *body = view->body + k;
         const mbsri_body *b = m->body + c->body[k];
         if (c->column[k] < 0) continue;
-        mbsri_copy((size_t)body->d, body->V, x + c->column[k]);
-        speed = fmax(speed, mbsri_twist_rate(&s, b, body->V));
+        if (!mbsri_is_coupling(c)) { /* whose data may have no V */
+            mbsri_copy((size_t)body->d, body->V, x + c->column[k]);
+            speed = fmax(speed, mbsri_twist_rate(&s, b, body->V));
+        }
         if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS) || !body->u) continue;
         mbsri_copy((size_t)body->n, body->u, x + c->column[k] + body->d);
         for (int l = 0; l < body->n; ++l)

@@ -25,4 +25,11 @@ void mbsri_view_velocities(const mbsr_model *m, const mbsr_data *d, const mbsri_
 /* The name of row k by its table, "" where it gives none. */
 const char *mbsri_closure_row_name(const mbsr_model *m, const mbsri_closure *c, int k);
 
+/* Whether it acts on joint coordinates alone; V of its bodies need not be there. */
+static inline bool mbsri_is_coupling(const mbsri_closure *c)
+{
+    const unsigned flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES;
+    return (c->def.table->flags & flags) == flags;
+}
+
 #endif

@@ -54,16 +54,10 @@ static inline bool mbsri_is_stiff(const mbsri_closure *c, int k)
 /* The first of them; where there are none, something that has an address. */
 const mbsri_closure *mbsri_all_closures(const mbsr_model *m);
 
-/* Whether its functions read joint coordinates; and nothing else. */
+/* Whether its functions read joint coordinates. */
 static inline bool mbsri_reads_joints(const mbsri_closure *c)
 {
     return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-}
-
-static inline bool mbsri_is_coupling(const mbsri_closure *c)
-{
-    const unsigned flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES;
-    return (c->def.table->flags & flags) == flags;
 }
 
 /* Whether a start leaves its spring as it is. */
