@@ -84,17 +84,21 @@ static int approach(mbsr_small_masses *s, double t, const double *y, const doubl
 int mbsri_small_settle(mbsr_small_masses *s, double t, const double *q, const double *u, double *y,
                        double *yp)
 {
-    enum { MOST = 20 };
+    enum { MOST = 20, FIRST = 4 };
+    static const double near_enough = 1e-6;
     int status = consistent(s, t, q, u, y, yp);
     double moved = 1.0;
     if (s->slow.count == 0) return status;
     double *near = s->work.trial + 2 * s->size;
     for (int k = 0; k < MOST && !status && moved > 1e-13; ++k) {
+        const double before = moved;
         mbsri_copy((size_t)s->given->nq, q, near);
         status = approach(s, t, y, yp, near, &moved);
+        /* at this rate of convergence it will not be reached */
+        if (k >= FIRST && moved * pow(moved / before, MOST - 1 - k) > near_enough) break;
         if (!status) status = consistent(s, t, near, u, y, yp);
     }
-    if (status || moved < 1e-6) return status;
+    if (status || moved < near_enough) return status;
     return mbsri_fail(&s->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                       "no state found at t = %g at which lightly damped directions move slowly", t);
 }
