@@ -139,8 +139,8 @@ static int recheck_body(mbsr_model *m, const mbsri_parameter *p)
 static int recheck_force(mbsr_model *m, int id)
 {
     const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
-    const int *bodies = (const int *)m->stored.lists.data + force->list;
     mbsr_force_def def = force->def;
+    const int *bodies = def.bodies > 0 ? (const int *)m->stored.lists.data + force->list : NULL;
     char label[MBSRI_LABEL];
     for (int k = 0; k < def.bodies && k < 2; ++k) def.body[k] = bodies[k];
     def.body_list = def.bodies > 2 ? bodies : NULL;

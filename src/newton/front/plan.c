@@ -252,6 +252,7 @@ static bool is_within(const draft *d, int front, int k)
 static void join_crowds(draft *d, int k, int *used)
 {
     mbsri_front_step *s = d->plan->step + k;
+    if (s->borders == 0) return;
     mbsri_front_border *border = (mbsri_front_border *)d->border.data + s->first_border;
     for (int l = 0; l < s->borders && !may_be_plain(d, k) && !d->served; ++l) {
         const int next = d->plan->position[border[l].body];
