@@ -13,7 +13,7 @@ endif()
 
 # Those that take longest, which begin first.
 set(mbsr_longest_tests
-    "^(package\\.|program\\.viewer|example\\.1[28]|unit\\.(finite_solvers|loops_tree_start|stepper)|ida\\.(bead|beam|car_axis|space|linear)|property\\.)")
+    "^(package\\.|program\\.viewer|example\\.1[28]|unit\\.(finite_solvers|loops_tree_start|stepper)|ida\\.(bead|beam|car_axis|space|small_models|linear)|fmu\\.sources|property\\.)")
 
 # mbsr_set_test(name label property value...)
 function(mbsr_set_test name label)

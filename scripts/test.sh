@@ -108,7 +108,7 @@ for compiler in clang "$gcc"; do
 done
 if [ -n "$sanitizer" ]; then
     run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-        -DMBSR_SANITIZE=address,undefined -- -E "^($long_tests|$repeated)\$"
+        -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
 else
     echo "==== sanitizers: left out, no compiler has them"
 fi
@@ -123,7 +123,8 @@ fi
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
 MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF \
-    -DMBSR_LAPACK=OFF -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF -- -E "^($long_tests|unit\.loops_tree_start|package\.(core_static|optimisation))\$"
+    -DMBSR_LAPACK=OFF -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF \
+    -DMBSR_TEST_WITHOUT="$long_tests|unit\.loops_tree_start" -- -E "^($long_tests|unit\.loops_tree_start|package\.(core_static|optimisation))\$"
 
 echo "==== closing lines"
 printf '%s' "$summary"
