@@ -49,7 +49,10 @@ static void memory_leaves_no_trace(void **state)
     for (uint64_t seed = 1; seed <= SEEDS; ++seed) {
         medley s;
         const medley_choice c = medley_choose(seed);
-        if (!medley_make(&s, &c)) continue;
+        if (!medley_make(&s, &c)) {
+            medley_free(&s);
+            continue;
+        }
         assert_true(mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM) <= ROOM);
         ask(&s, 0, &zero);
         ask(&s, 0x55, &other);

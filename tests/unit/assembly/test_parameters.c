@@ -280,7 +280,10 @@ static void back_to_the_values_it_had(void **state)
     for (uint64_t seed = 1; seed <= 60; ++seed) {
         medley s;
         const medley_choice c = medley_choose(seed);
-        if (!medley_make(&s, &c)) continue;
+        if (!medley_make(&s, &c)) {
+            medley_free(&s);
+            continue;
+        }
         mbsr_parameters *list = list_of(s.m);
         const size_t count = (size_t)mbsr_parameters_count(list);
         int *which = calloc(count + 1, sizeof *which);
