@@ -217,6 +217,7 @@ static void what_is_refused_and_how(void **state)
     REFUSED(NULL, &one, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "which");
     assert_int_equal(mbsr_parameters_model(NULL, 0, NULL, NULL, &made, &error), MBSR_ERR_NULL);
     assert_int_equal(mbsr_parameters_data(list, 0, NULL, NULL, NULL, &error), MBSR_ERR_NULL);
+    mbsr_parameters_destroy(list);
     assert_int_equal(mbsr_parameters_create(NULL, &list, &error), MBSR_ERR_NULL);
     assert_null(list);
     list = list_of(m);
