@@ -414,9 +414,9 @@ static bool check_large(uint64_t seed, tally *all)
 static void large_trees(void **state)
 {
     (void)state;
-    static const uint64_t some[] = {4, 9, 17};
+    static const uint64_t some[] = {4, 9, 16, 17};
     tally all = {0};
-    for (int k = 0; k < 3; ++k) assert_true(check_large(some[k], &all));
+    for (int k = 0; k < 4; ++k) assert_true(check_large(some[k], &all));
     for (uint64_t seed = 1; test_long() && seed <= 60; ++seed) (void)check_large(seed, &all);
 }
 

@@ -17,10 +17,6 @@
 /* Unknowns beyond those of open multipliers that may be handed on for want of a good pivot. */
 enum { SPARE = 6 };
 
-/* Fronts that wait for one body, before the next step that has this body in its border takes them
- * in: else what each of them may hand on for want of a pivot meets at the body. */
-enum { CROWD = 8 };
-
 /* ---- memory ---- */
 
 typedef struct draft {
@@ -34,8 +30,7 @@ typedef struct draft {
     int *impulse;       /* and in whose border it has its impulse */
     int *last_child;    /* of a step: chains of its children, by `before` */
     int *before;
-    int *crowd;        /* N + 1: fronts that wait for a step and may hand on more than y over x */
-    int *open, *rates; /* of what is handed on: velocity rows, rates beyond these, */
+    int *open, *rates;                /* of what is handed on: velocity rows, rates beyond these, */
     int *waiting, *unsettled, *light; /* multipliers, rates of groups that are not complete, and
                                        * whether bodies without full inertia are behind */
 } draft;
@@ -230,55 +225,6 @@ static void find_children(draft *d, int k, int *used)
     s->children = *used - s->first_child;
 }
 
-/* Whether step k may hand on nothing but y over x of the predecessor, as axes_step.c does. */
-static bool may_be_plain(const draft *d, int k)
-{
-    return d->plan->step[k].elements == 0 && d->plan->step[k].borders <= 1 && d->crowd[k] == 0;
-}
-
-/* Whether all bodies in the border of a front are in that of step k. */
-static bool is_within(const draft *d, int front, int k)
-{
-    const mbsri_front_step *s = d->plan->step + front;
-    bool within = true;
-    for (int l = 0; l < s->borders; ++l)
-        within =
-            within &&
-            d->marked[((mbsri_front_border *)d->border.data)[s->first_border + l].body] == k + 1;
-    return within;
-}
-
-/* Takes in fronts that wait for a body of the border of step k together with many others. */
-static void join_crowds(draft *d, int k, int *used)
-{
-    mbsri_front_step *s = d->plan->step + k;
-    if (s->borders == 0) return;
-    mbsri_front_border *border = (mbsri_front_border *)d->border.data + s->first_border;
-    for (int l = 0; l < s->borders && !may_be_plain(d, k) && !d->served; ++l) {
-        const int next = d->plan->position[border[l].body];
-        if (d->crowd[next] <= CROWD) continue;
-        d->crowd[next] = 0;
-        for (int *at = d->last_child + next; *at >= 0;) {
-            const int front = *at;
-            if (may_be_plain(d, front) || !is_within(d, front, k)) {
-                if (!may_be_plain(d, front))
-                    d->crowd[next] = 1; /* looked at again with as many more */
-                at = d->before + front;
-                continue;
-            }
-            *at = d->before[front];
-            d->plan->child[(*used)++] = front;
-            ++s->children;
-            for (int j = 0; j < d->plan->step[front].borders; ++j) {
-                const mbsri_front_border of =
-                    ((mbsri_front_border *)d->border.data)[d->plan->step[front].first_border + j];
-                for (int b = 0; b < s->borders && of.whole; ++b)
-                    border[b].whole = border[b].whole || border[b].body == of.body;
-            }
-        }
-    }
-}
-
 /* ---- sizes ---- */
 
 /* Most columns and rows of a body in a border. */
@@ -398,17 +344,15 @@ static bool lay_out(draft *d, const int *order, double most)
         plan->position[order[k]] = k;
         d->last_child[k] = -1;
     }
-    for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = d->impulse[i] = d->crowd[i] = 0;
+    for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = d->impulse[i] = 0;
     place_elements(d);
     for (int k = 0; k < plan->steps; ++k) {
         find_children(d, k, &used);
         if (!find_border(d, k)) return false;
-        join_crowds(d, k, &used);
         measure(d, k);
         if (plan->operations > most) return true;
         const int next = plan->step[k].next;
         if (next < 0) continue;
-        d->crowd[next] += !may_be_plain(d, k);
         d->before[k] = d->last_child[next];
         d->last_child[next] = k;
     }
@@ -524,7 +468,7 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
                              mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
-    int *memory = numbers(from, 12 * bodies);
+    int *memory = numbers(from, 11 * bodies);
     gap *gaps = memory ? mbsri_allocate(from->allocator, bodies * sizeof *gaps) : NULL;
     draft d = {.m = from->model, .from = from, .served = served, .plan = plan};
     *plan = (mbsri_front_plan){0};
@@ -540,7 +484,6 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
         d.light = memory + 8 * bodies;
         d.waiting = memory + 9 * bodies;
         d.impulse = memory + 10 * bodies;
-        d.crowd = memory + 11 * bodies;
         d.crosses = !served && crosses(from);
         find_coordinates(from, served, plan->coordinates);
         made = choose(&d, order, other) && lay_out(&d, order, 1e300);
