@@ -59,8 +59,7 @@ static const command commands[] = {
      "usage: mbsrank fmu FILE -o UNIT [options]\n"
      "  -o UNIT        ending in .fmu\n"
      "  --fmi V        version of the standard, 2 or 3; default 3\n"
-     "  --kind K       cs (co-simulation), me (model exchange) or both; default: cs, and me where\n"
-     "                 the model allows it\n"
+     "  --kind K       cs (co-simulation), me (model exchange), both; default: what is possible\n"
      "  --fixed-step H   co-simulation by steps of bounded cost, at most H s long\n"
      "  --sources      C11 sources too; with --fixed-step or --kind me\n"
      "  --order N      of these, 1 or 2 (default)\n"
@@ -94,8 +93,7 @@ static const command commands[] = {
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
      "  -o PICTURE       ending in .png or .svg\n"
-     "  --columns NAMES  between commas, panels between colons; hand.pos: all hand.pos.*;\n"
-     "                   default all\n"
+     "  --columns NAMES  by commas, panels by colons; hand.pos: hand.pos.*; default all\n"
      "  --title TEXT     above\n",
      run_plot},
     {"view", "write a page that shows a model, and a run of it",
