@@ -21,7 +21,7 @@ named() {
             }
         }' "$2"
 }
-for document in README.md CHANGELOG.md docs/*.md bench/README.md; do
+for document in README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md docs/*.md bench/README.md; do
     named '(src|include|tests|examples|bench|docs|scripts|cmake)/([A-Za-z0-9_-]+[/.])*[A-Za-z0-9_-]*' \
         "$document"
 done >"$work/named"
