@@ -74,6 +74,16 @@ static void add_pair(int a, int b, int *count, int (*pair)[2])
     pair[(*count)++][1] = b;
 }
 
+/* Whether the file gives two bodies shapes that touch by a law of their own. */
+static bool have_pair(const mbsr_file *f, int a, int b)
+{
+    for (int k = 0; k < f->pairs; ++k) {
+        const int x = f->shape[f->pair[k].shape[0]].body, y = f->shape[f->pair[k].shape[1]].body;
+        if ((x == a && y == b) || (x == b && y == a)) return true;
+    }
+    return false;
+}
+
 static int list_overlaps(const program_model *m, const mbsr_contact_point *points, int count,
                          overlaps *found)
 {
@@ -87,7 +97,7 @@ static int list_overlaps(const program_model *m, const mbsr_contact_point *point
         if (p->normal_force <= weight) continue;
         if (p->body_a != MBSR_GROUND && p->body_b != MBSR_GROUND)
             add_pair(p->body_a, p->body_b, &found->bodies, found->body);
-        else if (is_held_by_ground(m, on_ground))
+        else if (is_held_by_ground(m, on_ground) && !have_pair(m->file, p->body_a, p->body_b))
             add_pair(p->shape_a, p->shape_b, &found->shapes, found->shape);
     }
     return DONE;
@@ -124,7 +134,8 @@ static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
         say(stderr, "%d shapes touch, with up to %.3g N/m each; not so: --no-contacts\n",
             told->shapes, told->stiffness);
     if (told->left_out > 0)
-        say(stderr, "%d shapes for contact are left out: meshes, or planes that move\n",
+        say(stderr,
+            "%d shapes for contact are left out: planes that move, or meshes without a hull\n",
             told->left_out);
     if (found->bodies > 0)
         say(stderr, "shapes of %d pairs of bodies are drawn into each other and never touch\n",
