@@ -62,7 +62,7 @@ typedef struct program_options {
     const char *start; /* name of a key; NULL: as drawn */
     bool json, strict, floating;
     bool limits, friction;                     /* by the rule of files.h */
-    bool contacts;                             /* shapes touch */
+    bool contacts;                             /* shapes touch, meshes by their hulls */
     double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
     mbsr_file_package package[MOST_PAIRS];     /* names point into the arguments */
     mbsr_xacro_argument argument[MOST_PAIRS];  /* likewise */
