@@ -253,7 +253,7 @@ static void move_riding(const shift *by, const riding *j, double dr[3], double x
 }
 
 /* What it is, from the place in param. */
-static int find_shift(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, shift *by)
+static int find_frame_shift(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, shift *by)
 {
     const mbsri_body_entry *entry =
         (const mbsri_body_entry *)m->entries.data + p->parameter.told.id;
@@ -279,7 +279,7 @@ static int find_shift(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, 
 }
 
 /* Six numbers in space as those of a body of d. */
-static void lower(int d, const double lifted[6], double *x)
+static void lower_six(int d, const double lifted[6], double *x)
 {
     mbsri_zero((size_t)d, x);
     mbsri_lower(d < 6 ? d : 6, lifted, x);
@@ -297,12 +297,12 @@ static size_t ride(mbsri_seeds *s, size_t seed, const shift *by, bool own, const
     move_riding(by, &at, dr, x);
     double *to = s->value + s->seed[seed++].value;
     mbsri_zero((size_t)(e + 2 * b->d), to);
-    lower(e < b->d ? e : b->d, x, to);
-    lower(b->d, x + 6, to + e);
-    lower(b->d, x + 12, to + e + b->d);
+    lower_six(e < b->d ? e : b->d, x, to);
+    lower_six(b->d, x + 6, to + e);
+    lower_six(b->d, x + 12, to + e + b->d);
     mbsri_lift(numbers, d->mu + b->v, mu);
     mbsri_cross3(dr, mu + 3, moment);
-    if (b->parent > 0) lower(b->pred.d, moment, s->value + s->seed[seed++].value);
+    if (b->parent > 0) lower_six(b->pred.d, moment, s->value + s->seed[seed++].value);
     if (b->n == 0) return seed;
     double *load = s->value + s->seed[seed++].value;
     for (int k = 0; k < b->n; ++k) {
@@ -324,7 +324,7 @@ static int frame_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linea
 {
     const mbsr_model *m = l->model;
     shift by;
-    const int status = find_shift(p, m, d, &by);
+    const int status = find_frame_shift(p, m, d, &by);
     size_t seed = p->first;
     for (int j = 1; j <= m->bodies && !status; ++j) {
         if (mbsri_rides(m, p->index, j)) seed = ride(s, seed, &by, j == p->index, l, d, j);

@@ -5,7 +5,6 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "derivatives/seed_values.h"
 #include "model/query.h"
 
 #include <string.h>
