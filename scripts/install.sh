@@ -2,7 +2,7 @@
 # Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
 # apt-get). On other systems it says what to install.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: install.sh build|test|demo|page|docs...
+# Usage: install.sh build|test|demo|page|docs|web...
 set -eu
 
 # Packages by purpose; "package:command" counts as there when the command is.
@@ -15,6 +15,7 @@ test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binut
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
 page=(nodejs:node npm:npm zlib1g-dev)
 docs=(doxygen:doxygen python3-sphinx python3-myst-parser python3-sphinx-rtd-theme libjs-mathjax)
+web=(clang:clang lld:wasm-ld llvm:llvm-ar wasi-libc libclang-rt-14-dev-wasm32 nodejs:node ninja-build:ninja cmake:cmake)
 
 wanted=()
 for purpose; do
@@ -24,6 +25,7 @@ for purpose; do
     demo) wanted+=("${demo[@]}") ;;
     page) wanted+=("${page[@]}") ;;
     docs) wanted+=("${docs[@]}") ;;
+    web) wanted+=("${web[@]}") ;;
     *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;
     esac
 done
