@@ -1,7 +1,6 @@
-// The page of `mbsrank view`.
+// A model and its run in the page: what is around the picture, and who listens to whom.
 // SPDX-License-Identifier: BSD-3-Clause
 import { Box3 } from "three";
-import { readData } from "./data.js";
 import { $, download } from "./dom.js";
 import { addLegend } from "./legend.js";
 import { readMesh } from "./meshes.js";
@@ -75,9 +74,10 @@ async function saveVideo(viewer) {
     else button.title = "This browser makes no videos";
 }
 
-function listen(viewer) {
+// Until the signal `ended`.
+function listen(viewer, signal) {
     const prefers = window.matchMedia("(prefers-color-scheme: dark)"), root = document.documentElement;
-    prefers.addEventListener("change", (event) => viewer.setTheme(event.matches));
+    prefers.addEventListener("change", (event) => viewer.setTheme(event.matches), { signal });
     $("theme").addEventListener("click", () => viewer.setTheme(!root.classList.contains("dark")));
     $("play").addEventListener("click", () => viewer.play(!viewer.playing));
     $("slider").addEventListener("input", () => viewer.seek(Number($("slider").value)));
@@ -90,10 +90,12 @@ function listen(viewer) {
         if (event.code !== "Space" || /INPUT|SELECT|BUTTON|SUMMARY/.test(event.target.tagName)) return;
         event.preventDefault();
         viewer.play(!viewer.playing);
-    });
+    }, { signal });
     viewer.stage.controls.addEventListener("change", () => (viewer.changed = true));
     listenToPointer(viewer);
-    new ResizeObserver(() => viewer.filming || viewer.fit()).observe($("stage"));
+    const resized = new ResizeObserver(() => viewer.filming || viewer.fit());
+    resized.observe($("stage"));
+    signal.addEventListener("abort", () => resized.disconnect());
     return prefers.matches;
 }
 
@@ -155,18 +157,24 @@ function scriptsFor(viewer) {
     };
 }
 
-async function start() {
-    const data = await readData($("data").textContent), { meshes, trouble } = await readMeshes(data);
+// Draws what `readData` has made, frame by frame, until viewer.end(); `before` is called at the beginning of each frame.
+export async function show(data, before = () => {}) {
+    const { meshes, trouble } = await readMeshes(data), ended = new AbortController();
     const viewer = new Viewer(data, meshes);
     fill(viewer, trouble);
-    viewer.setTheme(listen(viewer));
+    viewer.setTheme(listen(viewer, ended.signal));
     viewer.seek(viewer.start);
     window.mbsrank = scriptsFor(viewer);
+    viewer.end = () => {
+        ended.abort();
+        viewer.stage.renderer.dispose();
+    };
     const frame = (now) => {
+        if (ended.signal.aborted) return;
+        before(now);
         viewer.frame(now);
         requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
+    return viewer;
 }
-
-start();
