@@ -28,7 +28,7 @@ make_source() {
     mv "$work/$name/debian" "$work/debian"
     pack "$work/$name" "$work/libmbsrank_$version.orig.tar.xz"
     cp "$work/$name"/src/program/viewer/* "$work/bundle"
-    (cd "$work/bundle" && npm ci --prefer-offline --no-audit --no-fund --ignore-scripts && node bundle.mjs viewer/viewer.html viewer)
+    (cd "$work/bundle" && npm ci --prefer-offline --no-audit --no-fund --ignore-scripts && node bundle.mjs viewer/viewer.html --sources viewer)
     pack "$work/bundle/viewer" "$work/libmbsrank_$version.orig-viewer.tar.xz"
     cp -r "$work/bundle/viewer" "$work/$name/viewer"
     mv "$work/debian" "$work/$name/debian"

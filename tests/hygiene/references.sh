@@ -36,7 +36,7 @@ while read -r place path; do
 done <"$work/named" >"$work/missing"
 
 # "LINE NAME FILE ..." of each function in a row
-find src python -name '*.[ch]' -o -name '*.py' >"$work/sources"
+find src python web -name '*.[ch]' -o -name '*.py' >"$work/sources"
 awk '/^## /{ inside = /Where do I find/ } inside && /^[|].*`/ {
     files = ""
     for (rest = $0; match(rest, /[A-Za-z0-9_\/-]+[.](c|h|py)|src\/[a-z\/]+/); rest = substr(rest, RSTART + RLENGTH))
