@@ -9,6 +9,7 @@
 
 /* What attribute `format` of such files says. */
 #define HDF5_FORMAT "mbsrank run 1"
+#define HDF5_STUDY_FORMAT "mbsrank study 1" /* and of results of studies */
 
 /* A file that is being written. */
 typedef struct hdf5_run hdf5_run;

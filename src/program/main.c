@@ -54,6 +54,19 @@ static const command commands[] = {
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
 #endif
+#if defined(MBSR_WITH_STUDY)
+    {"study", "many runs with other values of parameters",
+     "usage: mbsrank study FILE [options]\n"
+     "FILE says what is varied and kept (docs/study.md). Given again after it was stopped or\n"
+     "killed, the command goes on where it was.\n"
+     "  -o RESULT      HDF5 by the ending .h5 or .hdf5, else CSV; default NAME.h5 here for\n"
+     "                 NAME.study; RESULT.runs is a folder with what has been done\n"
+     "  --jobs N       processes, default 1\n"
+     "  --anew         forget what has been done\n"
+     "  --json         statistics for a script to read\n"
+     "  --quiet        neither progress nor findings\n",
+     run_study},
+#endif
 #if defined(MBSR_WITH_FMU)
     {"fmu", "write a Functional Mock-up Unit for other simulators",
      "usage: mbsrank fmu FILE -o UNIT [options]\n"
