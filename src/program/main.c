@@ -61,7 +61,7 @@ static const command commands[] = {
      "killed, the command goes on where it was.\n"
      "  -o RESULT      HDF5 by the ending .h5 or .hdf5, else CSV; default NAME.h5 here for\n"
      "                 NAME.study; RESULT.runs is a folder with what has been done\n"
-     "  --jobs N       processes, default 1\n"
+     "  --jobs N       processes, default 1; or mpirun -n P mbsrank study ...\n"
      "  --anew         forget what has been done\n"
      "  --json         statistics for a script to read\n"
      "  --quiet        neither progress nor findings\n",

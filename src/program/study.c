@@ -1,9 +1,9 @@
 /* mbsrank study: many runs of one model.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _DEFAULT_SOURCE
-#include "program/crew.h"
 #include "program/hdf5.h"
 #include "program/study_results.h"
+#include "program/team.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -153,53 +153,82 @@ static int tell_end(const study_results *r, bool stopped)
     return DONE;
 }
 
-static int do_study(const study_options *o, study_work *w, const char *path, const char *folder)
+/* What rank 0 does before the others work. */
+static int prepare_study(const study_options *o, const study_work *w, const char *folder,
+                         long **todo, long *count)
 {
-    long *todo = NULL, count;
-    study_results r = {.work = NULL};
     int code = lock_folder(folder);
     if (!code && o->anew) code = clear_folder(folder);
-    if (!code) code = list_todo(w, folder, &todo, &count);
-    if (!code && count > 0) {
-        const int jobs = o->jobs > count ? (int)count : (int)o->jobs;
-        const crew all = {.work = w,
-                          .folder = folder,
-                          .todo = todo,
-                          .count = count,
-                          .jobs = jobs,
-                          .quiet = o->quiet};
-        if (count < w->study->runs && !o->quiet)
-            say(stderr, "%ld of %ld runs are done already\n", w->study->runs - count,
-                w->study->runs);
-        code = crew_run(&all);
-    }
-    if (!code) code = results_collect(w, folder, &r);
+    if (!code) code = list_todo(w, folder, todo, count);
+    if (!code && *count > 0 && *count < w->study->runs && !o->quiet)
+        say(stderr, "%ld of %ld runs are done already\n", w->study->runs - *count, w->study->runs);
+    return code;
+}
+
+/* And behind them. */
+static int end_study(const study_options *o, study_work *w, const char *path, const char *folder)
+{
+    study_results r = {.work = NULL};
+    int code = results_collect(w, folder, &r);
     if (!code) code = results_write(&r, path);
     if (!code) code = results_tell(&r, o->json, stdout);
     if (!code) code = tell_end(&r, crew_interrupted());
     results_free(&r);
+    return code;
+}
+
+static int do_study(const study_options *o, const team *t, study_work *w, const char *path,
+                    const char *folder)
+{
+    long *todo = NULL, count = 0;
+    int code = t->rank == 0 ? prepare_study(o, w, folder, &todo, &count) : DONE;
+    code = team_code(t, code);
+    if (!code) code = team_share(t, &todo, &count);
+    if (!code && count > 0) {
+        const crew all = {.work = w,
+                          .folder = folder,
+                          .todo = todo,
+                          .count = count,
+                          .jobs = o->jobs > (double)count ? (int)count : (int)o->jobs,
+                          .quiet = o->quiet};
+        code = t->size > 1 ? team_run(t, &all) : crew_run(&all);
+    }
+    if (!code && t->rank == 0) code = end_study(o, w, path, folder);
     free(todo);
+    return code;
+}
+
+/* Opens the study, on rank 0 first, and does it. */
+static int open_and_do(const study_options *o, const team *t)
+{
+    study_work w = {.study = NULL};
+    char *path = result_path(o), *folder = path ? malloc(strlen(path) + 8) : NULL;
+    int code = folder ? DONE : complain(FAILED, "no memory");
+    if (!code) sprintf(folder, "%s.runs", path);
+#if !defined(MBSR_WITH_HDF5)
+    if (!code && names_hdf5(path)) code = hdf5_write_study(NULL, path);
+#endif
+    if (!code && t->size > 1 && o->jobs > 1.0)
+        code = complain(USAGE, "study: --jobs is for one process, not under mpirun");
+    if (!code && t->rank == 0) code = study_open(o->path, o->quiet, &w);
+    code = team_code(t, code);
+    if (!code && t->rank > 0) code = study_open(o->path, true, &w);
+    if (!code) code = do_study(o, t, &w, path, folder);
+    free(folder);
+    free(path);
+    study_close(&w);
     return code;
 }
 
 int run_study(int argc, char **argv)
 {
     study_options o = {.jobs = 1.0};
-    study_work w = {.study = NULL};
-    char *path = NULL, *folder = NULL;
+    team t;
     int code = read_study_options(argc, argv, &o);
+    if (!code) code = team_begin(&t);
     if (code) return code;
-    code = study_open(o.path, o.quiet, &w);
-    if (!code && !(path = result_path(&o))) code = complain(FAILED, "no memory");
-    if (!code && (folder = malloc(strlen(path) + 8))) sprintf(folder, "%s.runs", path);
-    if (!code && !folder) code = complain(FAILED, "no memory");
-#if !defined(MBSR_WITH_HDF5)
-    if (!code && names_hdf5(path)) code = hdf5_write_study(NULL, path);
-#endif
     crew_catch_signals();
-    if (!code) code = do_study(&o, &w, path, folder);
-    free(folder);
-    free(path);
-    study_close(&w);
+    code = open_and_do(&o, &t);
+    team_end(&t);
     return code;
 }

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Studies: the same results for any number of processes, killed and gone on, on a full disk; what is refused.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: study.sh PROGRAM PROJECT_DIR [FULL_DISK_LIBRARY]
+# Usage: study.sh PROGRAM PROJECT_DIR [FULL_DISK_LIBRARY [MPIRUN]]
 set -u
 program=$1
 project=$2
@@ -64,6 +64,18 @@ for k in 2 3 4 5; do
     single=$(sed -n "${k}p" run.csv | cut -d, -f2)
     [ "$single" = "$(echo "$line" | cut -d, -f$((k + 2)))" ] || fail "run 6: damper at line $k: $single: $line"
 done
+
+# by MPI, where the program and the machine have it
+mpirun=${4:-}
+if [ -n "$mpirun" ]; then
+    export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+    for processes in 1 3; do
+        "$mpirun" -n $processes "$program" study car.study -o "mpi$processes.csv" --quiet >out 2>err </dev/null ||
+            { fail "mpirun -n $processes"; cat out err; }
+        cmp -s one.csv "mpi$processes.csv" || fail "$processes processes of MPI have other results than one"
+    done
+    "$mpirun" -n 2 "$program" study none.study >out 2>err && fail "mpirun: there is no study"
+fi
 
 # ---- killed ----
 
