@@ -38,4 +38,9 @@ int hdf5_close(hdf5_run *run);
 /* As table_read_csv. */
 int hdf5_read(const char *path, table *t);
 
+/* Whether the file has results of a study, and as study_data_read. */
+struct study_data;
+bool hdf5_is_study(const char *path);
+int hdf5_read_study(const char *path, struct study_data *d);
+
 #endif

@@ -21,6 +21,10 @@ static inline hid_t hdf5_text_type(void)
 bool hdf5_put(hid_t of, const char *name, hid_t stored, hid_t given, const void *value);
 bool hdf5_put_text(hid_t of, const char *name, const char *text);
 
+/* A text of an attribute, to be freed; NULL: there is none of that name. */
+char *hdf5_get_text(hid_t of, const char *name);
+bool hdf5_get_int(hid_t of, const char *name, int *value);
+
 /* The name of set k in a file or group, where '/' would be a group and no name is there twice. */
 enum { HDF5_LINK = 256 };
 void hdf5_link(hid_t file, int k, const char *name, char to[HDF5_LINK]);

@@ -105,8 +105,10 @@ static const command commands[] = {
 #endif
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
+     "RUN is that of mbsrank run, or results of mbsrank study: envelopes and histograms.\n"
      "  -o PICTURE       ending in .png or .svg\n"
      "  --columns NAMES  by commas, panels by colons; hand.pos: hand.pos.*; default all\n"
+     "  --over NAME      of a study: all columns over this parameter\n"
      "  --title TEXT     above\n",
      run_plot},
     {"view", "write a page that shows a model, and a run of it",

@@ -17,7 +17,7 @@ _mbsrank() {
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
         study) common="-o --jobs --anew --json --quiet --help" ;;
         fmu) common="$common -o --fmi --kind --fixed-step --sources --order --rtol --atol --t-end --step --name" ;;
-        plot) common="--columns --title -o --help" ;;
+        plot) common="--columns --over --title -o --help" ;;
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
         modes) common="$common --count --as-drawn --json" ;;

@@ -89,43 +89,14 @@ void results_free(study_results *r)
     free(r->text);
 }
 
-/* ---- statistics ---- */
-
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* Between neighbours, as numpy's default. */
-static double quantile(const double *sorted, long n, double part)
-{
-    const double place = part * (double)(n - 1);
-    const long k = (long)place;
-    const double rest = place - (double)k;
-    return k + 1 < n ? sorted[k] + rest * (sorted[k + 1] - sorted[k]) : sorted[n - 1];
-}
-
 study_statistics results_statistics(const study_results *r, int k, double *scratch)
 {
     const double *x = r->value + (long)k * r->runs;
-    study_statistics s = {0, NAN, NAN, NAN, NAN, NAN, NAN, NAN};
-    double sum = 0.0, squares = 0.0;
+    long count = 0;
     for (long run = 0; run < r->runs; ++run) {
-        if (r->outcome[run] == MBSR_RUN_DONE && isfinite(x[run])) scratch[s.count++] = x[run];
+        if (r->outcome[run] == MBSR_RUN_DONE && isfinite(x[run])) scratch[count++] = x[run];
     }
-    if (s.count == 0) return s;
-    qsort(scratch, (size_t)s.count, sizeof *scratch, by_size);
-    for (long l = 0; l < s.count; ++l) sum += scratch[l];
-    s.mean = sum / (double)s.count;
-    for (long l = 0; l < s.count; ++l) squares += (scratch[l] - s.mean) * (scratch[l] - s.mean);
-    if (s.count > 1) s.deviation = sqrt(squares / (double)(s.count - 1));
-    s.least = scratch[0];
-    s.most = scratch[s.count - 1];
-    s.low = quantile(scratch, s.count, 0.05);
-    s.median = quantile(scratch, s.count, 0.5);
-    s.high = quantile(scratch, s.count, 0.95);
-    return s;
+    return statistics_of(count, scratch);
 }
 
 /* ---- writing ---- */

@@ -3,6 +3,7 @@
 #ifndef MBSRANK_STUDY_RESULTS_H
 #define MBSRANK_STUDY_RESULTS_H
 
+#include "program/statistics.h"
 #include "program/study_run.h"
 
 /* A column of the results: a parameter, or a number that is kept. */
@@ -10,12 +11,6 @@ typedef struct study_column {
     char name[OUTPUT_NAME];
     const char *unit;
 } study_column;
-
-/* Over the runs that are done and have a number there. */
-typedef struct study_statistics {
-    long count;
-    double mean, deviation, least, low, median, high, most; /* low and high: 5 % and 95 % */
-} study_statistics;
 
 typedef struct study_results {
     const study_work *work;
@@ -34,7 +29,8 @@ typedef struct study_results {
 int results_collect(study_work *w, const char *folder, study_results *r);
 void results_free(study_results *r);
 
-/* Number k of those that are kept. `scratch` has room for all runs. */
+/* Number k of those that are kept, over the runs that are done and have it. `scratch` has room for
+ * all runs. */
 study_statistics results_statistics(const study_results *r, int k, double *scratch);
 
 /* Names of numbers: "damper at 0.5" of all times. */

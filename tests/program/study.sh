@@ -142,6 +142,24 @@ sed -i 's/mass="300"/mass="301"/' quarter_car.xml
 ends 2 'its file or its model has changed' study car.study -o changed.csv
 sed -i 's/mass="301"/mass="300"/' quarter_car.xml
 
+# ---- pictures ----
+
+ends 2 "one.csv has no column 'dampers'" plot one.csv -o a.svg --columns dampers
+ends 2 "one.csv has no column 'x'" plot one.csv -o a.svg --over x
+ends 2 'for results of a study' plot run.csv -o a.svg --over x
+if command -v gnuplot >/dev/null; then
+    "$program" plot one.csv -o a.svg || fail 'plot'
+    for words in 'damper, ' '5 to 95' 'damper max' 'kinetic at 0.3'; do
+        grep -q "${words%, }" a.svg || fail "plot: there is no '$words' in the picture"
+    done
+    "$program" plot one.csv -o b.svg --columns 'damper at 0.2' --over bodies.body.mass
+    grep -q 'bodies.body.mass' b.svg || fail 'plot --over'
+    if "$program" study car.study -o c.h5 --quiet >/dev/null 2>&1; then
+        "$program" plot c.h5 -o c.svg --columns 'damper,damper max'
+        grep -q 'damper max, m' c.svg || fail 'plot of HDF5: no unit'
+    fi
+fi
+
 # ---- a full disk: at every write ----
 
 if [ -n "$full" ]; then
