@@ -1,31 +1,17 @@
 /* Values of parameters, run by run.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "study/quantile.h"
 #include "study/random.h"
 #include "study/record.h"
 #include "study/sobol.h"
 
 #include <math.h>
 
-/* z with normal distribution Phi(x) = z, by Newton's method for log Phi, which is concave: from
- * the second step on it comes from the left. */
-static double normal_quantile(double z)
-{
-    const double small = z < 0.5 ? z : 1.0 - z, wanted = log(small), root = sqrt(0.5);
-    double x = -sqrt(-2.0 * wanted);
-    for (int k = 0; k < 40; ++k) {
-        const double Phi = 0.5 * erfc(-x * root), phi = 0.3989422804014327 * exp(-0.5 * x * x),
-                     change = (wanted - log(Phi)) * Phi / phi;
-        x += change;
-        if (fabs(change) <= 1e-15 * (1.0 + fabs(x))) break;
-    }
-    return z < 0.5 ? x : -x;
-}
-
 static double spread_value(const mbsr_study_parameter *p, double z)
 {
     switch (p->spread) {
     case MBSR_SPREAD_LOG: return exp((1.0 - z) * log(p->low) + z * log(p->high));
-    case MBSR_SPREAD_NORMAL: return p->low + p->high * normal_quantile(z);
+    case MBSR_SPREAD_NORMAL: return p->low + p->high * mbsri_normal_quantile(z);
     case MBSR_SPREAD_UNIFORM: break;
     }
     return (1.0 - z) * p->low + z * p->high;

@@ -43,6 +43,9 @@ static int of_study(const finite_subject *s, int o)
 
 /* Numbers of journals are those of their runs, NaN where there are none: test_journal.c. */
 static const finite_row rows[] = {
+    {"mbsr_default_fit_opt", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_fit_create", NULL, NULL, 0, 0, 0, NULL}, /* test_fit.c */
+    {"mbsr_fit_destroy", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_journal_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_journal_add", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_journal_close", NULL, NULL, 0, 0, 0, NULL},
