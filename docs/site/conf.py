@@ -72,6 +72,7 @@ docs/dae_forms
 docs/newton
 docs/derivatives
 docs/linear
+docs/study
 docs/parameters
 docs/performance
 docs/validation
