@@ -45,6 +45,9 @@ foreach(source IN LISTS sources)
     if(text MATCHES "#include <complex.h>") # whose macro I others have as a name
         set(first "#include <complex.h>\n")
     endif()
+    if(source MATCHES "kernels_base[.]c$")
+        set(text "#ifndef MBSR_WITHOUT_VECTORS\n${text}#else\nextern int mbsri_nothing;\n#endif\n")
+    endif()
     set_put("${name}" "${first}#include \"mbsrank_set.h\"\n${text}")
 endforeach()
 
@@ -68,7 +71,8 @@ set(text "/* What is chosen for a set of sources; every source includes this fir
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Functions of the standard begin with FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX, the identifier of the model, unless
- * FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX is defined. All else is hidden. */
+ * FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX is defined. All else is hidden. With
+ * MBSR_WITHOUT_VECTORS, which compilers without the vector types of GCC have by themselves, all is plain C11. */
 #ifndef MBSRANK_SET_H
 #define MBSRANK_SET_H
 
@@ -78,6 +82,9 @@ set(text "/* What is chosen for a set of sources; every source includes this fir
 #define MBSR_API
 #define MBSR_BUILDING
 #define MBSR_OWN_LAPACK
+#if !defined(__GNUC__) && !defined(MBSR_WITHOUT_VECTORS)
+#define MBSR_WITHOUT_VECTORS
+#endif
 
 ")
 foreach(header IN LISTS standard)

@@ -41,6 +41,34 @@ static inline void mbsri_add_two(int r, const double *a, double s, const double 
     for (int k = 0; k < r; ++k) y[k] = y[k] + a[k] * s + b[k] * t;
 }
 
+#if defined(MBSR_WITHOUT_VECTORS)
+
+/* The same of long columns. */
+static inline void mbsri_add_two_long(int r, const double *a, double s, const double *b, double t,
+                                      double *y)
+{
+    mbsri_add_two(r, a, s, b, t, y);
+}
+
+/* a.x and b.x of long columns */
+static inline void mbsri_dot_two_long(int r, const double *a, const double *b, const double *x,
+                                      double *with_a, double *with_b)
+{
+    *with_a = mbsri_dot(r, a, x);
+    *with_b = mbsri_dot(r, b, x);
+}
+
+/* y (r) -= four columns (r) times the numbers x, one after the other */
+static inline void mbsri_subtract_four(int r, const double *const column[4], const double x[4],
+                                       double *y)
+{
+    for (int k = 0; k < r; ++k)
+        y[k] = y[k] - column[0][k] * x[0] - column[1][k] * x[1] - column[2][k] * x[2] -
+               column[3][k] * x[3];
+}
+
+#else
+
 /* Two numbers anywhere among others. */
 typedef double mbsri_pair __attribute__((vector_size(16), aligned(8), may_alias));
 
@@ -84,6 +112,24 @@ static inline void mbsri_dot_two_long(int r, const double *a, const double *b, c
     *with_b = other[0] + other[1];
     if (k < r) *with_a += a[k] * x[k], *with_b += b[k] * x[k];
 }
+
+static inline void mbsri_subtract_four(int r, const double *const column[4], const double x[4],
+                                       double *y)
+{
+    const mbsri_pair a = {x[0], x[0]}, b = {x[1], x[1]}, c = {x[2], x[2]}, d = {x[3], x[3]};
+    int k = 0;
+    for (; k + 1 < r; k += 2) {
+        mbsri_pair sum = mbsri_pair_of(y + k) - mbsri_pair_of(column[0] + k) * a;
+        sum -= mbsri_pair_of(column[1] + k) * b;
+        sum -= mbsri_pair_of(column[2] + k) * c;
+        *mbsri_pair_at(y + k) = sum - mbsri_pair_of(column[3] + k) * d;
+    }
+    for (; k < r; ++k)
+        y[k] = y[k] - column[0][k] * x[0] - column[1][k] * x[1] - column[2][k] * x[2] -
+               column[3][k] * x[3];
+}
+
+#endif
 
 /* y (r) += s A (r x c) x (c); two columns at a time */
 static inline void mbsri_ax(int r, int c, double s, const double *A, const double *x, double *y)

@@ -119,9 +119,10 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
                           "%s: the model is not finished", function);
     }
     if (lean && !model->tree.plain) {
-        return mbsri_fail(
-            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
-            "%s: the model has closures, which the sweeps in vector code do not serve", function);
+        return mbsri_fail(error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+                          "%s: %s, which alone lean data serves", function,
+                          model->rows > 0 ? "the model has closures, and no sweeps in vector code"
+                                          : "this library is built without sweeps in vector code");
     }
     return MBSR_OK;
 }

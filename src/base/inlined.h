@@ -5,7 +5,7 @@
 #ifndef MBSRI_INLINED_H
 #define MBSRI_INLINED_H
 
-#ifdef __OPTIMIZE__
+#if defined(__OPTIMIZE__) && defined(__GNUC__)
 #define MBSRI_INLINE static inline __attribute__((always_inline))
 #else
 #define MBSRI_INLINE static inline

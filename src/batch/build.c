@@ -317,6 +317,9 @@ int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels
 
 static const mbsri_batch_kernels *choose_kernels(void)
 {
+#if defined(MBSR_WITHOUT_VECTORS)
+    return NULL;
+#else
 #if defined(MBSR_WITH_V4)
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma"))
@@ -326,6 +329,7 @@ static const mbsri_batch_kernels *choose_kernels(void)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &mbsri_batch_v3;
 #endif
     return &mbsri_batch_base;
+#endif
 }
 
 int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *error)

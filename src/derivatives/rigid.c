@@ -15,14 +15,18 @@ bool mbsri_rigid_serves(const mbsr_model *m)
     return tree && m->rows == 0 && tree->blocks == 0 && tree->users == 0;
 }
 
-/* Compiled for the same processor as those of the tree. */
+/* Compiled for the same processor as those of the tree, which there is with vector types alone. */
 static const mbsri_rigid_kernels *kernels_of(const mbsri_sweeps *tree)
 {
+    (void)tree;
+#if defined(MBSR_WITHOUT_VECTORS)
+    return NULL;
+#else
 #if defined(MBSR_WITH_V3)
     if (tree->kernels == &mbsri_sweeps_v3) return &mbsri_rigid_v3;
 #endif
-    (void)tree;
     return &mbsri_rigid_base;
+#endif
 }
 
 static void *take(unsigned char *base, size_t *used, size_t size)

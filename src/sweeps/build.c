@@ -456,12 +456,17 @@ static bool place_own_frames(mbsri_sweeps *tree, const mbsr_model *m)
     return true;
 }
 
+/* NULL: built without vector types. No model then has sweeps, and the stages serve all. */
 static const mbsri_sweep_kernels *choose_kernels(void)
 {
+#if defined(MBSR_WITHOUT_VECTORS)
+    return NULL;
+#else
 #if defined(MBSR_WITH_V3)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &mbsri_sweeps_v3;
 #endif
     return &mbsri_sweeps_base;
+#endif
 }
 
 static bool allocate_tree(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
@@ -558,6 +563,7 @@ static bool build_sweeps(const mbsr_model *m, selection s, mbsri_sweeps **built)
 
 bool mbsri_sweeps_build(mbsr_model *m)
 {
+    if (!choose_kernels()) return true;
     if (!build_sweeps(m, (selection){0}, &m->tree.plain)) return false;
     m->tree.newton = m->tree.evaluated = m->tree.plain;
     return true;
@@ -699,6 +705,7 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
             (void)choose_loops(m, eliminated);
         }
     }
+    if (!choose_kernels()) return true;
     if ((s.whole || m->rows > 0) && !build_sweeps(m, eliminated, &m->tree.newton)) return false;
     m->tree.evaluated = m->tree.newton;
     if (s.users == 0 && m->rows == 0) return true;

@@ -1,5 +1,6 @@
 """Source FMUs, compiled as an importer would and held against the shared object that comes with them: sources.py FOLDER COMPILER.
-Nothing but the sources that the description names, a C11 compiler and the mathematical library is used.
+Nothing but the sources that the description names, a C11 compiler and the mathematical library is used. In plain C11, without
+vector types; with MBSR_TEST_LONG=1 with them too.
 SPDX-License-Identifier: BSD-3-Clause"""
 import concurrent.futures
 import os
@@ -13,7 +14,8 @@ import zipfile
 from importer import Instance, Unit
 
 folder, compiler = sys.argv[1:3]
-objects = {}  # by a source's name and text: what FMUs have in common is compiled once
+objects = {}  # by options, a source's name and text: what FMUs have in common is compiled once
+plain = ("-DMBSR_WITHOUT_VECTORS", "-pedantic-errors")
 
 
 def sources_of(archive):
@@ -36,7 +38,7 @@ def compile_source(source, to, *options):
                     "-c", source.name, "-o", to], cwd=source.parent, check=True)
 
 
-def compile_unit(path, work):
+def compile_unit(path, work, *options):
     """The shared object of the sources, in the place of the one that the archive has."""
     with zipfile.ZipFile(path) as archive:
         names, base = sources_of(archive), work / path.stem
@@ -46,11 +48,11 @@ def compile_unit(path, work):
         assert listed == there and len(listed) == len(names), "what is listed is not what is there"
 
         def compile_one(name):
-            key = name, archive.read("sources/" + name)
+            key = options, name, archive.read("sources/" + name)
             if key not in objects:
                 objects[key] = str(work / f"{len(objects)}_{name}.o")
                 compile_source(base / "sources" / name, objects[key], "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
-                               "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+                               "-DFMI3_OVERRIDE_FUNCTION_PREFIX", *options)
             return objects[key]
 
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -107,11 +109,13 @@ def exported(shared):
     return [line.split()[-1] for line in listed.splitlines()]
 
 
+ways = [plain, ()] if os.environ.get("MBSR_TEST_LONG") == "1" else [plain]
 with tempfile.TemporaryDirectory() as name:
     work, runs = pathlib.Path(name), 0
-    for path in sorted(pathlib.Path(folder).glob("*_sources[23].fmu")):
+    units = sorted(pathlib.Path(folder).glob("*_sources[23].fmu"))
+    for path, options in ((path, options) for options in ways for path in units):
         version = path.stem[-1]
-        made, shared = compile_unit(path, work)
+        made, shared = compile_unit(path, work, *options)
         assert len(exported(shared)) == (44 if version == "2" else 75)
         for run in (co_simulate, exchange):
             own, theirs = run(made), run(path)
@@ -120,5 +124,5 @@ with tempfile.TemporaryDirectory() as name:
             assert worst < 1e-9, f"{path.stem}, {run.__name__}: differs by {worst}"
             runs += 1
     prefixed(work / "arm_sources3", work)
-    assert runs == 8
+    assert runs == 8 * len(ways)
 print(f"{runs} runs, {len(objects)} sources compiled")

@@ -288,6 +288,12 @@ static void add_fronts(plan *p, int body, bool several)
     }
 }
 
+/* Whether all bodies are in vector code. */
+static bool none_by_blocks(const mbsr_model *m)
+{
+    return m->tree.newton && m->tree.newton->blocks == 0;
+}
+
 static void close_on(plan *p, int body)
 {
     mbsri_carried *v = &p->w->carried;
@@ -297,7 +303,7 @@ static void close_on(plan *p, int body)
         spread(p, p->branch[p->first_branch[k]]);
         spread(p, p->order[p->ordered - 1]);
         group_loops(p);
-        bool several = p->loops > FEW && p->w->model->tree.newton->blocks == 0 && find_rests(p);
+        bool several = p->loops > FEW && none_by_blocks(p->w->model) && find_rests(p);
         if (several) {
             merge(p);
             several = divides(p);

@@ -92,18 +92,12 @@ static void pivot(pivots *p, int i, int j)
 static void subtract(int rows, int count, const double *const column[4], const double x[4],
                      double *y)
 {
-    int r = 0;
     if (count == 4) {
-        const mbsri_pair a = {x[0], x[0]}, b = {x[1], x[1]}, c = {x[2], x[2]}, d = {x[3], x[3]};
-        for (; r + 1 < rows; r += 2) {
-            mbsri_pair sum = mbsri_pair_of(y + r) - mbsri_pair_of(column[0] + r) * a;
-            sum -= mbsri_pair_of(column[1] + r) * b;
-            sum -= mbsri_pair_of(column[2] + r) * c;
-            *mbsri_pair_at(y + r) = sum - mbsri_pair_of(column[3] + r) * d;
-        }
+        mbsri_subtract_four(rows, column, x, y);
+        return;
     }
     for (int k = 0; k < count; ++k) {
-        for (int l = r; l < rows; ++l) y[l] -= column[k][l] * x[k];
+        for (int l = 0; l < rows; ++l) y[l] -= column[k][l] * x[k];
     }
 }
 

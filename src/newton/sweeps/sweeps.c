@@ -40,14 +40,18 @@ static bool may_be_deep(const mbsri_sweeps *tree)
     return false;
 }
 
-/* Compiled for the same processor as those of the tree. */
+/* Compiled for the same processor as those of the tree, which there is with vector types alone. */
 static const mbsri_newton_kernels *kernels_of(const mbsri_sweeps *tree)
 {
+    (void)tree;
+#if defined(MBSR_WITHOUT_VECTORS)
+    return NULL;
+#else
 #if defined(MBSR_WITH_V3)
     if (tree->kernels == &mbsri_sweeps_v3) return &mbsri_newton_v3;
 #endif
-    (void)tree;
     return &mbsri_newton_base;
+#endif
 }
 
 /* Places the solver in `base`, or with base == NULL only returns the size. */
