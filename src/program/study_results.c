@@ -51,7 +51,7 @@ static int take_runs(study_work *w, mbsr_journal *j, study_results *r)
         for (int k = 0; k < w->study->parameters; ++k)
             r->parameter[(long)k * r->runs + run] = w->parameter[k];
         for (int k = 0; k < w->study->numbers; ++k) r->value[(long)k * r->runs + run] = w->value[k];
-        r->outcome[run] = one.outcome;
+        r->outcome[run] = (int)one.outcome;
         r->status[run] = one.status;
         r->steps[run] = (double)one.steps;
         ++r->outcomes[one.outcome];
