@@ -183,6 +183,7 @@ static int keep_touches(touching *contacts, mbsr_data *data, int k, motion *to)
         to->touch = larger;
         to->touches = 2 * contacts->count;
     }
+    if (contacts->count == 0) return DONE;
     float *here = to->touch + TOUCH_NUMBERS * (size_t)k * (size_t)to->touches;
     for (int l = 0; l < contacts->count; ++l, here += TOUCH_NUMBERS)
         touching_arrow(contacts, l, here, here + 3);

@@ -201,7 +201,7 @@ static mbsr_closure_def some_closure(input *in)
     case 0: def = mbsr_closure_weld(a, &A, b, &B); break;
     case 1: def = mbsr_closure_rows(a, x, b, y, below(in, 5), rows); break;
     case 2: def = mbsr_closure_distance(a, x, b, y, positive(in)); break;
-    case 3: def = mbsr_closure_coupling(below(in, 4), pair, coordinate, rows, number(in)); break;
+    case 3: def = mbsr_closure_coupling(below(in, 3), pair, coordinate, rows, number(in)); break;
     case 4: def = mbsr_closure_rolling_ball(a, x, positive(in), b, &B); break;
     case 5: def = mbsr_closure_rolling_disc(a, &A, positive(in), b, &B); break;
     case 6: def = mbsr_closure_body_rows(a, x, b, y, below(in, 5), rows); break;
