@@ -28,7 +28,7 @@ if (folder) {
     const taken = Object.keys(result.metafile.inputs).filter((name) => name.startsWith("node_modules/"));
     const names = new Set(taken.map((name) => name.split("/")[1]));
     for (const name of names) taken.push(...["LICENSE", "package.json"].map((file) => `node_modules/${name}/${file}`));
-    if (names.has("mediabunny")) taken.push("node_modules/mediabunny/src");
+    for (const name of names) taken.push(`node_modules/${name}/src`); // what the modules above are made of
     for (const name of taken) cpSync(name, name.replace("node_modules", folder), { recursive: true });
 }
 const script = result.outputFiles[0].text.replace(/<\/script/gi, "<\\/script").replace(/<!--/g, "<\\!--");
