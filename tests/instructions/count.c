@@ -220,6 +220,35 @@ static void count_loops(int k)
     close_counted(&c);
 }
 
+/* Factor and solution by the front alone. */
+static void count_front(counted *c, const char *name)
+{
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = 1;
+    mbsr_newton_destroy(c->newton);
+    bench_check(mbsr_newton_create(c->tree.model, MBSR_DAE_MOMENTUM, &opt, &c->newton, NULL),
+                "mbsr_newton_create", NULL);
+    for (int which = 3; which <= 4; ++which) {
+        bench_check(call(c, which), call_name[which], mbsr_newton_error(c->newton)->text);
+        bench_check(measure(c, which), call_name[which], mbsr_newton_error(c->newton)->text);
+        printf("%s %s %d\n", name, call_name[which], c->tree.bodies);
+    }
+}
+
+/* The general step of a hinge, in a chain and in a tree. */
+static void count_hinges(const char *folder)
+{
+    counted c;
+    bench_make_chain(&c.tree, 100, 0, 1);
+    make_counted(&c);
+    count_front(&c, "front chain100");
+    close_counted(&c);
+    bench_read_tree(&c.tree, folder, "humanoid36");
+    make_counted(&c);
+    count_front(&c, "front humanoid36");
+    close_counted(&c);
+}
+
 /* Many loops that close on one body, by the front. */
 static void count_crowds(void)
 {
@@ -227,22 +256,14 @@ static void count_crowds(void)
         const char *name;
         bench_crowd kind;
     } crowds[] = {{"bars", BENCH_BARS}, {"carrier", BENCH_CARRIER}, {"legs", BENCH_LEGS}};
-    mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = 1;
     for (int k = 0; k < 6; ++k) {
         const int number = k % 2 ? 100 : 20;
+        char name[32];
         counted c;
         bench_make_crowd(&c.tree, crowds[k / 2].kind, number);
         make_counted(&c);
-        mbsr_newton_destroy(c.newton);
-        bench_check(mbsr_newton_create(c.tree.model, MBSR_DAE_MOMENTUM, &opt, &c.newton, NULL),
-                    "mbsr_newton_create", NULL);
-        for (int which = 3; which <= 4; ++which) {
-            bench_check(call(&c, which), call_name[which], mbsr_newton_error(c.newton)->text);
-            bench_check(measure(&c, which), call_name[which], mbsr_newton_error(c.newton)->text);
-            printf("crowds %s%d %s %d\n", crowds[k / 2].name, number, call_name[which],
-                   c.tree.bodies);
-        }
+        snprintf(name, sizeof name, "crowds %s%d", crowds[k / 2].name, number);
+        count_front(&c, name);
         close_counted(&c);
     }
 }
@@ -315,6 +336,7 @@ int main(int argc, char **argv)
         close_counted(&c);
     }
     for (int k = 0; k < LOOPS; ++k) count_loops(k);
+    count_hinges(argv[1]);
     count_crowds();
     return 0;
 }

@@ -8,9 +8,9 @@
 
 #include "algebra/dense.h"
 #include "model/query.h"
+#include "newton/linear/groups.h"
 #include "newton/slopes/relation.h"
 #include "recursion/closures.h"
-#include "recursion/group.h"
 
 #include <math.h>
 
@@ -21,17 +21,10 @@ static double *M_at(const build *b, int row, int column)
     return b->M + (size_t)column * (size_t)b->all_rows + row;
 }
 
-int mbsri_front_members(const mbsri_front *f, int i, const int **member)
-{
-    const mbsri_body *b = f->model->body + i;
-    *member = f->model->order.member + b->group.at;
-    return f->linear->coupled[i] ? b->group.members : 1;
-}
-
 /* Whether the member's rows and columns are pending: its group is complete further up. */
 static bool waits(const mbsri_front *f, int i)
 {
-    return f->linear->coupled[i] && f->model->body[i].group.head != i;
+    return !mbsri_linear_leads(f->linear, i);
 }
 
 /* ---- numbers ---- */
@@ -65,17 +58,16 @@ static void sort_body(mbsri_front *f, int i, bool pending)
 
 static void sort_own(build *b)
 {
-    const int *member, members = mbsri_front_members(b->f, b->i, &member);
+    const mbsri_group g = mbsri_linear_group(b->f->linear, b->i);
     const bool pending = waits(b->f, b->i);
     sort_body(b->f, b->i, pending);
-    for (int l = 1; l < members && !pending; ++l) sort_body(b->f, member[l], false);
+    for (int l = 1; l < g.members && !pending; ++l) sort_body(b->f, g.member[l], false);
 }
 
 static bool lacks_mass(const build *b)
 {
     const mbsri_front *f = b->f;
-    return b->closes &&
-           f->linear->rank[b->i] < (f->linear->coupled[b->i] ? b->b->group.n : b->b->n);
+    return b->closes && f->linear->rank[b->i] < (mbsri_linear_group(f->linear, b->i).n);
 }
 
 /* Own rows and columns. */
@@ -196,7 +188,7 @@ static void list_body(build *b, int i, bool whole)
 static void list_rest(build *b)
 {
     const mbsri_front *f = b->f;
-    const int *member, members = mbsri_front_members(f, b->i, &member);
+    const mbsri_group g = mbsri_linear_group(f->linear, b->i);
     add_rows(b, b->at.y, mbsri_linear_actions(f->linear, b->i));
     if (!b->plain) {
         if (f->model->position_rows > 0) add_rows(b, b->at.kappa, b->b->d);
@@ -206,9 +198,9 @@ static void list_rest(build *b)
     add_rows(b, b->at.momentum, b->b->n);
     add_rows(b, b->at.rate, b->b->n);
     add_columns(b, b->at.x, mbsri_linear_motions(f->linear, b->i));
-    for (int l = 0; l < members && b->closes; ++l) {
-        add_rows(b, f->names[member[l]].a, f->model->body[member[l]].n);
-        add_columns(b, f->names[member[l]].rates, f->model->body[member[l]].n);
+    for (int l = 0; l < g.members && b->closes; ++l) {
+        add_rows(b, f->names[g.member[l]].a, f->model->body[g.member[l]].n);
+        add_columns(b, f->names[g.member[l]].rates, f->model->body[g.member[l]].n);
     }
 }
 

@@ -30,7 +30,4 @@ typedef struct mbsri_front_build {
  * will be left. A status of what elements return. */
 int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsri_front_build *b);
 
-/* The group that body i closes, being its head. */
-int mbsri_front_members(const mbsri_front *f, int i, const int **member);
-
 #endif

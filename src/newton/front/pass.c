@@ -6,6 +6,7 @@
 
 #include "algebra/dense.h"
 #include "base/inlined.h"
+#include "newton/linear/groups.h"
 
 #include <math.h>
 
@@ -306,19 +307,19 @@ MBSRI_INLINE void pass_all(passing *p, const sizes s)
 /* ---- the range of D ---- */
 
 /* u' = S X a */
-static void take_range_columns(mbsri_front_build *b, int members, const int *member, int n)
+static void take_range_columns(mbsri_front_build *b, mbsri_group g)
 {
     const mbsri_front *f = b->f;
     const mbsri_terms *k = &b->terms;
     for (int r = 0; r < f->linear->rank[b->i]; ++r) {
         double *M = M_at(b, 0, f->column_at[b->at.range + r]),
                *N = N_at(b, 0, f->column_at[b->at.range + r]);
-        for (int l = 0; l < members; ++l) {
-            const mbsri_body *of = f->model->body + member[l];
+        for (int l = 0; l < g.members; ++l) {
+            const mbsri_body *of = f->model->body + g.member[l];
             for (int j = 0; j < of->n; ++j) {
                 const int at = of->group.iu - b->b->group.iu + j,
-                          column = f->column_at[f->names[member[l]].rates + j];
-                const double weight = k->X[r * n + at] * k->s[at], *from = M_at(b, 0, column),
+                          column = f->column_at[f->names[g.member[l]].rates + j];
+                const double weight = k->X[r * g.n + at] * k->s[at], *from = M_at(b, 0, column),
                              *size = N_at(b, 0, column);
                 for (int row = 0; row < b->all_rows; ++row) M[row] += weight * from[row];
                 for (int row = 0; row < b->all_rows; ++row) N[row] += fabs(weight) * size[row];
@@ -328,19 +329,18 @@ static void take_range_columns(mbsri_front_build *b, int members, const int *mem
 }
 
 /* X^T S (a) of a column; N: or NULL. */
-static void take_range_rows(mbsri_front_build *b, int members, const int *member, int n, double *M,
-                            double *N)
+static void take_range_rows(mbsri_front_build *b, mbsri_group g, double *M, double *N)
 {
     const mbsri_front *f = b->f;
     const mbsri_terms *k = &b->terms;
     for (int r = 0; r < f->linear->rank[b->i]; ++r) {
         double value = 0.0, size = 0.0;
-        for (int l = 0; l < members; ++l) {
-            const mbsri_body *of = f->model->body + member[l];
+        for (int l = 0; l < g.members; ++l) {
+            const mbsri_body *of = f->model->body + g.member[l];
             for (int j = 0; j < of->n; ++j) {
                 const int at = of->group.iu - b->b->group.iu + j,
-                          row = f->row_at[f->names[member[l]].a] + j;
-                const double weight = k->X[r * n + at] * k->s[at];
+                          row = f->row_at[f->names[g.member[l]].a] + j;
+                const double weight = k->X[r * g.n + at] * k->s[at];
                 value += weight * M[row];
                 if (N) size += fabs(weight) * N[row];
             }
@@ -353,11 +353,9 @@ static void take_range_rows(mbsri_front_build *b, int members, const int *member
 static void take_range(mbsri_front_build *b)
 {
     const mbsri_front *f = b->f;
-    const int *member, members = mbsri_front_members(f, b->i, &member),
-                       n = f->linear->coupled[b->i] ? b->b->group.n : b->b->n;
-    take_range_columns(b, members, member, n);
-    for (int j = 0; j < b->columns; ++j)
-        take_range_rows(b, members, member, n, M_at(b, 0, j), sums(b, j));
+    const mbsri_group g = mbsri_linear_group(f->linear, b->i);
+    take_range_columns(b, g);
+    for (int j = 0; j < b->columns; ++j) take_range_rows(b, g, M_at(b, 0, j), sums(b, j));
 }
 
 /* ---- by sizes ---- */

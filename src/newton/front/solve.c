@@ -7,10 +7,11 @@
  * p, dp = d(M u) - w in the range of D, w = L (1 - P) r_u, and c dp = r_p + dP in its null space.
  */
 #include "newton/front/assemble.h"
+#include "newton/front/refine.h"
 
 #include "algebra/dense.h"
+#include "newton/linear/groups.h"
 #include "recursion/closures.h"
-#include "recursion/group.h"
 
 #include <mbsrank/dae.h>
 
@@ -27,32 +28,25 @@ static void lift(mbsri_front *f, int i, const double *ru)
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int n = f->linear->coupled[i] ? b->group.n : b->n;
-    const int *member, members = mbsri_front_members(f, i, &member);
-    for (int l = 0; l < members; ++l) {
-        const mbsri_body *of = m->body + member[l];
+    const mbsri_group g = mbsri_linear_group(f->linear, i);
+    for (int l = 0; l < g.members; ++l) {
+        const mbsri_body *of = m->body + g.member[l];
         mbsri_copy((size_t)of->n, ru + of->u, null + of->group.iu);
     }
-    mbsri_linear_split(&k, n, f->linear->rank[i], null + b->group.iu, range + b->group.iu);
-    for (int l = members - 1; l > 0; --l) {
-        const mbsri_body *of = m->body + member[l];
-        const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
+    mbsri_linear_split(&k, g.n, f->linear->rank[i], null + b->group.iu, range + b->group.iu);
+    for (int l = g.members - 1; l > 0; --l) {
+        const mbsri_body *of = m->body + g.member[l];
+        const mbsri_terms own = mbsri_linear_terms(f->linear, g.member[l]);
         mbsri_atx(of->d, of->pred.d, -1.0, own.H, f->wbar + of->v, f->wbar + of->pred.v);
     }
-    for (int l = 0; l < members; ++l) {
-        const mbsri_body *of = m->body + member[l];
-        const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
+    for (int l = 0; l < g.members; ++l) {
+        const mbsri_body *of = m->body + g.member[l];
+        const mbsri_terms own = mbsri_linear_terms(f->linear, g.member[l]);
         mbsri_copy((size_t)of->n, range + of->group.iu, w + of->group.iu);
         mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->group.iu);
     }
-    mbsri_ax(b->d, n, 1.0, k.G, range + b->group.iu, f->wbar + b->v);
+    mbsri_ax(b->d, g.n, 1.0, k.G, range + b->group.iu, f->wbar + b->v);
     mbsri_atx(b->d, b->pred.d, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred.v);
-}
-
-/* Whether joint i is one by itself, or stands for its group. */
-static bool leads(const mbsri_front *f, int i)
-{
-    return !f->linear->coupled[i] || f->model->body[i].group.head == i;
 }
 
 /* r of the rows of closures: of a stiff one, the equation is taken with the other sign. */
@@ -108,15 +102,14 @@ static void load_range(mbsri_front *f, int i)
 {
     const mbsri_body *b = f->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int *member, members = mbsri_front_members(f, i, &member),
-                       n = f->linear->coupled[i] ? b->group.n : b->n;
+    const mbsri_group g = mbsri_linear_group(f->linear, i);
     for (int r = 0; r < f->linear->rank[i]; ++r) {
         double sum = 0.0;
-        for (int l = 0; l < members; ++l) {
-            const mbsri_body *of = f->model->body + member[l];
+        for (int l = 0; l < g.members; ++l) {
+            const mbsri_body *of = f->model->body + g.member[l];
             for (int j = 0; j < of->n; ++j) {
                 const int at = of->group.iu - b->group.iu + j;
-                sum += k.X[r * n + at] * k.s[at] * f->h[f->names[member[l]].a + j];
+                sum += k.X[r * g.n + at] * k.s[at] * f->h[f->names[g.member[l]].a + j];
             }
         }
         f->h[f->names[i].range_of_a + r] = sum;
@@ -129,7 +122,7 @@ static void reduce(mbsri_front *f, int i, const double *r)
 {
     const int k = f->plan.position[i];
     load_joint(f, i, r);
-    if (f->linear->deep[i] && leads(f, i)) load_range(f, i);
+    if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) load_range(f, i);
     const mbsri_front_left *left = f->left + k;
     const int *row = f->numbers + f->plan.step[k].numbers;
     const double *L = f->LU + f->plan.step[k].LU;
@@ -179,16 +172,15 @@ static void spread(mbsri_front *f, int i)
 {
     const mbsri_body *b = f->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int *member, members = mbsri_front_members(f, i, &member),
-                       n = f->linear->coupled[i] ? b->group.n : b->n;
-    for (int l = 0; l < members; ++l) {
-        const mbsri_body *of = f->model->body + member[l];
+    const mbsri_group g = mbsri_linear_group(f->linear, i);
+    for (int l = 0; l < g.members; ++l) {
+        const mbsri_body *of = f->model->body + g.member[l];
         for (int j = 0; j < of->n; ++j) {
             const int at = of->group.iu - b->group.iu + j;
             double sum = 0.0;
             for (int r = 0; r < f->linear->rank[i]; ++r)
-                sum += k.X[r * n + at] * k.s[at] * f->value[f->names[i].range + r];
-            f->value[f->names[member[l]].rates + j] = sum;
+                sum += k.X[r * g.n + at] * k.s[at] * f->value[f->names[i].range + r];
+            f->value[f->names[g.member[l]].rates + j] = sum;
         }
     }
 }
@@ -243,7 +235,7 @@ static double sum_of_sizes(int n, const double *x)
 static void take_momentum(mbsri_front *f, int i, double *dp, double *rate, double *range)
 {
     const mbsri_body *b = f->model->body + i;
-    const int n = f->linear->coupled[i] ? b->group.n : b->n, rank = f->linear->rank[i];
+    const int n = mbsri_linear_group(f->linear, i).n, rank = f->linear->rank[i];
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const double *w = f->rates + b->group.iu;
     double momentum = 0.0;
@@ -265,7 +257,7 @@ static void take_momenta(mbsri_front *f, double *delta)
     for (int i = 1; i <= m->bodies; ++i) {
         const int ig = m->body[i].group.iu;
         if (f->served && !f->served[i]) continue;
-        if (leads(f, i)) take_momentum(f, i, dp + ig, rate + ig, range + ig);
+        if (mbsri_linear_leads(f->linear, i)) take_momentum(f, i, dp + ig, rate + ig, range + ig);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
@@ -282,16 +274,16 @@ void mbsri_front_start(mbsri_front *f)
 
 void mbsri_front_reduce(mbsri_front *f, int i, const double *r)
 {
-    const int *member, members = mbsri_front_members(f, i, &member);
-    if (!leads(f, i)) return;
+    const mbsri_group g = mbsri_linear_group(f->linear, i);
+    if (!mbsri_linear_leads(f->linear, i)) return;
     lift(f, i, r + f->model->nq + f->model->nu);
-    for (int l = members - 1; l >= 0; --l) reduce(f, member[l], r);
+    for (int l = g.members - 1; l >= 0; --l) reduce(f, g.member[l], r);
 }
 
 void mbsri_front_substitute(mbsri_front *f, int i)
 {
     substitute(f, f->plan.position[i]);
-    if (f->linear->deep[i] && leads(f, i)) spread(f, i);
+    if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) spread(f, i);
     move(f, i);
 }
 
@@ -313,7 +305,7 @@ static void solve(mbsri_front *f, const double *r, double *delta)
     const int closures = m->nq + 2 * m->nu;
     mbsri_front_start(f);
     for (int i = m->bodies; i >= 1; --i) {
-        if (leads(f, i)) lift(f, i, r + m->nq + m->nu);
+        if (mbsri_linear_leads(f->linear, i)) lift(f, i, r + m->nq + m->nu);
     }
     load_closures(f, r + closures);
     for (int k = 0; k < f->plan.steps; ++k) reduce(f, f->plan.step[k].body, r);
@@ -339,25 +331,25 @@ static double share(const mbsri_front *f, const double *r, const double *delta, 
     return most;
 }
 
-/* As long as it makes what is left smaller. */
-static void refine(mbsri_front *f, const double *r, double *delta)
+void mbsri_front_refine(mbsri_front *f, const mbsri_front_way *way, const double *r, double *delta)
 {
     static const double enough = 1e-14, less = 0.5;
     const int size = mbsr_dae_size(f->model, MBSR_DAE_MOMENTUM);
     double *left = f->left_over, *change = left + size, before = HUGE_VAL;
-    for (int step = 0; step < REFINEMENTS; ++step) {
-        mbsri_product(f->linear, delta, &f->vectors, left);
+    way->solve(f, r, delta);
+    for (int step = 0; step < REFINEMENTS && f->linear->whole; ++step) {
+        way->product(f->linear, delta, &f->vectors, left);
         for (int k = 0; k < size; ++k) left[k] = r[k] - left[k];
-        const double now = share(f, r, delta, left);
+        const double now = way->share(f, r, delta, left);
         if (!(now > enough && now < less * before)) return;
         before = now;
-        solve(f, left, change);
+        way->solve(f, left, change);
         for (int k = 0; k < size; ++k) delta[k] += change[k];
     }
 }
 
 void mbsri_front_solve(mbsri_front *f, const double *r, double *delta)
 {
-    solve(f, r, delta);
-    if (f->linear->whole) refine(f, r, delta);
+    static const mbsri_front_way way = {solve, mbsri_product, share};
+    mbsri_front_refine(f, &way, r, delta);
 }

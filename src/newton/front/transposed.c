@@ -10,20 +10,12 @@
 
 #include "algebra/dense.h"
 #include "newton/front/assemble.h"
+#include "newton/front/refine.h"
+#include "newton/linear/groups.h"
 #include "newton/linear/product_transposed.h"
 #include "recursion/closures.h"
 
-#include <mbsrank/dae.h>
-
 #include <math.h>
-
-enum { REFINEMENTS = 5 };
-
-/* Whether joint i is one by itself, or stands for its group. */
-static bool leads(const mbsri_front *f, int i)
-{
-    return !f->linear->coupled[i] || f->model->body[i].group.head == i;
-}
 
 /* ---- delta ---- */
 
@@ -52,7 +44,7 @@ static void take_multipliers(const mbsri_front *f, const double *v, double *x)
 static void take_momentum(mbsri_front *f, int i)
 {
     const mbsri_body *b = f->model->body + i;
-    const int n = f->linear->coupled[i] ? b->group.n : b->n;
+    const int n = mbsri_linear_group(f->linear, i).n;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     double *momentum = f->rates + 2 * f->model->nu + b->group.iu, *rate = momentum + f->model->nu;
     mbsri_linear_split_transposed(&k, n, f->linear->rank[i], momentum, rate);
@@ -72,7 +64,7 @@ static void take_all(mbsri_front *f, const double *v)
         mbsri_copy((size_t)b->n, v + m->nq + b->u, f->rates + 2 * m->nu + b->group.iu);
     }
     for (int i = 1; i <= m->bodies; ++i) {
-        if (leads(f, i)) take_momentum(f, i);
+        if (mbsri_linear_leads(f->linear, i)) take_momentum(f, i);
     }
 }
 
@@ -99,17 +91,16 @@ static void spread(mbsri_front *f, int i, bool rows)
 {
     const mbsri_body *b = f->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int *member, members = mbsri_front_members(f, i, &member),
-                       n = f->linear->coupled[i] ? b->group.n : b->n;
+    const mbsri_group g = mbsri_linear_group(f->linear, i);
     double *range = rows ? f->h + f->names[i].range_of_a : f->value + f->names[i].range;
-    for (int l = 0; l < members; ++l) {
-        const mbsri_body *of = f->model->body + member[l];
-        const mbsri_front_names *at = f->names + member[l];
+    for (int l = 0; l < g.members; ++l) {
+        const mbsri_body *of = f->model->body + g.member[l];
+        const mbsri_front_names *at = f->names + g.member[l];
         double *whole = rows ? f->h + at->a : f->value + at->rates;
         for (int j = 0; j < of->n; ++j) {
             const int place = of->group.iu - b->group.iu + j;
             for (int r = 0; r < f->linear->rank[i]; ++r) {
-                const double weight = k.X[r * n + place] * k.s[place];
+                const double weight = k.X[r * g.n + place] * k.s[place];
                 if (rows)
                     whole[j] += weight * range[r];
                 else
@@ -229,22 +220,21 @@ static void lift(mbsri_front *f, int i, double *ru)
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu, *rest = range + m->nu;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const int n = f->linear->coupled[i] ? b->group.n : b->n;
-    const int *member, members = mbsri_front_members(f, i, &member);
+    const mbsri_group g = mbsri_linear_group(f->linear, i);
     mbsri_ax(b->d, b->pred.d, -1.0, k.H, f->wbar + b->pred.v, f->wbar + b->v);
-    mbsri_copy((size_t)n, w + b->group.iu, range + b->group.iu);
-    mbsri_atx(b->d, n, 1.0, k.G, f->wbar + b->v, range + b->group.iu);
-    for (int l = 0; l < members; ++l) {
-        const mbsri_body *of = m->body + member[l];
-        const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
+    mbsri_copy((size_t)g.n, w + b->group.iu, range + b->group.iu);
+    mbsri_atx(b->d, g.n, 1.0, k.G, f->wbar + b->v, range + b->group.iu);
+    for (int l = 0; l < g.members; ++l) {
+        const mbsri_body *of = m->body + g.member[l];
+        const mbsri_terms own = mbsri_linear_terms(f->linear, g.member[l]);
         mbsri_ax(of->d, of->n, 1.0, own.J, w + of->group.iu, f->wbar + of->v);
         if (l > 0) mbsri_ax(of->d, of->pred.d, -1.0, own.H, f->wbar + of->pred.v, f->wbar + of->v);
     }
-    for (int l = b->group.iu; l < b->group.iu + n; ++l) null[l] -= range[l];
-    mbsri_linear_split_transposed(&k, n, f->linear->rank[i], null + b->group.iu,
+    for (int l = b->group.iu; l < b->group.iu + g.n; ++l) null[l] -= range[l];
+    mbsri_linear_split_transposed(&k, g.n, f->linear->rank[i], null + b->group.iu,
                                   rest + b->group.iu);
-    for (int l = 0; l < members; ++l) {
-        const mbsri_body *of = m->body + member[l];
+    for (int l = 0; l < g.members; ++l) {
+        const mbsri_body *of = m->body + g.member[l];
         for (int j = 0; j < of->n; ++j)
             ru[of->u + j] = range[of->group.iu + j] + rest[of->group.iu + j];
     }
@@ -272,17 +262,17 @@ static void solve(mbsri_front *f, const double *v, double *x)
     for (int k = 0; k < f->plan.steps; ++k) {
         const int i = f->plan.step[k].body;
         move(f, i);
-        if (f->linear->deep[i] && leads(f, i)) spread(f, i, false);
+        if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) spread(f, i, false);
         substitute(f, k);
     }
     for (int k = f->plan.steps - 1; k >= 0; --k) {
         const int i = f->plan.step[k].body;
         reduce(f, k);
-        if (f->linear->deep[i] && leads(f, i)) spread(f, i, true);
+        if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) spread(f, i, true);
         load_joint(f, i, x);
     }
     for (int i = 1; i <= m->bodies; ++i) {
-        if (leads(f, i)) lift(f, i, x + m->nq + m->nu);
+        if (mbsri_linear_leads(f->linear, i)) lift(f, i, x + m->nq + m->nu);
     }
     load_closures(f, x + closures);
 }
@@ -308,25 +298,8 @@ static double share(const mbsri_front *f, const double *v, const double *x, cons
     return most;
 }
 
-/* As long as it makes what is left smaller. */
-static void refine(mbsri_front *f, const double *v, double *x)
-{
-    static const double enough = 1e-14, less = 0.5;
-    const int size = mbsr_dae_size(f->model, MBSR_DAE_MOMENTUM);
-    double *left = f->left_over, *change = left + size, before = HUGE_VAL;
-    for (int step = 0; step < REFINEMENTS; ++step) {
-        mbsri_product_transposed(f->linear, x, &f->vectors, left);
-        for (int k = 0; k < size; ++k) left[k] = v[k] - left[k];
-        const double now = share(f, v, x, left);
-        if (!(now > enough && now < less * before)) return;
-        before = now;
-        solve(f, left, change);
-        for (int k = 0; k < size; ++k) x[k] += change[k];
-    }
-}
-
 void mbsri_front_solve_transposed(mbsri_front *f, const double *v, double *x)
 {
-    solve(f, v, x);
-    if (f->linear->whole) refine(f, v, x);
+    static const mbsri_front_way way = {solve, mbsri_product_transposed, share};
+    mbsri_front_refine(f, &way, v, x);
 }

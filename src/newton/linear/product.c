@@ -13,9 +13,9 @@
 #include "newton/linear/product.h"
 
 #include "algebra/dense.h"
+#include "newton/linear/groups.h"
 #include "newton/slopes/relation.h"
 #include "recursion/closures.h"
-#include "recursion/group.h"
 
 #include <mbsrank/dae.h>
 
@@ -278,8 +278,8 @@ static void condense(const mbsri_linear *w, int i, double *x, double *xbar)
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     mbsri_atx(b->d, b->n, -1.0, k.J, xbar + b->v, x + b->group.iu);
-    if (!w->coupled[i] || b->group.head == i)
-        mbsri_ax(b->d, w->coupled[i] ? b->group.n : b->n, 1.0, k.G, x + b->group.iu, xbar + b->v);
+    if (mbsri_linear_leads(w, i))
+        mbsri_ax(b->d, mbsri_linear_group(w, i).n, 1.0, k.G, x + b->group.iu, xbar + b->v);
     mbsri_atx(b->d, b->pred.d, -1.0, k.H, xbar + b->v, xbar + b->pred.v);
 }
 
@@ -287,17 +287,12 @@ static void condense(const mbsri_linear *w, int i, double *x, double *xbar)
 static void balance_of(const mbsri_linear *w, int i, mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
-    const mbsri_body *b = m->body + i;
-    const bool group = w->coupled[i];
     const mbsri_terms k = mbsri_linear_terms(w, i);
-    const int n = group ? b->group.n : b->n, rank = w->rank[i];
-    double *x = v->momentum + b->group.iu, *gamma = v->balance + b->group.iu, *range = v->in;
-    mbsri_linear_split(&k, n, rank, gamma, range);
-    mbsri_linear_split(&k, n, rank, x, range);
-    for (int l = 0; l < n; ++l) x[l] = range[l] + gamma[l];
-    const mbsri_group g = group
-                              ? mbsri_group_in_model(m, i)
-                              : (mbsri_group){m->order.member + b->group.at, 1, b->n, b->group.iu};
+    const mbsri_group g = mbsri_linear_group(w, i);
+    double *x = v->momentum + g.ig, *gamma = v->balance + g.ig, *range = v->in;
+    mbsri_linear_split(&k, g.n, w->rank[i], gamma, range);
+    mbsri_linear_split(&k, g.n, w->rank[i], x, range);
+    for (int l = 0; l < g.n; ++l) x[l] = range[l] + gamma[l];
     mbsri_group_scatter(m, &g, x, r + m->nq + m->nu);
 }
 
@@ -327,7 +322,7 @@ static void pass_to_root(const mbsri_linear *w, mbsri_vectors *v, double *r)
         condense(w, i, v->balance, v->fbar);
     }
     for (int i = 1; i <= m->bodies; ++i) {
-        if (!w->coupled[i] || m->body[i].group.head == i) balance_of(w, i, v, r);
+        if (mbsri_linear_leads(w, i)) balance_of(w, i, v, r);
     }
 }
 

@@ -6,13 +6,8 @@
 #include "newton/linear/product_transposed.h"
 
 #include "algebra/dense.h"
+#include "newton/linear/groups.h"
 #include "recursion/closures.h"
-#include "recursion/group.h"
-
-static bool leads(const mbsri_linear *w, int i)
-{
-    return !w->coupled[i] || w->model->body[i].group.head == i;
-}
 
 /* ---- L^-1 ---- */
 
@@ -20,15 +15,11 @@ static bool leads(const mbsri_linear *w, int i)
 static void balance_of(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v)
 {
     const mbsr_model *m = w->model;
-    const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
-    const bool group = w->coupled[i];
-    const mbsri_group g = group
-                              ? mbsri_group_in_model(m, i)
-                              : (mbsri_group){m->order.member + b->group.at, 1, b->n, b->group.iu};
-    double *x = v->momentum + b->group.iu, *gamma = v->balance + b->group.iu;
+    const mbsri_group g = mbsri_linear_group(w, i);
+    double *x = v->momentum + g.ig, *gamma = v->balance + g.ig;
     mbsri_group_gather(m, &g, r + m->nq + m->nu, x);
-    mbsri_linear_split_transposed(&k, group ? b->group.n : b->n, w->rank[i], x, gamma);
+    mbsri_linear_split_transposed(&k, g.n, w->rank[i], x, gamma);
 }
 
 /* Root to leaves: x <- x - J^T xbar, and what the head passes on, xbar + G x. */
@@ -37,8 +28,8 @@ static void condense(const mbsri_linear *w, int i, double *x, double *xbar)
     const mbsri_body *b = w->model->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     mbsri_ax(b->d, b->pred.d, -1.0, k.H, xbar + b->pred.v, xbar + b->v);
-    if (leads(w, i))
-        mbsri_atx(b->d, w->coupled[i] ? b->group.n : b->n, 1.0, k.G, xbar + b->v, x + b->group.iu);
+    if (mbsri_linear_leads(w, i))
+        mbsri_atx(b->d, mbsri_linear_group(w, i).n, 1.0, k.G, xbar + b->v, x + b->group.iu);
     mbsri_ax(b->d, b->n, -1.0, k.J, x + b->group.iu, xbar + b->v);
 }
 
@@ -248,7 +239,7 @@ void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vect
     mbsri_zero(m->size.v, v->mbar);
     mbsri_zero(m->size.v, v->fbar);
     for (int i = 1; i <= m->bodies; ++i) {
-        if (leads(w, i)) balance_of(w, i, r, v);
+        if (mbsri_linear_leads(w, i)) balance_of(w, i, r, v);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         condense(w, i, v->momentum, v->mbar);
