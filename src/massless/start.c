@@ -336,9 +336,8 @@ static int take_balance(mbsri_start *s)
     return status ? status : stays_as_it_is(s);
 }
 
-/* From the velocities given, then from others, with quotients along the motion over a hundredth of
- * the time: directions may turn far sooner than the state moves by its typical sizes. What failed
- * first, for which part of the state, into *first and *sought. */
+/* From the velocities given, then from others; what failed first, for which part of the state, into
+ * *first and *sought. */
 static int climb_from_all(mbsri_start *s, bool *singular, bool *regular, mbsr_error *first,
                           const char **sought)
 {
@@ -347,7 +346,6 @@ static int climb_from_all(mbsri_start *s, bool *singular, bool *regular, mbsr_er
     for (int from = MBSRI_FROM_GIVEN;
          from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c_balanced > 0.0); ++from) {
         s->from = (mbsri_start_from)from;
-        s->w->times.scale = from == MBSRI_FROM_GIVEN ? 0.0 : 0.01 * s->time;
         status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, singular, regular);
         if (from > MBSRI_FROM_GIVEN) continue;
         *first = s->w->error;
