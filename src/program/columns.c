@@ -208,6 +208,21 @@ static int add_name(const program_model *m, const char *given, columns *c)
     return good ? DONE : complain(FAILED, "no memory");
 }
 
+int columns_all(const program_model *m, columns *c)
+{
+    *c = (columns){.file = m->file};
+    bool good = add_joint_columns(m, false, c) && add_joint_columns(m, true, c) &&
+                !add_name(m, "energy", c);
+    for (int k = 0; k < m->file->sensors && good; ++k) good = add_sensor(m, k, c);
+    for (int k = 0; k < mbsr_model_bodies(m->model) && good; ++k) {
+        char name[200];
+        const char *body = mbsr_body_name(m->model, k);
+        snprintf(name, sizeof name, "%.150s.pos", body ? body : "");
+        good = add_position(k, name, c);
+    }
+    return good ? DONE : complain(FAILED, "no memory");
+}
+
 int columns_make(const program_model *m, const char *names, columns *c)
 {
     int code = DONE;
@@ -283,5 +298,5 @@ int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, d
     if (columns_have_contacts(c) && touching_look(c->touching, data)) return FAILED;
     for (int k = 0; k < c->count && !status; ++k)
         status = value_of(c, c->list + k, model, data, t, q, u, value + k);
-    return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;
+    return status;
 }

@@ -36,7 +36,11 @@ typedef struct columns {
  * touch); NULL: all joints. A code. */
 int columns_make(const program_model *m, const char *names, columns *c);
 
-/* Their numbers at this state, at which the data is at mbsr_stage_accelerations. A code. */
+/* All there are, sensors before positions of bodies. A code. */
+int columns_all(const program_model *m, columns *c);
+
+/* Their numbers at this state, at which the data is at mbsr_stage_accelerations. A status, whose
+ * text the data has. */
 int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
                    const double *q, const double *u, double *value);
 

@@ -55,6 +55,19 @@ static const command commands[] = {
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
 #endif
+#if defined(MBSR_WITH_STUDY)
+    {"study", "many runs with other values of parameters",
+     "usage: mbsrank study FILE [options]\n"
+     "FILE says what is varied and kept (docs/study.md). Given again after it was stopped or\n"
+     "killed, the command goes on where it was.\n"
+     "  -o RESULT      HDF5 by the ending .h5 or .hdf5, else CSV; default NAME.h5 here for\n"
+     "                 NAME.study; RESULT.runs is a folder with what has been done\n"
+     "  --jobs N       processes, default 1; or mpirun -n P mbsrank study ...\n"
+     "  --anew         forget what has been done\n"
+     "  --json         statistics for a script to read\n"
+     "  --quiet        neither progress nor findings\n",
+     run_study},
+#endif
 #if defined(MBSR_WITH_FMU)
     {"fmu", "write a Functional Mock-up Unit for other simulators",
      "usage: mbsrank fmu FILE -o UNIT [options]\n"
@@ -93,8 +106,10 @@ static const command commands[] = {
 #endif
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
+     "RUN is that of mbsrank run, or results of mbsrank study: envelopes and histograms.\n"
      "  -o PICTURE       ending in .png or .svg\n"
      "  --columns NAMES  by commas, panels by colons; hand.pos: hand.pos.*; default all\n"
+     "  --over NAME      of a study: all columns over this parameter\n"
      "  --title TEXT     above\n",
      run_plot},
     {"view", "write a page that shows a model, and a run of it",

@@ -107,6 +107,13 @@ const char *new_mesh(const program_model *m, int k);
 /* Whether the file of such a mesh is not there. */
 bool lacks_mesh(const program_options *o, const program_model *m, int k);
 
+/* ---- info.c ---- */
+
+/* What a model consists of, with masses as at q, and its parameters. A code. */
+int info_write(FILE *to, const program_options *o, const program_model *m, const double *q,
+               bool json);
+int parameters_write(FILE *to, const program_model *m, bool json);
+
 /* ---- report.c ---- */
 
 /* The index report, or with closures that of their rows. UNDETERMINED where something is; DONE; or
@@ -121,6 +128,7 @@ int report_begin(FILE *to, const program_model *m, const double *q, const double
 int run_info(int argc, char **argv);
 int run_check(int argc, char **argv);
 int run_run(int argc, char **argv);
+int run_study(int argc, char **argv);
 int run_view(int argc, char **argv);
 int run_plot(int argc, char **argv);
 int run_convert(int argc, char **argv);

@@ -6,7 +6,7 @@ import { $ } from "./dom.js";
 import { Drawing } from "./drawing.js";
 import { pictureOf, videoOf } from "./export.js";
 import { Arrows, Axes, Frames } from "./extras.js";
-import { bodyAt, describe, describeSite, siteAt } from "./hover.js";
+import { describe, describeSite, hitAt, siteAt } from "./hover.js";
 import { Joints } from "./joints.js";
 import { typicalLengths } from "./lengths.js";
 import { Plots } from "./plots.js";
@@ -169,9 +169,13 @@ export class Viewer {
         return [(2 * x) / w - 1, 1 - (2 * y) / h, [40 / w, 40 / h]];
     }
 
-    bodyAt(x, y) {
+    hitAt(x, y) {
         const [a, b] = this.#onCanvas(x, y);
-        return bodyAt(a, b, this.stage.camera, this.batches, this.motion);
+        return hitAt(a, b, this.stage.camera, this.batches, this.motion);
+    }
+
+    bodyAt(x, y) {
+        return this.hitAt(x, y).body;
     }
 
     hover(x, y) {
