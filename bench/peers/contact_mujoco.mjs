@@ -10,7 +10,7 @@ const require = createRequire(join(cwd(), "package.json"));
 const mujoco = await (await import(pathToFileURL(require.resolve("@mujoco/mujoco")).href)).default();
 const samples = 1000;
 
-// Squared errors at 1000 times; `before` is called ahead of each step.
+// Squared errors at 1000 times, but where there is none (null); `before` is called ahead of each step.
 function run(name, setting, xml, dt, end, error, before = () => {}) {
     const model = mujoco.MjModel.from_xml_string(xml), data = new mujoco.MjData(model);
     const steps = Math.round(end / dt), every = Math.max(1, Math.round(steps / samples));
@@ -21,7 +21,9 @@ function run(name, setting, xml, dt, end, error, before = () => {}) {
         before(data);
         mujoco.mj_step(model, data);
         if (k % every) continue;
-        sum += error(model, data);
+        const now = error(model, data);
+        if (now === null) continue;
+        sum += now;
         ++count;
     }
     const used = cpuUsage(began), cost = (used.user + used.system) * 1e-6;
@@ -58,7 +60,7 @@ function rolling(name, angle, dt, solref) {
     });
 }
 
-// ---- 49 balls fall by 5 m without loss ----
+// ---- 49 balls fall by 5 m without loss; the energy of contacts is not known, so balls count in the air ----
 
 function bouncing(dt, stiffness) {
     let balls = "";
@@ -69,7 +71,7 @@ function bouncing(dt, stiffness) {
         <worldbody><geom type="plane" size="99 99 1"/>${balls}</worldbody></mujoco>`;
     const start = 49 * 10 * 9.81 * 5;
     run("bouncing", `stiffness ${stiffness}`, xml, dt, 20, (model, data) => {
-        return (data.energy[0] + data.energy[1] - start) ** 2;
+        return data.ncon > 0 ? null : (data.energy[0] + data.energy[1] - start) ** 2;
     });
 }
 
