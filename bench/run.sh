@@ -12,6 +12,7 @@
 #   bench/run.sh files [samples [bodies]]         nor this
 #   bench/run.sh fe [largest number of dofs]      nor this; CHOLMOD where it is, 3 GB and some minutes for 100000
 #   bench/run.sh stepper [steps]                  nor this
+#   bench/run.sh contact [case [spheres]]         MuJoCo, too, where npm fetches it
 #   bench/run.sh outputs [samples [outputs]]
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
@@ -28,7 +29,7 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | flexible | loops | outputs | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
+all | flexible | loops | outputs | precision | newton | explicit | driver | contact) ida=ON ;; # loops: for KLU
 scaling | kinds | report | files | fe | stepper | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
@@ -75,7 +76,7 @@ if wanted scaling; then
     mv "$build/scaling.csv" "$results/scaling.csv"
     sed -n '/^# least squares/,$p' "$results/scaling.csv"
 fi
-for part in kinds flexible loops report files fe stepper outputs explicit driver; do
+for part in kinds flexible loops report files fe stepper outputs explicit driver contact; do
     wanted $part || continue
     OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_$part" "$@" > "$build/$part.csv"
     if [ $part = loops ]; then
@@ -90,6 +91,14 @@ for part in kinds flexible loops report files fe stepper outputs explicit driver
                 echo "no loops_$name: goes without"
             fi
         done
+    fi
+    if [ $part = contact ]; then
+        mkdir -p "$build/mujoco"
+        if (cd "$build/mujoco" && npm install --no-audit --no-fund @mujoco/mujoco@3.14.0); then
+            (cd "$build/mujoco" && $pin node "$root/bench/peers/contact_mujoco.mjs") >> "$build/contact.csv"
+        else
+            echo "no MuJoCo from npm: goes without"
+        fi
     fi
     mv "$build/$part.csv" "$results/$part.csv"
     [ $part != loops ] || mv "$build/loop_runs.csv" "$results/loop_runs.csv"

@@ -151,6 +151,24 @@ table_stepper() {
         }'
 }
 
+# Contact: errors against closed forms and what they cost; MuJoCo beside it.
+table_contact() {
+    echo '| case | program, tolerance or step | error | processor, s | simulated, s | steps |'
+    echo '|---|---|---:|---:|---:|---:|'
+    rows contact "$numbers"'
+        BEGIN {
+            n = split("rolling_y|slab under balls, along y (m²/s²);rolling_xy|the same, obliquely (m²/s²);bouncing|49 balls without loss (J²);" \
+                "elastic_balls|216 balls without loss (J²);stack|ten boxes, way from rest (m);sledges|20 bodies, 40 contacts", names, ";")
+            for (k = 1; k <= n; ++k) { split(names[k], pair, "|"); name[pair[1]] = pair[2] }
+        }
+        function named(x) { if (x in name) return name[x]; sub(/^box_of_/, "", x); return x " spheres in a box" }
+        {
+            setting = $3
+            if ($2 == "mujoco") { split($3, part, " "); setting = "MuJoCo 3.14, " short(part[3]) " s" } else setting = short($3)
+            printf "| %s | %s | %s | %s | %s | %d |\n", named($1), setting, $4 == "nan" ? "–" : $4 == 0 ? "0" : short($4), digits($5, 2), $6, $7
+        }'
+}
+
 # What outputs of a run cost beside a step.
 table_outputs() {
     echo '| model | step | output | over a step | raw output |'

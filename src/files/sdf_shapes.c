@@ -87,6 +87,14 @@ static bool read_colour(mbsri_scene *s, const mbsri_element *e, mbsr_file_shape 
     return true;
 }
 
+/* The coefficient of sliding, from <ode>. */
+static bool read_friction(mbsri_scene *s, const mbsri_element *e, mbsr_file_shape *shape)
+{
+    const mbsri_element *friction = mbsri_child(mbsri_child(e, "surface"), "friction");
+    if (!mbsri_sdf_numbers(s, mbsri_child(friction, "ode"), "mu", 1, shape->friction)) return false;
+    return shape->friction[0] >= 0.0 || mbsri_file_refuse(s, e, "its mu is negative");
+}
+
 /* Where it is in its link. */
 static bool place_shape(mbsri_sdf *f, int link, const mbsr_frame *world, const mbsri_element *e,
                         mbsr_frame *frame)
@@ -125,7 +133,8 @@ bool mbsri_sdf_shapes(mbsri_sdf *f, int link, const mbsr_frame *world, int body)
                                  .friction = {1.0, 0.0, 0.0},
                                  .settle = {0.02, 1.0}};
         if (!place_shape(f, link, world, e, &shape.frame) || !read_geometry(s, e, &shape, &known) ||
-            !read_colour(s, e, &shape) || (known && !mbsri_hull_shape(s, e, &shape)))
+            !read_colour(s, e, &shape) || !read_friction(s, e, &shape) ||
+            (known && !mbsri_hull_shape(s, e, &shape)))
             return false;
         mbsr_file_shape *to = known ? mbsri_list_add(s->arena, &s->shapes, sizeof *to) : NULL;
         if (to) *to = shape;

@@ -179,10 +179,7 @@ static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
     mbsri_write_frame(w, &s->frame);
     if (s->coloured) mbsri_set_numbers(t, "rgba", 4, s->colour);
     if (!s->visual) mbsri_set_text(t, "group", "3");
-    if (!s->contact) {
-        mbsri_set_text(t, "contype", "0");
-        mbsri_set_text(t, "conaffinity", "0");
-    }
+    mbsri_set_contact(w, s);
     mbsri_end(t);
 }
 

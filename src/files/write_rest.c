@@ -320,5 +320,6 @@ void mbsri_write_rest(mbsri_writer *w)
     write_tendons(w);
     write_actuators(w);
     mbsri_write_equalities(w);
+    mbsri_write_contacts(w);
     mbsri_write_keys(w);
 }

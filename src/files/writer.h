@@ -88,6 +88,10 @@ bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def);
 /* Begins a section with its first element. */
 void mbsri_write_section(mbsri_writer *w, bool *open, const char *name);
 
+/* How a shape touches, as attributes of its element; bodies that never touch, and pairs. */
+void mbsri_set_contact(mbsri_writer *w, const mbsr_file_shape *s);
+void mbsri_write_contacts(mbsri_writer *w);
+
 void mbsri_write_equalities(mbsri_writer *w);
 void mbsri_write_keys(mbsri_writer *w);
 

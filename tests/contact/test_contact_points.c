@@ -259,6 +259,8 @@ static void refusals(void **unused)
     refused(c, bad, MBSR_ERR_VALUE, "size[2] is nan");
     bad = box, bad.rounding = 0.15;
     refused(c, bad, MBSR_ERR_VALUE, "rounding is 0.15");
+    bad = box, bad.law.margin = -1.0;
+    refused(c, bad, MBSR_ERR_VALUE, "law.margin is -1");
     bad = box, bad.law.friction = INFINITY;
     refused(c, bad, MBSR_ERR_VALUE, "law.friction is inf");
     bad = box, bad.law.slip = 0.0;

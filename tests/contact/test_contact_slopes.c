@@ -157,6 +157,7 @@ static void slopes(void **unused)
         for (int b = MBSR_SHAPE_BOX; b <= MBSR_SHAPE_MESH; ++b) {
             mbsr_shape shape[2] = {sample_shape((mbsr_shape_kind)a, 0),
                                    sample_shape((mbsr_shape_kind)b, 0)};
+            shape[0].law.margin = 0.01 * (b % 2);
             if (b == MBSR_SHAPE_PLANE) continue;
             if (a == MBSR_SHAPE_PLANE) shape[0].body = MBSR_GROUND;
             for (int k = 0; k < 6; ++k) {

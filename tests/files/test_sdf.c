@@ -349,7 +349,9 @@ static void what_links_weigh_and_how_they_look(void **state)
         MODEL(
             "<link name='standard'/><link name='auto'><inertial auto='true'><density>500</density>"
             "</inertial><collision name='c'><pose>0 0 1 0 0 0</pose><geometry><box><size>1 2 "
-            "3</size></box></geometry></collision><collision name='d'><density>100</density>"
+            "3</size></box></geometry><surface><friction><ode><mu>.25</mu><mu2>.3</mu2></ode></"
+            "friction></surface>"
+            "</collision><collision name='d'><density>100</density>"
             "<geometry><sphere><radius>.5</radius></sphere></geometry></collision>"
             "<visual name='v'><pose>1 2 3 0 0 0</pose><transparency>.5</transparency><geometry>"
             "<mesh><uri>model://none/m.dae</uri><scale>2 2 2</scale></mesh></geometry><material>"
@@ -370,6 +372,8 @@ static void what_links_weigh_and_how_they_look(void **state)
     assert_close(file->shape[2].colour[3], 0.5, 0.0);
     assert_close(file->shape[0].size[2], 1.5, 0.0);
     assert_int_equal(file->shape[0].visual, 0);
+    assert_close(file->shape[0].friction[0], 0.25, 0.0);
+    assert_close(file->shape[1].friction[0], 1.0, 0.0);
     mbsr_file_destroy(file);
 }
 
@@ -381,6 +385,10 @@ static void files_that_are_refused(void **state)
         {SDF(""), "neither a world nor a model"},
         {SDF("<model name='a'/><model name='b'/>"), "second model"},
         {MODEL("<link/>"), "no name"},
+        {MODEL("<link name='a'><collision name='c'><geometry><sphere><radius>1</radius></sphere>"
+               "</geometry><surface><friction><ode><mu>-1</mu></ode></friction></surface>"
+               "</collision></link>"),
+         "mu is negative"},
         {MODEL("<link name='a'/><frame name='a'/>"), "two of the name 'a'"},
         {MODEL("<link name='a'><pose>1 2</pose></link>"), "6 numbers"},
         {MODEL("<link name='a'><pose relative_to='b'/></link>"), "'b' is no frame"},

@@ -232,6 +232,49 @@ static void all_features_come_back(void **unused)
     end_trip(&t);
 }
 
+/* Coefficients, groups, margins, excluded bodies and pairs. */
+static void contacts_come_back(void **unused)
+{
+    (void)unused;
+    static const char text[] =
+        "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/>"
+        "<body name='a' pos='0 0 1'><freejoint/><geom name='p' size='.1' contype='6' "
+        "conaffinity='9' condim='4' friction='.3 .02 .01' solref='.05 .7' margin='.01'/>"
+        "<geom name='q' size='.1' condim='1'/><geom name='r' size='.1' friction='.4'/></body>"
+        "<body name='b' pos='1 0 1'><freejoint/><geom name='s' size='.1' condim='6' "
+        "friction='.3 .02 .01'/><geom name='t' size='.1' contype='0' conaffinity='0'/></body>"
+        "</worldbody><contact><exclude body1='a' body2='b'/><exclude body1='world' body2='a'/>"
+        "<pair geom1='p' geom2='s' condim='6' friction='.5 .5 .1 .2 .2' margin='.03'/>"
+        "<pair geom1='floor' geom2='t' condim='1' solref='.1 2'/></contact></mujoco>";
+    trip t;
+    go_round(&t, text, strlen(text), NULL);
+    compare(&t, 1e-12);
+    const mbsr_file *a = t.file[0], *b = t.file[1];
+    assert_int_equal(a->shapes, 6);
+    assert_int_equal(b->shapes, 6);
+    for (int k = 0; k < 6; ++k) {
+        const mbsr_file_shape *x = a->shape + k, *y = b->shape + k;
+        assert_string_equal(x->name, y->name);
+        assert_int_equal(x->contact, y->contact);
+        assert_int_equal(x->groups, y->groups);
+        assert_int_equal(x->mask, y->mask);
+        assert_near("friction", 3, x->friction, y->friction, 1e-15);
+        assert_near("settle", 2, x->settle, y->settle, 1e-15);
+        assert_close(x->margin, y->margin, 1e-15);
+    }
+    assert_int_equal(b->excluded, 2);
+    assert_memory_equal(a->exclude, b->exclude, 4 * sizeof *a->exclude);
+    assert_int_equal(b->pairs, 2);
+    for (int k = 0; k < 2; ++k) {
+        assert_memory_equal(a->pair[k].shape, b->pair[k].shape, sizeof a->pair[k].shape);
+        assert_near("friction", 3, a->pair[k].friction, b->pair[k].friction, 1e-15);
+        assert_near("settle", 2, a->pair[k].settle, b->pair[k].settle, 1e-15);
+        assert_close(a->pair[k].margin, b->pair[k].margin, 1e-15);
+    }
+    assert_int_equal(t.written->findings, 0);
+    end_trip(&t);
+}
+
 static void loops_come_back(void **unused)
 {
     (void)unused;
@@ -567,6 +610,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_features_come_back),
+        cmocka_unit_test(contacts_come_back),
         cmocka_unit_test(loops_come_back),
         cmocka_unit_test(what_mujoco_would_refuse_is_not_written),
         cmocka_unit_test(coordinates_in_another_order_are_found),
