@@ -72,6 +72,8 @@ static const command commands[] = {
     {"static", "where a model rests",
      "usage: mbsrank static FILE [options]\n"
      "Finds the equilibrium that the model comes to rest in from the start, motors off.\n"
+     "  --trim NAMES   frees these parameters, between commas; also finds unstable rests\n"
+     "  --hold JOINTS  keeps these where they start; all: every one\n"
      "  --json         for a script to read\n" COMMON,
      run_static},
     {"modes", "natural frequencies, damping and shapes",
@@ -84,8 +86,9 @@ static const command commands[] = {
     {"linearise", "matrices of the linear equations of motion",
      "usage: mbsrank linearise FILE [options]\n"
      "z' = A z + B w, y = C z + D w with the least number of states, row by row as CSV.\n"
-     "  --inputs JOINTS    between commas: w are forces or moments of these joints\n"
-     "  --outputs JOINTS   y are displacements of these\n"
+     "  --inputs NAMES     between commas: forces of joints, parameters by name\n"
+     "  --outputs NAMES    joints, bodies.NAME.q, .u, .x, .y, .z, forces.NAME.f[k], .tau[k]\n"
+     "  --response FROM:TO:COUNT   frequency response in Hz, as CSV, in place of matrices\n"
      "  --as-drawn     about the start, not about an equilibrium\n"
      "  --json         for a script to read\n" COMMON,
      run_linearise},

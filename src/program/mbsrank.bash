@@ -20,7 +20,8 @@ _mbsrank() {
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
         modes) common="$common --count --as-drawn --json" ;;
-        linearise) common="$common --inputs --outputs --as-drawn --json" ;;
+        linearise) common="$common --inputs --outputs --response --as-drawn --json" ;;
+        static) common="$common --trim --hold --json" ;;
         check) common="$common --small --time --tolerance --json" ;;
         info) common="$common --parameters --json" ;;
         *) common="$common --json" ;;
