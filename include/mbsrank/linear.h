@@ -127,6 +127,7 @@ typedef enum mbsr_signal_kind {
                         * `place`, f and then tau of mbsr_force_load */
 } mbsr_signal_kind;
 
+/* An input or output. */
 typedef struct mbsr_signal {
     mbsr_signal_kind kind;
     int id, part, place;

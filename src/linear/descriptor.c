@@ -13,8 +13,6 @@
 
 #include "base/error.h"
 
-#include <mbsrank/driver.h>
-
 #include <math.h>
 #include <string.h>
 
@@ -270,19 +268,18 @@ static int fail_as(mbsr_error *error, int status, const mbsr_error *why)
     return mbsri_fail(error, status, why->body, why->force, "mbsr_linear_create: %s", why->text);
 }
 
-int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *data, double t,
-                          const double *y, const double *yp, const mbsr_linear_opt *opt, int *rank,
+int mbsri_pencil_assemble(mbsr_linear *l, coordinates *c, const mbsr_model *model, mbsr_data *data,
+                          double t, const double *y, const double *yp, const mbsr_linear_opt *opt,
                           mbsr_error *error)
 {
-    coordinates c;
-    mbsri_coordinates_of(&c, model, data, t);
-    l->info.size = c.size - c.nq + c.nu;
+    mbsri_coordinates_of(c, model, data, t);
+    l->info.size = c->size - c->nq + c->nu;
     int status = take_descriptor(l, l->info.size);
-    double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c.size + 1) * sizeof *delta);
+    double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c->size + 1) * sizeof *delta);
     if (status || !delta)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: no memory for %d equations", l->info.size);
-    status = mbsri_coordinates_find(&c, &l->arena, y, yp);
+    status = mbsri_coordinates_find(c, &l->arena, y, yp);
     if (status) return fail_as(error, status, mbsr_data_error(data));
     mbsr_newton_opt products = mbsr_default_newton_opt();
     mbsr_newton *newton;
@@ -290,14 +287,13 @@ int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *da
     products.by_blocks = 1;
     status = mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &products, &newton, error);
     if (status) return status;
-    double *A = l->part[MBSR_LINEAR_A], *r = delta + c.size + 1;
+    double *A = l->part[MBSR_LINEAR_A], *r = delta + c->size + 1;
     status = mbsr_newton_linearise(newton, data, t, y, yp, 0.0);
-    if (!status) status = columns_of_A(&c, newton, delta, r, A);
-    if (!status) status = columns_of_B(&c, newton, opt, delta, r, l->part[MBSR_LINEAR_B]);
+    if (!status) status = columns_of_A(c, newton, delta, r, A);
+    if (!status) status = columns_of_B(c, newton, opt, delta, r, l->part[MBSR_LINEAR_B]);
     if (!status) status = mbsr_newton_linearise(newton, data, t, y, yp, 1.0);
-    if (!status) status = columns_of_E(&c, newton, delta, r, A, l->part[MBSR_LINEAR_E]);
+    if (!status) status = columns_of_E(c, newton, delta, r, A, l->part[MBSR_LINEAR_E]);
     if (status) status = fail_as(error, status, mbsr_newton_error(newton));
     mbsr_newton_destroy(newton);
-    *rank = mbsr_total_rank(model, data);
-    return status ? status : mbsri_signals_enter(l, &c, y, yp, opt, error);
+    return status;
 }

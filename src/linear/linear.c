@@ -41,12 +41,14 @@ static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, co
                  const double *u, const mbsr_linear_opt *opt, mbsr_error *error)
 {
     double *y, *yp;
-    int rank;
+    mbsri_coordinates c;
     int status = mbsri_pencil_start(m, d, t, q, u, name, &l->arena, &y, &yp, error);
     const int at = mbsr_model_nq(m) + l->nu;
     for (int k = 0; k < l->nu && !status; ++k)
         l->info.acceleration = fmax(l->info.acceleration, fabs(yp[at + k]));
-    if (!status) status = mbsri_pencil_assemble(l, m, d, t, y, yp, opt, &rank, error);
+    if (!status) status = mbsri_pencil_assemble(l, &c, m, d, t, y, yp, opt, error);
+    const int rank = mbsr_total_rank(m, d);
+    if (!status) status = mbsri_signals_enter(l, &c, y, yp, opt, error);
     return status ? status : mbsri_pencil_reduce(l, rank, error);
 }
 

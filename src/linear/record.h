@@ -52,11 +52,11 @@ int mbsri_pencil_start(const mbsr_model *model, mbsr_data *data, double t, const
 
 mbsr_mode mbsri_mode_of(double real, double imaginary, double shift);
 
-/* E, A and B in the coordinates dq, dp, du, forces; Newton's matrices by products; rank: of the
- * mass matrix of the tree. A status. */
-int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *data, double t,
-                          const double *y, const double *yp, const mbsr_linear_opt *opt, int *rank,
-                          mbsr_error *error);
+/* E, A and B in the coordinates dq, dp, du, forces, which *c becomes; Newton's matrices by
+ * products. A status. */
+int mbsri_pencil_assemble(mbsr_linear *l, mbsri_coordinates *c, const mbsr_model *model,
+                          mbsr_data *data, double t, const double *y, const double *yp,
+                          const mbsr_linear_opt *opt, mbsr_error *error);
 
 /* Columns of B, `seen` and `direct` of signals that are no joint forces; before that
  * the rows of the pencil: r (size of y) times `factor`. A status. */
