@@ -1,6 +1,6 @@
 /* mbsrank static, modes, linearise: where a model rests, and how it moves about that.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "program/program.h"
+#include "program/mode_motion.h"
 
 #include <mbsrank/linear.h>
 
@@ -20,6 +20,7 @@ typedef struct linear_options {
     program_options common;
     bool drawn; /* not from rest */
     const char *inputs, *outputs, *count, *trim, *hold, *response;
+    const char *mode, *file; /* number of a mode, from 1, and where its motion goes */
 } linear_options;
 
 /* A model at rest, or as it starts. */
@@ -32,15 +33,15 @@ typedef struct scene {
 
 static int read_options(int argc, char **argv, const char *command, linear_options *o)
 {
-    static const char *const names[] = {"--inputs", "--outputs", "--count",
-                                        "--trim",   "--hold",    "--response"};
-    const char **const text[] = {&o->inputs, &o->outputs, &o->count,
-                                 &o->trim,   &o->hold,    &o->response};
+    static const char *const names[] = {"--inputs", "--outputs",  "--count", "--trim",
+                                        "--hold",   "--response", "--mode",  "-o"};
+    const char **const text[] = {&o->inputs, &o->outputs,  &o->count, &o->trim,
+                                 &o->hold,   &o->response, &o->mode,  &o->file};
     int code = DONE;
     for (int at = 0; at < argc && at >= 0 && !code; ++at) {
         bool taken = strcmp(argv[at], "--as-drawn") == 0;
         o->drawn = o->drawn || taken;
-        for (int k = 0; k < 6 && !taken && !code; ++k) {
+        for (int k = 0; k < 8 && !taken && !code; ++k) {
             const char *value = option_value(argc, argv, &at, names[k]);
             if (at < 0) return USAGE;
             taken = value != NULL;
@@ -249,6 +250,7 @@ int run_static(int argc, char **argv)
     if (o.drawn || o.inputs || o.outputs || o.count || o.response)
         return complain(USAGE, "static: --as-drawn, --inputs, --outputs, --response and --count "
                                "are for modes and linearise");
+    if (o.mode || o.file) return complain(USAGE, "static: --mode and -o are for modes");
     if (o.hold && !o.trim) return complain(USAGE, "static: --hold is for --trim");
     code = open_scene(&o, &s);
     if (!code && o.trim) code = trim_scene(&o, &s, &t);
@@ -389,6 +391,25 @@ static int put_modes(const scene *s, mbsr_linear *l, int wanted, bool json)
     return complain(FAILED, "%s", error.text[0] ? error.text : mbsr_status_text(status));
 }
 
+/* Of mode `number`, from 1, of those that are shown. */
+static int put_motion(const scene *s, mbsr_linear *l, int number, const char *path)
+{
+    const int nu = mbsr_model_nu(s->m.model);
+    mbsr_linear_info info;
+    mbsr_linear_get_info(l, &info);
+    mbsr_mode *mode = calloc((size_t)info.states + 1, sizeof *mode);
+    double *re = calloc(2 * (size_t)nu + 1, sizeof *re), *im = re ? re + nu : NULL;
+    int count = 0, code = DONE,
+        status = mode && re ? mbsr_linear_modes(l, mode, &count) : MBSR_ERR_NO_MEMORY;
+    if (!status && number > count) code = complain(USAGE, "modes: there are %d", count);
+    if (!status && !code) status = mbsr_linear_shape(l, number - 1, re, im);
+    if (!status && !code) code = mode_motion_write(&s->m, s->q, mode + number - 1, re, im, path);
+    if (status) code = complain(FAILED, "%s", mbsr_status_text(status));
+    free(mode);
+    free(re);
+    return code;
+}
+
 int run_modes(int argc, char **argv)
 {
     linear_options o = {.drawn = false};
@@ -402,9 +423,13 @@ int run_modes(int argc, char **argv)
     const int wanted = o.count ? atoi(o.count) : 0;
     if (o.count && (wanted < 1 || wanted > 1000 || o.drawn))
         return complain(USAGE, "modes: --count is 1 .. 1000, and not for --as-drawn");
+    const int number = o.mode ? atoi(o.mode) : 0;
+    if ((o.mode && number < 1) || !o.mode != !o.file || (o.mode && o.count))
+        return complain(USAGE, "modes: --mode K from 1 on goes with -o FILE, and not with --count");
     code = open_scene(&o, &s);
     if (!code && wanted == 0) code = linearise_scene(&o, &s, &l);
-    if (!code) code = put_modes(&s, l, wanted, o.common.json);
+    if (!code && number > 0) code = put_motion(&s, l, number, o.file);
+    if (!code && number == 0) code = put_modes(&s, l, wanted, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
     return code;
@@ -474,6 +499,7 @@ int run_linearise(int argc, char **argv)
     int code = read_options(argc, argv, "linearise", &o);
     if (code) return code;
     if (o.count) return complain(USAGE, "linearise: --count is for modes");
+    if (o.mode || o.file) return complain(USAGE, "linearise: --mode and -o are for modes");
     if (o.trim || o.hold) return complain(USAGE, "linearise: --trim and --hold are for static");
     code = open_scene(&o, &s);
     if (!code) code = linearise_scene(&o, &s, &l);

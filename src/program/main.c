@@ -80,6 +80,7 @@ static const command commands[] = {
      "usage: mbsrank modes FILE [options]\n"
      "About the equilibrium that static finds, massless bodies and loops included.\n"
      "  --count N      the N slowest alone, also of large models\n"
+     "  --mode K -o RUN    the motion of mode K of the list, for mbsrank view\n"
      "  --as-drawn     about the start, not about an equilibrium\n"
      "  --json         for a script to read\n" COMMON,
      run_modes},

@@ -19,7 +19,7 @@ _mbsrank() {
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
-        modes) common="$common --count --as-drawn --json" ;;
+        modes) common="$common --count --mode -o --as-drawn --json" ;;
         linearise) common="$common --inputs --outputs --response --as-drawn --json" ;;
         static) common="$common --trim --hold --json" ;;
         check) common="$common --small --time --tolerance --json" ;;

@@ -77,6 +77,10 @@ if "$program" --help | grep -q '^  modes'; then
     ends 2 'count is for modes' linearise --count 2 "$models/quarter_car.xml"
     ends 0 '^6 states; 33 of 39' modes "$models/suspension.xml"
     ends 0 '"states": 2, "eliminated": 22' modes --json "$models/wiper.sdf"
+    ends 0 '' modes --mode 1 -o "$work/mode.csv" "$models/quarter_car.xml"
+    [ "$(wc -l <"$work/mode.csv")" = 62 ] || { echo "the motion of a mode has not 62 lines"; failed=1; }
+    ends 2 'there are' modes --mode 9 -o "$work/mode.csv" "$models/quarter_car.xml"
+    ends 2 'goes with -o' modes --mode 1 "$models/quarter_car.xml"
     ends 2 'for linearise' modes --inputs tyre "$models/quarter_car.xml"
     ends 0 '^# D 2 1' linearise --inputs tyre --outputs tyre,damper "$models/quarter_car.xml"
     ends 0 '"B": \[\[' linearise --json --inputs tyre "$models/quarter_car.xml"
