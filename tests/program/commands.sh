@@ -77,7 +77,7 @@ if "$program" --help | grep -q '^  modes'; then
     ends 2 'count is for modes' linearise --count 2 "$models/quarter_car.xml"
     ends 0 '^6 states; 33 of 39' modes "$models/suspension.xml"
     ends 0 '"states": 2, "eliminated": 22' modes --json "$models/wiper.sdf"
-    ends 0 '' modes --mode 1 -o "$work/mode.csv" "$models/quarter_car.xml"
+    "$program" modes --mode 1 -o "$work/mode.csv" "$models/quarter_car.xml"
     [ "$(wc -l <"$work/mode.csv")" = 62 ] || { echo "the motion of a mode has not 62 lines"; failed=1; }
     ends 2 'there are' modes --mode 9 -o "$work/mode.csv" "$models/quarter_car.xml"
     ends 2 'goes with -o' modes --mode 1 "$models/quarter_car.xml"
@@ -365,6 +365,17 @@ if [ "$with_run" = 1 ]; then
     if grep -q '2 shapes touch' "$work/err"; then
         tail -n 1 "$work/ball.csv" | awk -F, '{ exit !($8 > 0.09 && $8 < 0.1) }' ||
             { echo 'a ball does not lie on the floor:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        "$program" run "$work/ball.xml" --t-end 2 --output contacts,body:world.contact -o "$work/ball.csv" 2>"$work/err"
+        grep -q "there is no body 'body'" "$work/err" || { echo 'contact of a body that is none'; failed=1; }
+        sed 's/<body /<body name="b" /' "$work/ball.xml" >"$work/named.xml"
+        "$program" run "$work/named.xml" --t-end 2 --output contacts,b:world.contact,b.pos -o "$work/ball.csv" 2>"$work/err" || failed=1
+        [ "$(head -n 1 "$work/ball.csv" | cut -d, -f1-8)" = \
+            t,b.contact.x,b.contact.y,b.contact.z,b.contact.px,b.contact.py,b.contact.pz,b:world.contact.x ] || failed=1
+        # in the air where the body is; at rest its weight, 9.81 of 4/3 pi 0.1^3 1000 kg
+        sed -n 2p "$work/ball.csv" | awk -F, '{ exit !($4 == 0 && $7 == 0.5 && $10 == 0) }' || { echo 'contact in the air'; failed=1; }
+        tail -n 1 "$work/ball.csv" | awk -F, '{ w = 41.0917; exit !($4 > w - 1e-3 && $4 < w + 1e-3 && $10 == $4 && $7 < 0) }' ||
+            { echo 'the floor does not carry a ball:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        ends 2 'nothing touches' run "$work/ball.xml" --t-end 1 --no-contacts --output contacts
         # massless fingers lift a box, which creeps by m g / (2 mu F) of the slip, 1e-3 m/s
         "$program" run "$models/gripper.xml" --t-end 3 --step 0.5 --inputs "$models/grip.csv" --output box,box.rate \
             -o "$work/grip.csv" 2>"$work/err" || { cat "$work/err"; failed=1; }
