@@ -1,5 +1,6 @@
 /* mbsrank static, modes, linearise: where a model rests, and how it moves about that.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "program/mat.h"
 #include "program/mode_motion.h"
 
 #include <mbsrank/linear.h>
@@ -460,6 +461,25 @@ static void put_matrices(const mbsr_linear *l, bool json)
     if (json) puts("}");
 }
 
+/* All matrices by their names, those of the descriptor form too, as a file of MATLAB. */
+static int write_matrices(const mbsr_linear *l, const char *path)
+{
+    static const char *const name[MBSR_LINEAR_PARTS] = {
+        "descriptor_E", "descriptor_A", "descriptor_B", "A", "B", "C", "D"};
+    if (!ends_in(path, ".mat")) return complain(USAGE, "linearise: -o is a name in .mat");
+    FILE *to = fopen(path, "wb");
+    if (!to) return complain_of_file(FAILED, path, "written");
+    mat_begin(to);
+    for (int part = 0; part < MBSR_LINEAR_PARTS; ++part) {
+        int rows, columns;
+        const double *x = mbsr_linear_matrix(l, (mbsr_linear_part)part, &rows, &columns);
+        mat_put(to, name[part], rows, columns, x);
+    }
+    const bool bad = fflush(to) != 0 || ferror(to);
+    fclose(to);
+    return bad ? complain(FAILED, "%s cannot be written", path) : DONE;
+}
+
 /* Lines of CSV: frequency, then real and imaginary part of each output for each input. */
 static int put_response(const linear_options *o, mbsr_linear *l)
 {
@@ -499,12 +519,13 @@ int run_linearise(int argc, char **argv)
     int code = read_options(argc, argv, "linearise", &o);
     if (code) return code;
     if (o.count) return complain(USAGE, "linearise: --count is for modes");
-    if (o.mode || o.file) return complain(USAGE, "linearise: --mode and -o are for modes");
+    if (o.mode) return complain(USAGE, "linearise: --mode is for modes");
     if (o.trim || o.hold) return complain(USAGE, "linearise: --trim and --hold are for static");
     code = open_scene(&o, &s);
     if (!code) code = linearise_scene(&o, &s, &l);
+    if (!code && o.file) code = write_matrices(l, o.file);
     if (!code && o.response) code = put_response(&o, l);
-    if (!code && !o.response) put_matrices(l, o.common.json);
+    if (!code && !o.response && !o.file) put_matrices(l, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
     return code;
