@@ -81,6 +81,8 @@ typedef struct mbsr_trim_info {
                             has moved as little as the others allow. 0: all are determined */
     int loose_rate;      /* that unknown: a place in u, or MBSR_NONE, */
     int loose_parameter; /* or a parameter, or MBSR_NONE */
+    double growth; /* 1/s: largest real part of the eigenvalues about that rest: above rounding
+                      it is unstable; NaN: mbsr_linear_create refuses there */
 } mbsr_trim_info;
 
 /* Positions near q (nq) and values of the parameters which[k] of a model at which it rests at time
@@ -96,7 +98,7 @@ typedef struct mbsr_trim_info {
  *
  * Newton's method with least steps: of more unknowns than equations determine, each moves no more
  * than needed (columns brought to one length), and mbsr_trim_info.loose names one that nothing
- * determines. It finds unstable rests as well as stable ones; mbsr_linear_create tells which.
+ * determines. It finds unstable rests as well as stable ones, which mbsr_trim_info.growth tells.
  * Dense, O(n^3), made for some hundred rates; a set of values costs mbsr_parameters_model, three of
  * them a parameter and step. q_rest (nq, may be q) and value (count) are written on success. opt,
  * info, error may be NULL; count may be 0.
@@ -114,11 +116,43 @@ MBSR_API int mbsr_trim(const mbsr_parameters *list, double t, const double *q, i
 
 typedef struct mbsr_linear mbsr_linear;
 
+/* What an input or output is. */
+typedef enum mbsr_signal_kind {
+    MBSR_SIGNAL_JOINT, /* input: joint force along joint rate `id`, a place in u, such as that of
+                        * a motor; output: displacement dq along it */
+    MBSR_SIGNAL_RATE,  /* output: du of that rate */
+    MBSR_SIGNAL_PARAMETER, /* input: parameter `id` of the list of the options */
+    MBSR_SIGNAL_POINT, /* output: displacement of `point` of body `id` along world axis `part` */
+    MBSR_SIGNAL_FORCE  /* output: number `part` of what element `id` exerts on the body at
+                        * `place`, f and then tau of mbsr_force_load */
+} mbsr_signal_kind;
+
+/* An input or output. */
+typedef struct mbsr_signal {
+    mbsr_signal_kind kind;
+    int id, part, place;
+    double point[3]; /* in body axes, m */
+} mbsr_signal;
+
+/* The signal of a name:
+ *
+ *   bodies.NAME.tau[1..]   input: joint force along a rate of the body's joint; alone: the first
+ *   bodies.NAME.q[1..]     output: displacement along it;   .u[1..]: the rate
+ *   bodies.NAME.x, .y, .z  output: the body's origin
+ *   forces.NAME.f[1..]     output: of mbsr_force_load on its first body;   .tau[1..] likewise
+ *
+ * and inputs by the names of parameters in the list (NULL: none). Names as in parameters.h.
+ * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_VALUE: there is none of that name; the text says
+ * where it ends. *signal is then as it was. error may be NULL. */
+MBSR_API int mbsr_signal_find(const mbsr_model *model, const mbsr_parameters *list,
+                              const char *name, mbsr_signal *signal, mbsr_error *error);
+
 typedef struct mbsr_linear_opt {
     int cookie; /* set by mbsr_default_linear_opt */
     int inputs, outputs;
-    const int *input;  /* places in u of joint rates along which w are joint forces; default none */
-    const int *output; /* places in u: y are displacements dq along these; default none */
+    const mbsr_signal *input;    /* w; default none */
+    const mbsr_signal *output;   /* y; default none */
+    const mbsr_parameters *list; /* made of the model, where inputs are parameters; else NULL */
 } mbsr_linear_opt;
 
 MBSR_API mbsr_linear_opt mbsr_default_linear_opt(void);
@@ -140,7 +174,7 @@ typedef struct mbsr_linear_info {
  * *error (may be NULL). MBSR_RANK_CHANGED where it is not clear how many eigenvalues are finite
  * (numbers kept and dropped lie within a factor of 100); MBSR_UNDETERMINED where the pencil is
  * singular: some direction is determined by nothing; MBSR_ERR_VALUE for an input or output that
- * does not exist, and for outputs that jump with the rate of an input; MBSR_ERR_NULL,
+ * does not exist or is none, and for outputs that jump with the rate of an input; MBSR_ERR_NULL,
  * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create, mbsr_dae_consistent and
  * mbsr_newton_linearise. */
 MBSR_API int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,

@@ -154,8 +154,7 @@ void mbsri_coordinates_take(const mbsri_coordinates *c, const double *dq, double
     }
 }
 
-/* r (size of y) to the rows of the pencil, times `factor`. */
-static void take_rows(const coordinates *c, const double *r, double factor, double *to)
+void mbsri_pencil_rows(const coordinates *c, const double *r, double factor, double *to)
 {
     mbsri_coordinates_take(c, r, to);
     for (int k = 0; k < c->nu; ++k) to[k] *= factor;
@@ -200,7 +199,7 @@ static int columns_of_A(const coordinates *c, mbsr_newton *newton, double *delta
         const int status = mbsr_newton_multiply(newton, delta, r);
         if (status) return status;
         double *column = A + (size_t)j * (size_t)size;
-        take_rows(c, r, -1.0, column);
+        mbsri_pencil_rows(c, r, -1.0, column);
         for (int k = 0; k < n && j < c->nu; ++k)
             column[ui + k] -= c->turning[c->at[i] + own * n + k];
     }
@@ -220,7 +219,7 @@ static int columns_of_E(const coordinates *c, mbsr_newton *newton, double *delta
         const int status = mbsr_newton_multiply(newton, delta, r);
         delta[j - c->nu + c->nq] = 0.0;
         if (status) return status;
-        take_rows(c, r, 1.0, of_E);
+        mbsri_pencil_rows(c, r, 1.0, of_E);
         const bool unknown = is_zero(size, of_A);
         for (int k = 0; k < size; ++k) {
             if (unknown) {
@@ -239,11 +238,12 @@ static int columns_of_B(const coordinates *c, mbsr_newton *newton, const mbsr_li
 {
     const int size = c->size - c->nq + c->nu;
     for (int j = 0; j < opt->inputs; ++j) {
+        if (opt->input[j].kind != MBSR_SIGNAL_JOINT) continue;
         memset(tau, 0, (size_t)c->nu * sizeof *tau);
-        tau[opt->input[j]] = 1.0;
+        tau[opt->input[j].id] = 1.0;
         const int status = mbsr_newton_multiply_torque(newton, tau, r);
         if (status) return status;
-        take_rows(c, r, -1.0, B + (size_t)j * (size_t)size);
+        mbsri_pencil_rows(c, r, -1.0, B + (size_t)j * (size_t)size);
     }
     return MBSR_OK;
 }
@@ -257,6 +257,9 @@ static int take_descriptor(mbsr_linear *l, int size)
         l->part[part] = mbsri_arena_take(&l->arena, ((size_t)size * (size_t)columns[part] + 1) *
                                                         sizeof(double));
     }
+    const size_t outputs = (size_t)l->outputs;
+    l->seen = mbsri_arena_take(&l->arena, (outputs * (size_t)size + 1) * sizeof *l->seen);
+    l->direct = mbsri_arena_take(&l->arena, (outputs * (size_t)l->inputs + 1) * sizeof *l->direct);
     return l->arena.failed ? MBSR_ERR_NO_MEMORY : MBSR_OK;
 }
 
@@ -265,19 +268,18 @@ static int fail_as(mbsr_error *error, int status, const mbsr_error *why)
     return mbsri_fail(error, status, why->body, why->force, "mbsr_linear_create: %s", why->text);
 }
 
-int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *data, double t,
-                          const double *y, const double *yp, const mbsr_linear_opt *opt,
+int mbsri_pencil_assemble(mbsr_linear *l, coordinates *c, const mbsr_model *model, mbsr_data *data,
+                          double t, const double *y, const double *yp, const mbsr_linear_opt *opt,
                           mbsr_error *error)
 {
-    coordinates c;
-    mbsri_coordinates_of(&c, model, data, t);
-    l->info.size = c.size - c.nq + c.nu;
+    mbsri_coordinates_of(c, model, data, t);
+    l->info.size = c->size - c->nq + c->nu;
     int status = take_descriptor(l, l->info.size);
-    double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c.size + 1) * sizeof *delta);
+    double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c->size + 1) * sizeof *delta);
     if (status || !delta)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: no memory for %d equations", l->info.size);
-    status = mbsri_coordinates_find(&c, &l->arena, y, yp);
+    status = mbsri_coordinates_find(c, &l->arena, y, yp);
     if (status) return fail_as(error, status, mbsr_data_error(data));
     mbsr_newton_opt products = mbsr_default_newton_opt();
     mbsr_newton *newton;
@@ -285,12 +287,12 @@ int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *da
     products.by_blocks = 1;
     status = mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &products, &newton, error);
     if (status) return status;
-    double *A = l->part[MBSR_LINEAR_A], *r = delta + c.size + 1;
+    double *A = l->part[MBSR_LINEAR_A], *r = delta + c->size + 1;
     status = mbsr_newton_linearise(newton, data, t, y, yp, 0.0);
-    if (!status) status = columns_of_A(&c, newton, delta, r, A);
-    if (!status) status = columns_of_B(&c, newton, opt, delta, r, l->part[MBSR_LINEAR_B]);
+    if (!status) status = columns_of_A(c, newton, delta, r, A);
+    if (!status) status = columns_of_B(c, newton, opt, delta, r, l->part[MBSR_LINEAR_B]);
     if (!status) status = mbsr_newton_linearise(newton, data, t, y, yp, 1.0);
-    if (!status) status = columns_of_E(&c, newton, delta, r, A, l->part[MBSR_LINEAR_E]);
+    if (!status) status = columns_of_E(c, newton, delta, r, A, l->part[MBSR_LINEAR_E]);
     if (status) status = fail_as(error, status, mbsr_newton_error(newton));
     mbsr_newton_destroy(newton);
     return status;

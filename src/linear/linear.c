@@ -19,22 +19,6 @@ mbsr_linear_opt mbsr_default_linear_opt(void)
     return (mbsr_linear_opt){.cookie = MBSRI_COOKIE};
 }
 
-static int check_list(const mbsr_model *m, const char *what, int count, const int *list,
-                      mbsr_error *error)
-{
-    const int nu = mbsr_model_nu(m);
-    if (count < 0 || (count > 0 && !list))
-        return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "%s: %d %ss, or no list of them", name, count, what);
-    for (int k = 0; k < count; ++k) {
-        if (list[k] < 0 || list[k] >= nu)
-            return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "%s: %s %d is joint rate %d, of which there are 0 .. %d", name, what,
-                              k, list[k], nu - 1);
-    }
-    return MBSR_OK;
-}
-
 int mbsri_pencil_start(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                        const double *u, const char *function, mbsri_arena *arena, double **y,
                        double **yp, mbsr_error *error)
@@ -57,12 +41,15 @@ static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, co
                  const double *u, const mbsr_linear_opt *opt, mbsr_error *error)
 {
     double *y, *yp;
+    mbsri_coordinates c;
     int status = mbsri_pencil_start(m, d, t, q, u, name, &l->arena, &y, &yp, error);
     const int at = mbsr_model_nq(m) + l->nu;
     for (int k = 0; k < l->nu && !status; ++k)
         l->info.acceleration = fmax(l->info.acceleration, fabs(yp[at + k]));
-    if (!status) status = mbsri_pencil_assemble(l, m, d, t, y, yp, opt, error);
-    return status ? status : mbsri_pencil_reduce(l, mbsr_total_rank(m, d), opt, error);
+    if (!status) status = mbsri_pencil_assemble(l, &c, m, d, t, y, yp, opt, error);
+    const int rank = mbsr_total_rank(m, d);
+    if (!status) status = mbsri_signals_enter(l, &c, y, yp, opt, error);
+    return status ? status : mbsri_pencil_reduce(l, rank, error);
 }
 
 int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,
@@ -85,8 +72,7 @@ int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const
     if (mbsr_model_definition(model, &def))
         return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
                           "%s: the model is not finished", name);
-    int status = check_list(model, "input", opt->inputs, opt->input, error);
-    if (!status) status = check_list(model, "output", opt->outputs, opt->output, error);
+    int status = mbsri_signals_check(model, opt, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &def.allocator);

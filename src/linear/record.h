@@ -14,6 +14,8 @@ struct mbsr_linear {
     double *part[MBSR_LINEAR_PARTS];
     int rows[MBSR_LINEAR_PARTS], columns[MBSR_LINEAR_PARTS];
     double *shapes;  /* nu x states: dq of z */
+    double *seen;    /* outputs x size: y of x */
+    double *direct;  /* outputs x inputs: y of w at x */
     mbsr_mode *mode; /* once they have been asked for */
     int modes;
     double *vectors; /* states x states: of the modes, real parts and imaginary parts of pairs in
@@ -50,12 +52,22 @@ int mbsri_pencil_start(const mbsr_model *model, mbsr_data *data, double t, const
 
 mbsr_mode mbsri_mode_of(double real, double imaginary, double shift);
 
-/* E, A and B in the coordinates dq, dp, du, forces; Newton's matrices by products. A status. */
-int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *data, double t,
-                          const double *y, const double *yp, const mbsr_linear_opt *opt,
-                          mbsr_error *error);
+/* E, A and B in the coordinates dq, dp, du, forces, which *c becomes; Newton's matrices by
+ * products. A status. */
+int mbsri_pencil_assemble(mbsr_linear *l, mbsri_coordinates *c, const mbsr_model *model,
+                          mbsr_data *data, double t, const double *y, const double *yp,
+                          const mbsr_linear_opt *opt, mbsr_error *error);
+
+/* Columns of B, `seen` and `direct` of signals that are no joint forces; before that
+ * the rows of the pencil: r (size of y) times `factor`. A status. */
+void mbsri_pencil_rows(const mbsri_coordinates *c, const double *r, double factor, double *to);
+int mbsri_signals_enter(mbsr_linear *l, const mbsri_coordinates *c, const double *y,
+                        const double *yp, const mbsr_linear_opt *opt, mbsr_error *error);
+
+/* Whether these exist in the model. A status. */
+int mbsri_signals_check(const mbsr_model *model, const mbsr_linear_opt *opt, mbsr_error *error);
 
 /* Ar, Br, Cr, Dr from these; rank: of the mass matrix of the tree. A status. */
-int mbsri_pencil_reduce(mbsr_linear *l, int rank, const mbsr_linear_opt *opt, mbsr_error *error);
+int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error);
 
 #endif

@@ -33,6 +33,7 @@ typedef struct reduction {
     int n, m, states;
     int *row;         /* m: rows of E that have numbers */
     double *K, *X;    /* n x n: factors; n x (m + inputs): K^-1 (P, B) */
+    double *Y;        /* outputs x (m + inputs): C X of all outputs */
     double *Er;       /* m x n */
     double *S, *b;    /* m x m, m x inputs, balanced */
     double *scale;    /* m: r = scale (balanced r) */
@@ -276,24 +277,28 @@ static bool invert(reduction *z, const double *S11, double *T, double *Ar)
     return info == 0;
 }
 
-/* Rows `row` of K^-1 P scale v (m x columns) into to, which has `stride`. */
-static void lift(const reduction *z, int row, int columns, const double *v, double *to, int stride)
+/* A row of K^-1 P, or C K^-1 P, with `apart` from entry to entry, times scale v (m x columns) into
+ * to, which has `stride`. */
+static void lift(const reduction *z, const double *row, int apart, int columns, const double *v,
+                 double *to, int stride)
 {
     for (int j = 0; j < columns; ++j) {
         double sum = 0.0;
         for (int k = 0; k < z->m; ++k)
-            sum += z->X[(size_t)k * (size_t)z->n + (size_t)row] * z->scale[k] *
+            sum += row[(size_t)k * (size_t)apart] * z->scale[k] *
                    v[(size_t)j * (size_t)z->m + (size_t)k];
         to[(size_t)j * (size_t)stride] = sum;
     }
 }
 
-/* Whether what outputs see of w' is rounding: row of K^-1 P scale v beside the sum of its sizes. */
-static bool is_rounding(const reduction *z, int row, const double *v)
+/* Whether what output i sees of w' is rounding: its row times scale v beside the sum of its sizes.
+ */
+static bool is_rounding(const reduction *z, int i, const double *v)
 {
     double sum = 0.0, size = 0.0;
     for (int k = 0; k < z->m; ++k) {
-        const double part = z->X[(size_t)k * (size_t)z->n + (size_t)row] * z->scale[k] * v[k];
+        const double part =
+            z->Y[(size_t)k * (size_t)z->l->outputs + (size_t)i] * z->scale[k] * v[k];
         sum += part;
         size += fabs(part);
     }
@@ -301,7 +306,7 @@ static bool is_rounding(const reduction *z, int row, const double *v)
 }
 
 /* The matrices of inputs. T = S11^-1; a memory of numbers for each. */
-static bool reduce_inputs(reduction *z, const mbsr_linear_opt *opt, const double *T)
+static bool reduce_inputs(reduction *z, const double *T)
 {
     mbsr_linear *l = z->l;
     const int m = z->m, n = z->states, rest = z->rest, count = l->inputs;
@@ -324,12 +329,12 @@ static bool reduce_inputs(reduction *z, const mbsr_linear_opt *opt, const double
     multiply_matrices("N", m, count, rest, Q, m, b2, rest, Qb, m);
     multiply_matrices("N", m, count, n, z->U, m, Br, n, v, m);
     for (int k = 0; k < m * count; ++k) v[k] = l->info.shift * Qb[k] - v[k];
-    for (int i = 0; i < opt->outputs; ++i) {
-        lift(z, opt->output[i], count, v, Dr + i, opt->outputs);
+    for (int i = 0; i < l->outputs; ++i) {
+        lift(z, z->Y + i, l->outputs, count, v, Dr + i, l->outputs);
         for (int j = 0; j < count; ++j) {
-            Dr[j * opt->outputs + i] +=
-                z->X[(size_t)(m + j) * (size_t)z->n + (size_t)opt->output[i]];
-            if (!is_rounding(z, opt->output[i], Qb + (size_t)j * (size_t)m)) return false;
+            const int at = j * l->outputs + i;
+            Dr[at] += z->Y[(size_t)(m * l->outputs + at)] + l->direct[at];
+            if (!is_rounding(z, i, Qb + (size_t)j * (size_t)m)) return false;
         }
     }
     return true;
@@ -360,6 +365,7 @@ static bool open(reduction *z)
     z->pivots = mbsri_arena_take(z->arena, 2 * ((size_t)n + 1) * sizeof *z->pivots);
     z->K = numbers(z, n, n);
     z->X = numbers(z, n, m + z->l->inputs);
+    z->Y = numbers(z, z->l->outputs, m + z->l->inputs);
     z->Er = numbers(z, m, n);
     z->S = numbers(z, m, m);
     z->b = numbers(z, m, z->l->inputs);
@@ -373,7 +379,7 @@ static bool open(reduction *z)
 }
 
 /* Once S is there. */
-static int solve_states(reduction *z, const mbsr_linear_opt *opt, mbsr_error *error)
+static int solve_states(reduction *z, mbsr_error *error)
 {
     mbsr_linear *l = z->l;
     const int m = z->m;
@@ -398,10 +404,12 @@ static int solve_states(reduction *z, const mbsr_linear_opt *opt, mbsr_error *er
         return mbsri_fail(error, MBSR_UNDETERMINED, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: the reduced equations are singular");
     multiply_matrices("N", m, z->states, z->states, z->U, m, T, z->states, next, m);
-    for (int i = 0; i < l->nu; ++i) lift(z, i, z->states, next, l->shapes + i, l->nu);
+    multiply_matrices("N", l->outputs, m + l->inputs, z->n, l->seen, l->outputs, z->X, z->n, z->Y,
+                      l->outputs);
+    for (int i = 0; i < l->nu; ++i) lift(z, z->X + i, z->n, z->states, next, l->shapes + i, l->nu);
     for (int i = 0; i < l->outputs; ++i)
-        lift(z, opt->output[i], z->states, next, l->part[MBSR_LINEAR_CR] + i, l->outputs);
-    const bool smooth = reduce_inputs(z, opt, T);
+        lift(z, z->Y + i, l->outputs, z->states, next, l->part[MBSR_LINEAR_CR] + i, l->outputs);
+    const bool smooth = reduce_inputs(z, T);
     if (z->arena->failed) return no_memory(error, z->n);
     if (!smooth)
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
@@ -410,7 +418,7 @@ static int solve_states(reduction *z, const mbsr_linear_opt *opt, mbsr_error *er
     return MBSR_OK;
 }
 
-int mbsri_pencil_reduce(mbsr_linear *l, int rank, const mbsr_linear_opt *opt, mbsr_error *error)
+int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error)
 {
     reduction z = {.l = l, .arena = &l->arena, .n = l->info.size, .unseen = l->nu - rank};
     z.row = mbsri_arena_take(z.arena, ((size_t)z.n + 1) * sizeof *z.row);
@@ -434,5 +442,5 @@ int mbsri_pencil_reduce(mbsr_linear *l, int rank, const mbsr_linear_opt *opt, mb
                           "mbsr_linear_create: the equations are singular at any shift: nothing "
                           "determines some direction (mbsr_index_report_create names it)");
     l->info.shift = shift;
-    return solve_states(&z, opt, error);
+    return solve_states(&z, error);
 }

@@ -444,6 +444,24 @@ static int describe_trim(trim *w, mbsr_data *d, const mbsr_trim_opt *opt, mbsr_e
     return MBSR_OK;
 }
 
+/* The largest real part of the eigenvalues about rest; NaN: not found. */
+static double find_growth(const trim *w, mbsr_data *d, mbsri_arena *arena)
+{
+    mbsr_linear *linear;
+    mbsr_linear_info info = {.states = 0};
+    double growth = NAN;
+    int count = 0;
+    if (mbsr_linear_create(mbsr_data_model(d), d, w->t, w->q, NULL, NULL, &linear, NULL))
+        return NAN;
+    mbsr_linear_get_info(linear, &info);
+    mbsr_mode *mode = mbsri_arena_take(arena, ((size_t)info.states + 1) * sizeof *mode);
+    if (mode && !mbsr_linear_modes(linear, mode, &count)) {
+        for (int k = 0; k < count; ++k) growth = fmax(growth, mode[k].real);
+    }
+    mbsr_linear_destroy(linear);
+    return growth;
+}
+
 static int check_trim(const mbsr_parameters *list, const double *q, int count, const int *which,
                       const mbsr_trim_opt *opt, const double *q_rest, const double *value,
                       mbsr_error *error)
@@ -492,7 +510,7 @@ int mbsr_trim(const mbsr_parameters *list, double t, const double *q, int count,
               .gaps = mbsr_model_position_rows(m),
               .params = count,
               .which = which,
-              .info = {.worst = MBSR_NONE}};
+              .info = {.worst = MBSR_NONE, .growth = NAN}};
     w.unknowns = w.nu + w.rows + w.params;
     w.equations = w.nu + w.gaps;
     mbsri_arena arena;
@@ -510,6 +528,7 @@ int mbsr_trim(const mbsr_parameters *list, double t, const double *q, int count,
     if (!status) status = iterate_trim(&w, opt, &d, error);
     if (!status) memcpy(q_rest, w.q, (size_t)w.nq * sizeof *q_rest);
     if (!status && count > 0) memcpy(value, w.theta, (size_t)count * sizeof *value);
+    if (!status && info) w.info.growth = find_growth(&w, d, &arena);
     if (info) *info = w.info;
     mbsri_arena_close(&arena);
     mbsr_data_destroy(d);

@@ -1,6 +1,7 @@
 /* mbsrank static, modes, linearise: where a model rests, and how it moves about that.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "program/program.h"
+#include "program/mat.h"
+#include "program/mode_motion.h"
 
 #include <mbsrank/linear.h>
 
@@ -8,17 +9,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_NAMES = 64, SHOWN = 4 };
+enum { MOST_NAMES = 64, SHOWN = 4, NAME = 200 };
 
-/* Joints by name; numbers are places in u. */
-typedef struct rates {
-    int count, place[MOST_NAMES];
-} rates;
+/* What names between commas mean. */
+typedef struct named {
+    int count;
+    mbsr_signal signal[MOST_NAMES];
+} named;
 
 typedef struct linear_options {
     program_options common;
     bool drawn; /* not from rest */
-    const char *inputs, *outputs, *count;
+    const char *inputs, *outputs, *count, *trim, *hold, *response;
+    const char *mode, *file; /* number of a mode, from 1, and where its motion goes */
 } linear_options;
 
 /* A model at rest, or as it starts. */
@@ -26,17 +29,20 @@ typedef struct scene {
     program_model m;
     double *q, *u; /* nq, nu */
     mbsr_equilibrium_info info;
+    mbsr_parameters *list;
 } scene;
 
 static int read_options(int argc, char **argv, const char *command, linear_options *o)
 {
-    static const char *const names[] = {"--inputs", "--outputs", "--count"};
-    const char **const text[] = {&o->inputs, &o->outputs, &o->count};
+    static const char *const names[] = {"--inputs", "--outputs",  "--count", "--trim",
+                                        "--hold",   "--response", "--mode",  "-o"};
+    const char **const text[] = {&o->inputs, &o->outputs,  &o->count, &o->trim,
+                                 &o->hold,   &o->response, &o->mode,  &o->file};
     int code = DONE;
     for (int at = 0; at < argc && at >= 0 && !code; ++at) {
         bool taken = strcmp(argv[at], "--as-drawn") == 0;
         o->drawn = o->drawn || taken;
-        for (int k = 0; k < 3 && !taken && !code; ++k) {
+        for (int k = 0; k < 8 && !taken && !code; ++k) {
             const char *value = option_value(argc, argv, &at, names[k]);
             if (at < 0) return USAGE;
             taken = value != NULL;
@@ -76,22 +82,40 @@ static void say_rate(const program_model *m, int k)
         say(stdout, "%s", name);
 }
 
-/* Names between commas, as places in u; NULL: none. A code. */
-static int places_named(const program_model *m, const char *names, rates *r)
+/* The next of names between commas, into `name`; NULL: there is no more. */
+static const char *next_name(const char *names, char name[NAME])
 {
-    while (names && *names) {
-        const size_t length = strcspn(names, ",");
-        int found = -1;
-        for (int k = 0; k < mbsr_model_nu(m->model) && found < 0; ++k) {
-            int own;
-            const char *name = joint_of_rate(m, k, &own);
-            if (own == 0 && strlen(name) == length && strncmp(name, names, length) == 0) found = k;
-        }
-        if (found < 0) return complain(USAGE, "there is no joint '%.*s'", (int)length, names);
-        if (r->count == MOST_NAMES) return complain(USAGE, "more than %d joints", MOST_NAMES);
-        r->place[r->count++] = found;
-        names += length;
-        if (*names) ++names;
+    if (!names || !*names) return NULL;
+    const size_t length = strcspn(names, ",");
+    snprintf(name, NAME, "%.*s", (int)(length < NAME - 1 ? length : NAME - 1), names);
+    names += length;
+    return *names ? names + 1 : names;
+}
+
+/* The first rate of the joint of that name in u; -1: there is none. */
+static int rate_named(const program_model *m, const char *name)
+{
+    for (int k = 0; k < mbsr_model_nu(m->model); ++k) {
+        int own;
+        if (strcmp(joint_of_rate(m, k, &own), name) == 0 && own == 0) return k;
+    }
+    return -1;
+}
+
+/* Inputs or outputs: joints of the file, or names of mbsr_signal_find; NULL: none. A code. */
+static int signals_named(const program_model *m, const mbsr_parameters *list, const char *names,
+                         named *out)
+{
+    char name[NAME];
+    while ((names = next_name(names, name)) != NULL) {
+        if (out->count == MOST_NAMES) return complain(USAGE, "more than %d names", MOST_NAMES);
+        mbsr_signal *signal = out->signal + out->count++;
+        const int rate = rate_named(m, name);
+        mbsr_error error;
+        *signal = (mbsr_signal){.kind = MBSR_SIGNAL_JOINT, .id = rate};
+        if (rate >= 0) continue;
+        if (mbsr_signal_find(m->model, list, name, signal, &error))
+            return complain(USAGE, "there is no joint '%s', and %s", name, error.text);
     }
     return DONE;
 }
@@ -99,6 +123,7 @@ static int places_named(const program_model *m, const char *names, rates *r)
 static void close_scene(scene *s)
 {
     free(s->q);
+    mbsr_parameters_destroy(s->list);
     close_model(&s->m);
 }
 
@@ -115,11 +140,11 @@ static int open_scene(const linear_options *o, scene *s)
     if (!s->q) return complain(FAILED, "no memory");
     s->u = s->q + nq;
     memcpy(s->q, q, (size_t)nq * sizeof *q);
-    if (o->drawn) {
-        for (int k = 0; k < nu && u; ++k) s->u[k] = u[k];
-        return DONE;
-    }
     mbsr_error error;
+    if (mbsr_parameters_create(s->m.model, &s->list, &error))
+        return complain(FAILED, "%s", error.text);
+    for (int k = 0; k < nu && u && o->drawn; ++k) s->u[k] = u[k];
+    if (o->drawn || o->trim) return DONE;
     const int status =
         mbsr_equilibrium(s->m.model, s->m.data, 0.0, s->q, NULL, s->q, NULL, &s->info, &error);
     if (status)
@@ -129,16 +154,16 @@ static int open_scene(const linear_options *o, scene *s)
 
 /* ---- static ---- */
 
-static void put_rest(const scene *s, bool json)
+/* What trim has found beside positions. */
+typedef struct trimmed {
+    int count, which[MOST_NAMES];
+    double value[MOST_NAMES];
+    mbsr_trim_info info;
+} trimmed;
+
+static void put_joints(const scene *s)
 {
     const mbsr_file *f = s->m.file;
-    if (json) {
-        printf("{\"steps\": %d, \"q\": ", s->info.iterations);
-        put_numbers(stdout, f->nq, s->q);
-        puts("}");
-        return;
-    }
-    printf("at rest after %d steps:\n", s->info.iterations);
     for (int j = 0; j < f->joints; ++j) {
         static const int numbers[] = {0, 1, 1, 4, 7};
         int q;
@@ -151,17 +176,86 @@ static void put_rest(const scene *s, bool json)
     }
 }
 
+static void put_trimmed(const scene *s, const trimmed *t)
+{
+    for (int k = 0; k < t->count; ++k) {
+        mbsr_parameter p;
+        mbsr_parameter_get(s->list, t->which[k], &p);
+        say(stdout, "  %s = %.9g %s\n", p.name, t->value[k], p.unit);
+    }
+    if (t->info.growth > 1e-6)
+        printf("unstable: it leaves this rest as exp(%.4g t)\n", t->info.growth);
+    if (t->info.loose > 0.0) puts("something is not determined, and has moved as little as it can");
+}
+
+static void put_rest(const scene *s, const trimmed *t, bool json)
+{
+    const int steps = t ? t->info.iterations : s->info.iterations;
+    if (!json) {
+        printf("at rest after %d steps:\n", steps);
+        put_joints(s);
+        if (t) put_trimmed(s, t);
+        return;
+    }
+    printf("{\"steps\": %d, \"q\": ", steps);
+    put_numbers(stdout, s->m.file->nq, s->q);
+    for (int k = 0; t && k < t->count; ++k) {
+        mbsr_parameter p;
+        mbsr_parameter_get(s->list, t->which[k], &p);
+        fputs(k > 0 ? ", " : ", \"parameters\": {", stdout);
+        put_json(stdout, p.name);
+        printf(": %.17g%s", t->value[k], k == t->count - 1 ? "}" : "");
+    }
+    if (t) {
+        fputs(", \"growth\": ", stdout);
+        put_number(stdout, t->info.growth);
+    }
+    puts("}");
+}
+
+/* Positions and the parameters named; joints named are held, "all" of them. A code. */
+static int trim_scene(const linear_options *o, scene *s, trimmed *t)
+{
+    char name[NAME];
+    int hold[MOST_NAMES];
+    mbsr_trim_opt opt = mbsr_default_trim_opt();
+    mbsr_error error;
+    opt.hold = hold;
+    for (const char *at = o->trim; (at = next_name(at, name)) != NULL;) {
+        const int which = mbsr_parameters_find(s->list, name);
+        if (which < 0) return complain(USAGE, "--trim: there is no parameter '%s'", name);
+        if (t->count == MOST_NAMES) return complain(USAGE, "more than %d names", MOST_NAMES);
+        t->which[t->count++] = which;
+    }
+    const bool every = o->hold && strcmp(o->hold, "all") == 0;
+    for (const char *at = every ? NULL : o->hold; (at = next_name(at, name)) != NULL;) {
+        const int rate = rate_named(&s->m, name);
+        if (rate < 0) return complain(USAGE, "--hold: there is no joint '%s'", name);
+        if (opt.held == MOST_NAMES) return complain(USAGE, "more than %d names", MOST_NAMES);
+        hold[opt.held++] = rate;
+    }
+    if (every) opt.held = -1;
+    const int status =
+        mbsr_trim(s->list, 0.0, s->q, t->count, t->which, &opt, s->q, t->value, &t->info, &error);
+    return status ? complain(status == MBSR_UNDETERMINED ? UNDETERMINED : FAILED, "%s", error.text)
+                  : DONE;
+}
+
 int run_static(int argc, char **argv)
 {
     linear_options o = {.drawn = false};
+    trimmed t = {.count = 0};
     scene s;
     int code = read_options(argc, argv, "static", &o);
     if (code) return code;
-    if (o.drawn || o.inputs || o.outputs || o.count)
-        return complain(USAGE, "static: --as-drawn, --inputs, --outputs and --count are for modes "
-                               "and linearise");
+    if (o.drawn || o.inputs || o.outputs || o.count || o.response)
+        return complain(USAGE, "static: --as-drawn, --inputs, --outputs, --response and --count "
+                               "are for modes and linearise");
+    if (o.mode || o.file) return complain(USAGE, "static: --mode and -o are for modes");
+    if (o.hold && !o.trim) return complain(USAGE, "static: --hold is for --trim");
     code = open_scene(&o, &s);
-    if (!code) put_rest(&s, o.common.json);
+    if (!code && o.trim) code = trim_scene(&o, &s, &t);
+    if (!code) put_rest(&s, o.trim ? &t : NULL, o.common.json);
     close_scene(&s);
     return code;
 }
@@ -171,15 +265,16 @@ int run_static(int argc, char **argv)
 static int linearise_scene(const linear_options *o, const scene *s, mbsr_linear **linear)
 {
     mbsr_error error;
-    rates in = {0}, out = {0};
-    int code = places_named(&s->m, o->inputs, &in);
-    if (!code) code = places_named(&s->m, o->outputs, &out);
+    named in = {0}, out = {0};
+    int code = signals_named(&s->m, s->list, o->inputs, &in);
+    if (!code) code = signals_named(&s->m, s->list, o->outputs, &out);
     if (code) return code;
     mbsr_linear_opt opt = mbsr_default_linear_opt();
     opt.inputs = in.count;
     opt.outputs = out.count;
-    opt.input = in.place;
-    opt.output = out.place;
+    opt.input = in.signal;
+    opt.output = out.signal;
+    opt.list = s->list;
     const int status =
         mbsr_linear_create(s->m.model, s->m.data, 0.0, s->q, s->u, &opt, linear, &error);
     if (!status) return DONE;
@@ -297,6 +392,25 @@ static int put_modes(const scene *s, mbsr_linear *l, int wanted, bool json)
     return complain(FAILED, "%s", error.text[0] ? error.text : mbsr_status_text(status));
 }
 
+/* Of mode `number`, from 1, of those that are shown. */
+static int put_motion(const scene *s, mbsr_linear *l, int number, const char *path)
+{
+    const int nu = mbsr_model_nu(s->m.model);
+    mbsr_linear_info info;
+    mbsr_linear_get_info(l, &info);
+    mbsr_mode *mode = calloc((size_t)info.states + 1, sizeof *mode);
+    double *re = calloc(2 * (size_t)nu + 1, sizeof *re), *im = re ? re + nu : NULL;
+    int count = 0, code = DONE,
+        status = mode && re ? mbsr_linear_modes(l, mode, &count) : MBSR_ERR_NO_MEMORY;
+    if (!status && number > count) code = complain(USAGE, "modes: there are %d", count);
+    if (!status && !code) status = mbsr_linear_shape(l, number - 1, re, im);
+    if (!status && !code) code = mode_motion_write(&s->m, s->q, mode + number - 1, re, im, path);
+    if (status) code = complain(FAILED, "%s", mbsr_status_text(status));
+    free(mode);
+    free(re);
+    return code;
+}
+
 int run_modes(int argc, char **argv)
 {
     linear_options o = {.drawn = false};
@@ -304,14 +418,19 @@ int run_modes(int argc, char **argv)
     mbsr_linear *l = NULL;
     int code = read_options(argc, argv, "modes", &o);
     if (code) return code;
-    if (o.inputs || o.outputs)
-        return complain(USAGE, "modes: --inputs and --outputs are for linearise");
+    if (o.inputs || o.outputs || o.response)
+        return complain(USAGE, "modes: --inputs, --outputs and --response are for linearise");
+    if (o.trim || o.hold) return complain(USAGE, "modes: --trim and --hold are for static");
     const int wanted = o.count ? atoi(o.count) : 0;
     if (o.count && (wanted < 1 || wanted > 1000 || o.drawn))
         return complain(USAGE, "modes: --count is 1 .. 1000, and not for --as-drawn");
+    const int number = o.mode ? atoi(o.mode) : 0;
+    if ((o.mode && number < 1) || !o.mode != !o.file || (o.mode && o.count))
+        return complain(USAGE, "modes: --mode K from 1 on goes with -o FILE, and not with --count");
     code = open_scene(&o, &s);
     if (!code && wanted == 0) code = linearise_scene(&o, &s, &l);
-    if (!code) code = put_modes(&s, l, wanted, o.common.json);
+    if (!code && number > 0) code = put_motion(&s, l, number, o.file);
+    if (!code && number == 0) code = put_modes(&s, l, wanted, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
     return code;
@@ -342,6 +461,56 @@ static void put_matrices(const mbsr_linear *l, bool json)
     if (json) puts("}");
 }
 
+/* All matrices by their names, those of the descriptor form too, as a file of MATLAB. */
+static int write_matrices(const mbsr_linear *l, const char *path)
+{
+    static const char *const name[MBSR_LINEAR_PARTS] = {
+        "descriptor_E", "descriptor_A", "descriptor_B", "A", "B", "C", "D"};
+    if (!ends_in(path, ".mat")) return complain(USAGE, "linearise: -o is a name in .mat");
+    FILE *to = fopen(path, "wb");
+    if (!to) return complain_of_file(FAILED, path, "written");
+    mat_begin(to);
+    for (int part = 0; part < MBSR_LINEAR_PARTS; ++part) {
+        int rows, columns;
+        const double *x = mbsr_linear_matrix(l, (mbsr_linear_part)part, &rows, &columns);
+        mat_put(to, name[part], rows, columns, x);
+    }
+    const bool bad = fflush(to) != 0 || ferror(to);
+    fclose(to);
+    return bad ? complain(FAILED, "%s cannot be written", path) : DONE;
+}
+
+/* Lines of CSV: frequency, then real and imaginary part of each output for each input. */
+static int put_response(const linear_options *o, mbsr_linear *l)
+{
+    double first, last, step;
+    int count = 0, read = 0, outputs, inputs;
+    if (sscanf(o->response, "%lf:%lf:%d%n", &first, &last, &count, &read) != 3 ||
+        o->response[read] || !(first > 0.0) || !(last >= first) || !isfinite(last) || count < 1 ||
+        count > 100000)
+        return complain(USAGE, "--response is FROM:TO:COUNT in Hz, such as 0.1:10:50");
+    (void)mbsr_linear_matrix(l, MBSR_LINEAR_DR, &outputs, &inputs);
+    const size_t numbers = (size_t)outputs * (size_t)inputs;
+    double *re = calloc(2 * numbers + 1, sizeof *re), *im = re ? re + numbers : NULL;
+    if (!re) return complain(FAILED, "no memory");
+    fputs("frequency", stdout);
+    for (int j = 0; j < inputs; ++j)
+        for (int i = 0; i < outputs; ++i) printf(",re%d.%d,im%d.%d", i + 1, j + 1, i + 1, j + 1);
+    putchar('\n');
+    int status = MBSR_OK;
+    step = count > 1 ? log(last / first) / (count - 1) : 0.0;
+    for (int k = 0; k < count && !status; ++k) {
+        const double f = k == count - 1 && count > 1 ? last : first * exp(step * k);
+        status = mbsr_linear_response(l, f, re, im);
+        if (status) break;
+        printf("%.9g", f);
+        for (size_t at = 0; at < numbers; ++at) printf(",%.17g,%.17g", re[at], im[at]);
+        putchar('\n');
+    }
+    free(re);
+    return status ? complain(FAILED, "a frequency is an eigenvalue") : DONE;
+}
+
 int run_linearise(int argc, char **argv)
 {
     linear_options o = {.drawn = false};
@@ -350,9 +519,13 @@ int run_linearise(int argc, char **argv)
     int code = read_options(argc, argv, "linearise", &o);
     if (code) return code;
     if (o.count) return complain(USAGE, "linearise: --count is for modes");
+    if (o.mode) return complain(USAGE, "linearise: --mode is for modes");
+    if (o.trim || o.hold) return complain(USAGE, "linearise: --trim and --hold are for static");
     code = open_scene(&o, &s);
     if (!code) code = linearise_scene(&o, &s, &l);
-    if (!code) put_matrices(l, o.common.json);
+    if (!code && o.file) code = write_matrices(l, o.file);
+    if (!code && o.response) code = put_response(&o, l);
+    if (!code && !o.response && !o.file) put_matrices(l, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
     return code;

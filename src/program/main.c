@@ -86,20 +86,25 @@ static const command commands[] = {
     {"static", "where a model rests",
      "usage: mbsrank static FILE [options]\n"
      "Finds the equilibrium that the model comes to rest in from the start, motors off.\n"
+     "  --trim NAMES   frees these parameters, between commas; also finds unstable rests\n"
+     "  --hold JOINTS  keeps these where they start; all: every one\n"
      "  --json         for a script to read\n" COMMON,
      run_static},
     {"modes", "natural frequencies, damping and shapes",
      "usage: mbsrank modes FILE [options]\n"
      "About the equilibrium that static finds, massless bodies and loops included.\n"
      "  --count N      the N slowest alone, also of large models\n"
+     "  --mode K -o RUN    the motion of mode K of the list, for mbsrank view\n"
      "  --as-drawn     about the start, not about an equilibrium\n"
      "  --json         for a script to read\n" COMMON,
      run_modes},
     {"linearise", "matrices of the linear equations of motion",
      "usage: mbsrank linearise FILE [options]\n"
      "z' = A z + B w, y = C z + D w with the least number of states, row by row as CSV.\n"
-     "  --inputs JOINTS    between commas: w are forces or moments of these joints\n"
-     "  --outputs JOINTS   y are displacements of these\n"
+     "  --inputs NAMES     between commas: forces of joints, parameters by name\n"
+     "  --outputs NAMES    joints, bodies.NAME.q, .u, .x, .y, .z, forces.NAME.f[k], .tau[k]\n"
+     "  -o FILE.mat        all matrices in a file that MATLAB, Octave and SciPy read\n"
+     "  --response FROM:TO:COUNT   frequency response in Hz, as CSV, in place of matrices\n"
      "  --as-drawn     about the start, not about an equilibrium\n"
      "  --json         for a script to read\n" COMMON,
      run_linearise},

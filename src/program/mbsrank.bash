@@ -20,8 +20,9 @@ _mbsrank() {
         plot) common="--columns --over --title -o --help" ;;
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
-        modes) common="$common --count --as-drawn --json" ;;
-        linearise) common="$common --inputs --outputs --as-drawn --json" ;;
+        modes) common="$common --count --mode -o --as-drawn --json" ;;
+        linearise) common="$common --inputs --outputs --response -o --as-drawn --json" ;;
+        static) common="$common --trim --hold --json" ;;
         check) common="$common --small --time --tolerance --json" ;;
         info) common="$common --parameters --json" ;;
         *) common="$common --json" ;;

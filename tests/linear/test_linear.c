@@ -37,7 +37,7 @@ static void an_oscillator(void **state)
         const units *s = systems + k;
         const double mass = 2.0 * s->mass, stiffness = 50.0 * s->mass / (s->time * s->time),
                      damping = 1.0 * s->mass / s->time, rate = 1.0 / s->time;
-        const int first = 0;
+        const mbsr_signal first = {.kind = MBSR_SIGNAL_JOINT};
         mbsr_linear_opt opt = mbsr_default_linear_opt();
         mbsr_model *m = empty();
         mbsr_mode mode[2];
@@ -110,7 +110,7 @@ static void a_damped_node(void **state)
     add_force(m, mbsr_force_joint_spring(1, 0, k, 0.0, 0.0));
     mbsr_data *d = finish(m);
     mbsr_linear_opt opt = mbsr_default_linear_opt();
-    const int node = 0;
+    const mbsr_signal node = {.kind = MBSR_SIGNAL_JOINT};
     opt.inputs = opt.outputs = 1;
     opt.input = opt.output = &node;
     mbsr_linear *l = linearise(m, d, q, NULL, &opt, 3);
@@ -135,7 +135,7 @@ static void a_pendulum_of_a_loop(void **state)
 {
     (void)state;
     const double length = 1.5, mass = 2.0, g = 9.81, q[2][2] = {{0, -length}, {0, length}};
-    const int first = 0;
+    const mbsr_signal first = {.kind = MBSR_SIGNAL_JOINT};
     mbsr_linear_opt opt = mbsr_default_linear_opt();
     mbsr_model *m = empty();
     const mbsr_closure_def rod = mbsr_closure_distance(0, NULL, MBSR_GROUND, NULL, length);
@@ -196,7 +196,8 @@ static void what_is_wrong_is_refused(void **state)
     mbsr_linear_opt opt = mbsr_default_linear_opt();
     mbsr_error error;
     const double q[2] = {0.0};
-    const int wrong = 2;
+    const mbsr_signal wrong = {.kind = MBSR_SIGNAL_JOINT, .id = 2},
+                      other = {.kind = MBSR_SIGNAL_POINT};
     add_body(m, MBSR_GROUND, "mass", mbsr_joint_prismatic(NULL, NULL, along),
              mbsr_inertia_particle(1.0));
     add_body(loose, MBSR_GROUND, "loose", mbsr_joint_prismatic(NULL, NULL, along),
@@ -213,7 +214,10 @@ static void what_is_wrong_is_refused(void **state)
                    MBSR_NONE, MBSR_NONE, "no list");
     opt.input = &wrong;
     assert_refused(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), &error, MBSR_ERR_VALUE,
-                   MBSR_NONE, MBSR_NONE, "input 0 is joint rate 2");
+                   MBSR_NONE, MBSR_NONE, "input 0 is of no such joint rate: 2");
+    opt.input = &other;
+    assert_refused(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), &error, MBSR_ERR_VALUE,
+                   MBSR_NONE, MBSR_NONE, "input 0 is of a kind that it cannot be");
     opt.cookie = 0;
     assert_refused(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), &error,
                    MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE, "opt");

@@ -18,7 +18,7 @@ static mbsr_linear *linear;
 
 static int create(finite_subject *s)
 {
-    static const int first = 0;
+    static const mbsr_signal first = {.kind = MBSR_SIGNAL_JOINT};
     mbsr_linear_opt opt = mbsr_default_linear_opt();
     opt.inputs = opt.outputs = 1;
     opt.input = opt.output = &first;
@@ -98,6 +98,7 @@ static const finite_row rows[] = {
     {"mbsr_linear_matrix", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_modes", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_shape", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_signal_find", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_linear_create", run_create, NULL, 0, T | Q | U, 0, of_states},
     {"mbsr_linear_response", run_response, NULL, 0, T | Q | U | C, 0, of_one},
     {"mbsr_modes_near", run_near, NULL, 0, T | Q, FINITE_MODEL | FINITE_DATA, of_one},

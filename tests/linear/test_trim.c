@@ -71,6 +71,27 @@ static void references_of_servos(void **state)
     mbsr_parameters_destroy(list);
 }
 
+/* A rod that stands upright, and hangs: it leaves the one as exp(sqrt(g / l) t). */
+static void how_a_rest_grows(void **state)
+{
+    (void)state;
+    mbsr_model *m = empty();
+    add_body(m, MBSR_GROUND, "rod", mbsr_joint_revolute(NULL, NULL, y_axis),
+             mbsr_inertia_point_mass(2.0, (const double[3]){0, 0, 0.4}));
+    add_force(m, mbsr_force_gravity(0, 0, -10.0));
+    mbsr_parameters *list = list_of(m);
+    mbsr_trim_info info;
+    mbsr_error error;
+    double rest;
+    for (int hangs = 0; hangs < 2; ++hangs) {
+        const double q = hangs ? 3.0 : 0.1;
+        assert_ok(mbsr_trim(list, 0.0, &q, 0, NULL, NULL, &rest, NULL, &info, &error), &error);
+        assert_close(rest, hangs ? 3.14159265358979 : 0.0, 1e-9);
+        assert_close(info.growth, hangs ? 0.0 : 5.0, 1e-9);
+    }
+    mbsr_parameters_destroy(list);
+}
+
 /* A table on three springs, of which two are enough: the least change of free lengths, and a spring
  * beside the way is loose. */
 static void what_nothing_determines_is_named(void **state)
@@ -313,9 +334,13 @@ static void preloads_of_random_models(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(references_of_servos), cmocka_unit_test(what_nothing_determines_is_named),
-        cmocka_unit_test(a_spring_and_a_loop),  cmocka_unit_test(a_path_over_the_load),
-        cmocka_unit_test(what_trim_refuses),    cmocka_unit_test(preloads_of_random_models),
+        cmocka_unit_test(references_of_servos),
+        cmocka_unit_test(how_a_rest_grows),
+        cmocka_unit_test(what_nothing_determines_is_named),
+        cmocka_unit_test(a_spring_and_a_loop),
+        cmocka_unit_test(a_path_over_the_load),
+        cmocka_unit_test(what_trim_refuses),
+        cmocka_unit_test(preloads_of_random_models),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

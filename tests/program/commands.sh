@@ -77,9 +77,25 @@ if "$program" --help | grep -q '^  modes'; then
     ends 2 'count is for modes' linearise --count 2 "$models/quarter_car.xml"
     ends 0 '^6 states; 33 of 39' modes "$models/suspension.xml"
     ends 0 '"states": 2, "eliminated": 22' modes --json "$models/wiper.sdf"
+    "$program" modes --mode 1 -o "$work/mode.csv" "$models/quarter_car.xml"
+    [ "$(wc -l <"$work/mode.csv")" = 62 ] || { echo "the motion of a mode has not 62 lines"; failed=1; }
+    ends 2 'there are' modes --mode 9 -o "$work/mode.csv" "$models/quarter_car.xml"
+    ends 2 'goes with -o' modes --mode 1 "$models/quarter_car.xml"
     ends 2 'for linearise' modes --inputs tyre "$models/quarter_car.xml"
     ends 0 '^# D 2 1' linearise --inputs tyre --outputs tyre,damper "$models/quarter_car.xml"
     ends 0 '"B": \[\[' linearise --json --inputs tyre "$models/quarter_car.xml"
+    ends 0 '^  forces.force1.rest = 0.018312 m' static --trim forces.force1.rest --hold all "$models/quarter_car.xml"
+    ends 0 '"parameters": {"forces.force1.rest": 0.0183.*"growth": -2.18' static --json --trim forces.force1.rest --hold tyre "$models/quarter_car.xml"
+    ends 0 'not determined' static --trim forces.force1.rest --hold rubber "$models/quarter_car.xml"
+    ends 2 "no parameter 'wing'" static --trim wing "$models/quarter_car.xml"
+    ends 2 "no joint 'wing'" static --trim forces.force1.rest --hold wing "$models/quarter_car.xml"
+    ends 2 'hold is for --trim' static --hold all "$models/quarter_car.xml"
+    ends 0 '^0.5,1.2033759' linearise --inputs forces.force1.rest --outputs bodies.body.z --response 0.5:5:3 "$models/quarter_car.xml"
+    "$program" linearise --inputs tyre -o "$work/linear.mat" "$models/quarter_car.xml"
+    # 128 bytes of head; E of 9 x 9 numbers begins behind 16 + 16 + 8 + 16 + 8 bytes of tags
+    [ "$(od -An -tu4 -j128 -N8 "$work/linear.mat" | tr -s ' ')" = ' 14 712' ] || { echo "the first matrix of a MAT file"; failed=1; }
+    ends 2 'name in .mat' linearise -o "$work/linear.txt" "$models/quarter_car.xml"
+    ends 2 'FROM:TO:COUNT' linearise --inputs tyre --response 1:2 "$models/quarter_car.xml"
     ends 2 "no joint 'wing'" linearise --inputs wing "$models/quarter_car.xml"
 fi
 ends 0 '6 rows of closures, 3 independent; mobility 1' check "$models/wiper.sdf"

@@ -1,0 +1,139 @@
+/* Inputs and outputs by name: responses against closed forms.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "build.h"
+
+#include <mbsrank/linear.h>
+
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+
+static const double mass = 2.0, stiffness = 50.0, damping = 3.0, weight = 9.81, length = 0.7,
+                    pi = 3.14159265358979323846;
+
+enum { INPUTS = 4, OUTPUTS = 5 };
+
+/* m x" + d x' + k (x - x0) = w - m g along z. */
+static mbsr_model *make_hanging(mbsr_data **d)
+{
+    mbsr_model *m = empty();
+    const double up[3] = {0, 0, 1};
+    add_body(m, MBSR_GROUND, "a mass", mbsr_joint_prismatic(NULL, NULL, up),
+             mbsr_inertia_particle(mass));
+    mbsr_force_def spring = mbsr_force_joint_spring(0, 0, stiffness, damping, 0.0);
+    spring.name = "spring";
+    add_force(m, spring);
+    add_force(m, mbsr_force_gravity(0, 0, -weight));
+    *d = finish(m);
+    return m;
+}
+
+/* Columns of inputs: w, x0, m, k at rest; rows: x, x', z, the spring's force and its copy by f. */
+static void a_mass_on_a_spring(void **state)
+{
+    (void)state;
+    static const char *const in[INPUTS] = {"bodies.'a mass'.tau", "forces.spring.rest",
+                                           "bodies.'a mass'.mass", "forces.spring.stiffness"},
+                             *const out[OUTPUTS] = {"bodies.'a mass'.q", "bodies.'a mass'.u[1]",
+                                                    "bodies.'a mass'.z", "forces.spring.tau",
+                                                    "bodies.'a mass'.x"};
+    mbsr_data *d;
+    mbsr_model *m = make_hanging(&d);
+    mbsr_parameters *list;
+    mbsr_signal input[INPUTS], output[OUTPUTS];
+    mbsr_error error;
+    assert_ok(mbsr_parameters_create(m, &list, &error), &error);
+    for (int k = 0; k < INPUTS; ++k)
+        assert_ok(mbsr_signal_find(m, list, in[k], input + k, &error), &error);
+    for (int k = 0; k < OUTPUTS; ++k)
+        assert_ok(mbsr_signal_find(m, list, out[k], output + k, &error), &error);
+    mbsr_linear_opt opt = mbsr_default_linear_opt();
+    opt.inputs = INPUTS, opt.outputs = OUTPUTS;
+    opt.input = input, opt.output = output, opt.list = list;
+    const double rest = -mass * weight / stiffness;
+    mbsr_linear *l;
+    assert_ok(mbsr_linear_create(m, d, 0.0, &rest, NULL, &opt, &l, &error), &error);
+    mbsr_parameters_destroy(list);
+    for (int k = 0; k < 4; ++k) {
+        const double f = 0.4 * k;
+        double re[INPUTS * OUTPUTS], im[INPUTS * OUTPUTS];
+        const double complex s = 2.0 * pi * f * I, G = 1.0 / ((mass * s + damping) * s + stiffness),
+                             forces[INPUTS] = {1.0, stiffness, -weight, -rest};
+        assert_ok(mbsr_linear_response(l, f, re, im), NULL);
+        for (int j = 0; j < INPUTS; ++j) {
+            const double complex x = G * forces[j],
+                                 own = j == 1   ? stiffness
+                                       : j == 3 ? -rest
+                                                : 0.0,
+                                 y[OUTPUTS] = {x, s * x, x, own - (stiffness + damping * s) * x,
+                                               0.0};
+            for (int i = 0; i < OUTPUTS; ++i) {
+                assert_close(re[j * OUTPUTS + i], creal(y[i]), 1e-9 * stiffness);
+                assert_close(im[j * OUTPUTS + i], cimag(y[i]), 1e-9 * stiffness);
+            }
+        }
+    }
+    mbsr_linear_destroy(l);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+/* The tip of a pendulum about its rest, and about a steady turn of its pivot. */
+static void a_point_and_a_rate(void **state)
+{
+    (void)state;
+    mbsr_model *m = empty();
+    const double x[3] = {1, 0, 0}, below[3] = {0, 0, -length};
+    add_body(m, MBSR_GROUND, "rod", mbsr_joint_revolute(NULL, NULL, x),
+             mbsr_inertia_point_mass(mass, below));
+    add_force(m, mbsr_force_gravity(0, 0, -weight));
+    mbsr_data *d = finish(m);
+    const mbsr_signal in = {.kind = MBSR_SIGNAL_JOINT},
+                      tip = {.kind = MBSR_SIGNAL_POINT, .part = 1, .point = {0, 0, -length}};
+    mbsr_linear_opt opt = mbsr_default_linear_opt();
+    opt.inputs = opt.outputs = 1;
+    opt.input = &in, opt.output = &tip;
+    mbsr_linear *l;
+    const double q = 0.0;
+    double re, im;
+    assert_ok(mbsr_linear_create(m, d, 0.0, &q, NULL, &opt, &l, NULL), NULL);
+    assert_ok(mbsr_linear_response(l, 0.0, &re, &im), NULL);
+    assert_close(re, length / (mass * weight * length), 1e-12); /* y = l q, q = w / (m g l) */
+    mbsr_linear_destroy(l);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void what_there_is_not(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name, *text;
+    } wrong[] = {{"mass", "names are"},
+                 {"bodies.b.q", "no body 'b'"},
+                 {"bodies.'a mass'.q[2]", "has no q[2]"},
+                 {"bodies.'a mass'.w", "has no w"},
+                 {"forces.spring.f[9]", "has no f[9]"},
+                 {"forces.force1.f", "has no f"}, /* gravity */
+                 {"forces.none.f", "no force element 'none'"},
+                 {"forces.spring.rest", "has no rest"}}; /* without a list */
+    mbsr_data *d;
+    mbsr_model *m = make_hanging(&d);
+    mbsr_error error;
+    mbsr_signal signal;
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k) {
+        assert_int_equal(mbsr_signal_find(m, NULL, wrong[k].name, &signal, &error), MBSR_ERR_VALUE);
+        assert_non_null(strstr(error.text, wrong[k].text));
+    }
+    assert_int_equal(mbsr_signal_find(m, NULL, NULL, &signal, &error), MBSR_ERR_NULL);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_on_a_spring),
+                                       cmocka_unit_test(a_point_and_a_rate),
+                                       cmocka_unit_test(what_there_is_not)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
