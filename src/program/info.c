@@ -54,64 +54,64 @@ static bool make_tree(const program_model *m, tree *t)
     return true;
 }
 
-static void print_body(const program_model *m, const tree *t, int k)
+static void print_body(FILE *to, const program_model *m, const tree *t, int k)
 {
     const mbsr_file *f = m->file;
     double own;
     int q;
     const bool massless = mass_of(m, k, &own);
     mbsr_body_coordinates(m->model, k, &q, NULL, NULL, NULL);
-    say(stdout, "%*s%s  ", 2 * t->depth[k], "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
+    say(to, "%*s%s  ", 2 * t->depth[k], "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
     if (massless)
-        printf("no mass");
+        fprintf(to, "no mass");
     else if (isfinite(own))
-        printf("%.6g kg", own);
+        fprintf(to, "%.6g kg", own);
     else
-        printf("a tensor that no body has");
+        fprintf(to, "a tensor that no body has");
     for (int j = t->first[k]; j >= 0; j = t->next[j])
-        say(stdout, "  %s '%s' q[%d]", kinds[f->joint[j].kind], f->joint[j].name,
+        say(to, "  %s '%s' q[%d]", kinds[f->joint[j].kind], f->joint[j].name,
             q + f->joint[j].position);
-    putchar('\n');
+    fputc('\n', to);
 }
 
-static int print_text(const program_options *o, const program_model *m, double mass,
+static int print_text(FILE *to, const program_options *o, const program_model *m, double mass,
                       const double centre[3])
 {
     const mbsr_file *f = m->file;
     tree t;
     if (!make_tree(m, &t)) return complain(FAILED, "no memory");
-    say(stdout, "%s: %d bodies, %d joints, nq %d, nu %d, %d closures with %d rows\n",
+    say(to, "%s: %d bodies, %d joints, nq %d, nu %d, %d closures with %d rows\n",
         f->name[0] ? f->name : "(no name)", f->bodies, f->joints, f->nq, f->nu,
         mbsr_model_closures(m->model), mbsr_model_rows(m->model));
-    printf("mass %.9g kg, centre of mass (%.6g, %.6g, %.6g) m as drawn\n", mass, centre[0],
-           centre[1], centre[2]);
-    for (int k = 0; k < f->bodies; ++k) print_body(m, &t, k);
+    fprintf(to, "mass %.9g kg, centre of mass (%.6g, %.6g, %.6g) m as drawn\n", mass, centre[0],
+            centre[1], centre[2]);
+    for (int k = 0; k < f->bodies; ++k) print_body(to, m, &t, k);
     free(t.first);
     for (int k = 0; k < f->actuators; ++k)
-        say(stdout, "actuator '%s'%s\n", f->actuator[k].name,
+        say(to, "actuator '%s'%s\n", f->actuator[k].name,
             f->actuator[k].force == MBSR_NONE ? " (left out)" : "");
-    for (int k = 0; k < f->keys; ++k) say(stdout, "key '%s'\n", f->key[k].name);
+    for (int k = 0; k < f->keys; ++k) say(to, "key '%s'\n", f->key[k].name);
     for (int k = 0; k < f->shapes; ++k)
-        if (lacks_mesh(o, m, k)) say(stdout, "mesh '%s' is missing\n", f->shape[k].mesh);
-    printf("%d findings\n", f->findings);
+        if (lacks_mesh(o, m, k)) say(to, "mesh '%s' is missing\n", f->shape[k].mesh);
+    fprintf(to, "%d findings\n", f->findings);
     return DONE;
 }
 
-static void print_joints(const program_model *m)
+static void print_joints(FILE *to, const program_model *m)
 {
     const mbsr_file *f = m->file;
     for (int k = 0; k < f->joints; ++k) {
         int q, u;
         mbsr_body_coordinates(m->model, f->joint[k].body, &q, NULL, &u, NULL);
-        printf("%s{\"name\": ", k > 0 ? ", " : "");
-        put_json(stdout, f->joint[k].name);
-        printf(", \"type\": \"%s\", \"body\": %d, \"q\": %d, \"u\": %d, \"range\": ",
-               kinds[f->joint[k].kind], f->joint[k].body, q + f->joint[k].position,
-               u + f->joint[k].coordinate);
+        fprintf(to, "%s{\"name\": ", k > 0 ? ", " : "");
+        put_json(to, f->joint[k].name);
+        fprintf(to, ", \"type\": \"%s\", \"body\": %d, \"q\": %d, \"u\": %d, \"range\": ",
+                kinds[f->joint[k].kind], f->joint[k].body, q + f->joint[k].position,
+                u + f->joint[k].coordinate);
         if (f->joint[k].limited)
-            printf("[%.17g, %.17g]}", f->joint[k].range[0], f->joint[k].range[1]);
+            fprintf(to, "[%.17g, %.17g]}", f->joint[k].range[0], f->joint[k].range[1]);
         else
-            printf("null}");
+            fprintf(to, "null}");
     }
 }
 
@@ -126,82 +126,92 @@ static const char *key_name(const mbsr_file *f, int k)
 }
 
 /* Ends the list before. */
-static void print_names(const char *title, int count, const char *(*name)(const mbsr_file *, int),
-                        const mbsr_file *f)
+static void print_names(FILE *to, const char *title, int count,
+                        const char *(*name)(const mbsr_file *, int), const mbsr_file *f)
 {
-    printf("], \"%s\": [", title);
+    fprintf(to, "], \"%s\": [", title);
     for (int k = 0; k < count; ++k) {
-        if (k > 0) printf(", ");
-        put_json(stdout, name(f, k));
+        if (k > 0) fprintf(to, ", ");
+        put_json(to, name(f, k));
     }
 }
 
-static int print_json(const program_options *o, const program_model *m, double mass,
+static int print_json(FILE *to, const program_options *o, const program_model *m, double mass,
                       const double centre[3])
 {
     const mbsr_file *f = m->file;
-    printf("{\"name\": ");
-    put_json(stdout, f->name);
-    printf(", \"nq\": %d, \"nu\": %d, \"rows\": %d, \"mass\": %.17g, \"centre\": [%.17g, %.17g, "
-           "%.17g], \"bodies\": [",
-           f->nq, f->nu, mbsr_model_rows(m->model), mass, centre[0], centre[1], centre[2]);
+    fprintf(to, "{\"name\": ");
+    put_json(to, f->name);
+    fprintf(to,
+            ", \"nq\": %d, \"nu\": %d, \"rows\": %d, \"mass\": %.17g, \"centre\": [%.17g, %.17g, "
+            "%.17g], \"bodies\": [",
+            f->nq, f->nu, mbsr_model_rows(m->model), mass, centre[0], centre[1], centre[2]);
     for (int k = 0; k < f->bodies; ++k) {
-        printf("%s{\"name\": ", k > 0 ? ", " : "");
-        put_json(stdout, f->body_name[k]);
+        fprintf(to, "%s{\"name\": ", k > 0 ? ", " : "");
+        put_json(to, f->body_name[k]);
         double own;
         (void)mass_of(m, k, &own);
-        printf(", \"parent\": %d, \"mass\": ", mbsr_body_parent(m->model, k));
+        fprintf(to, ", \"parent\": %d, \"mass\": ", mbsr_body_parent(m->model, k));
         if (isfinite(own))
-            printf("%.17g}", own);
+            fprintf(to, "%.17g}", own);
         else
-            printf("null}");
+            fprintf(to, "null}");
     }
-    printf("], \"joints\": [");
-    print_joints(m);
+    fprintf(to, "], \"joints\": [");
+    print_joints(to, m);
     const char *before = "";
-    printf("], \"missing\": [");
+    fprintf(to, "], \"missing\": [");
     for (int k = 0; k < f->shapes; ++k) {
         if (!lacks_mesh(o, m, k)) continue;
-        printf("%s", before);
-        put_json(stdout, f->shape[k].mesh);
+        fprintf(to, "%s", before);
+        put_json(to, f->shape[k].mesh);
         before = ", ";
     }
-    print_names("actuators", f->actuators, actuator_name, f);
-    print_names("keys", f->keys, key_name, f);
-    printf("], \"findings\": [");
+    print_names(to, "actuators", f->actuators, actuator_name, f);
+    print_names(to, "keys", f->keys, key_name, f);
+    fprintf(to, "], \"findings\": [");
     for (int k = 0; k < f->findings; ++k) {
-        printf("%s{\"file\": ", k > 0 ? ", " : "");
-        put_json(stdout, f->finding[k].file);
-        printf(", \"line\": %d, \"element\": ", f->finding[k].line);
-        put_json(stdout, f->finding[k].element);
-        printf(", \"text\": ");
-        put_json(stdout, f->finding[k].text);
-        putchar('}');
+        fprintf(to, "%s{\"file\": ", k > 0 ? ", " : "");
+        put_json(to, f->finding[k].file);
+        fprintf(to, ", \"line\": %d, \"element\": ", f->finding[k].line);
+        put_json(to, f->finding[k].element);
+        fprintf(to, ", \"text\": ");
+        put_json(to, f->finding[k].text);
+        fputc('}', to);
     }
-    puts("]}");
+    fputs("]}\n", to);
     return DONE;
 }
 
-static int print_parameters(const program_model *m, bool json)
+int parameters_write(FILE *to, const program_model *m, bool json)
 {
     mbsr_parameters *list;
     mbsr_parameter p;
     mbsr_error error;
     if (mbsr_parameters_create(m->model, &list, &error)) return complain(FAILED, "%s", error.text);
-    if (json) putchar('[');
+    if (json) fputc('[', to);
     for (int k = 0; !mbsr_parameter_get(list, k, &p); ++k) {
         if (!json) {
-            say(stdout, "%s = %.9g%s%s\n", p.name, p.value, *p.unit ? " " : "", p.unit);
+            say(to, "%s = %.9g%s%s\n", p.name, p.value, *p.unit ? " " : "", p.unit);
             continue;
         }
-        printf("%s{\"name\": ", k > 0 ? ",\n " : "");
-        put_json(stdout, p.name);
-        printf(", \"value\": %.17g, \"unit\": \"%s\", \"description\": \"%s\"}", p.value, p.unit,
-               p.description);
+        fprintf(to, "%s{\"name\": ", k > 0 ? ",\n " : "");
+        put_json(to, p.name);
+        fprintf(to, ", \"value\": %.17g, \"unit\": \"%s\", \"description\": \"%s\"}", p.value,
+                p.unit, p.description);
     }
-    if (json) puts("]");
+    if (json) fputs("]\n", to);
     mbsr_parameters_destroy(list);
     return DONE;
+}
+
+int info_write(FILE *to, const program_options *o, const program_model *m, const double *q,
+               bool json)
+{
+    double mass = 0.0, centre[3] = {0.0};
+    const int code = weigh_all(m, q, &mass, centre);
+    if (code) return code;
+    return json ? print_json(to, o, m, mass, centre) : print_text(to, o, m, mass, centre);
 }
 
 int run_info(int argc, char **argv)
@@ -210,7 +220,6 @@ int run_info(int argc, char **argv)
     bool parameters = false;
     program_model m;
     const double *q, *u;
-    double mass = 0.0, centre[3] = {0.0};
     int code = DONE;
     for (int at = 0; at < argc && !code; ++at) {
         if (strcmp(argv[at], "--parameters") == 0)
@@ -222,13 +231,12 @@ int run_info(int argc, char **argv)
     if (code) return code;
     code = open_model(&o, o.json, &m);
     if (parameters) {
-        if (!code) code = print_parameters(&m, o.json);
+        if (!code) code = parameters_write(stdout, &m, o.json);
         close_model(&m);
         return code;
     }
     if (!code) code = start_state(&o, &m, &q, &u);
-    if (!code) code = weigh_all(&m, q, &mass, centre);
-    if (!code) code = (o.json ? print_json : print_text)(&o, &m, mass, centre);
+    if (!code) code = info_write(stdout, &o, &m, q, o.json);
     close_model(&m);
     return code;
 }

@@ -48,7 +48,8 @@ static const command commands[] = {
      "  --form F       momentum (default) or index1\n"
      "  --inputs FILE  t and names of actuators; each line holds from its time on\n"
      "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, SENSOR, energy, state (all\n"
-     "                 joints and rates); default all joints\n"
+     "                 joints and rates), BODY.contact, BODY:BODY.contact, contacts; default all "
+     "joints\n"
      "  -o FILE        instead of standard output; ending in .h5 or .hdf5: HDF5\n"
      "  --json         with -o: how it ended and what it cost, for a script to read\n"
      "  --quiet        neither progress nor findings\n" COMMON,

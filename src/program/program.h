@@ -62,7 +62,7 @@ typedef struct program_options {
     const char *start; /* name of a key; NULL: as drawn */
     bool json, strict, floating;
     bool limits, friction;                     /* by the rule of files.h */
-    bool contacts;                             /* shapes touch */
+    bool contacts;                             /* shapes touch, meshes by their hulls */
     double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
     mbsr_file_package package[MOST_PAIRS];     /* names point into the arguments */
     mbsr_xacro_argument argument[MOST_PAIRS];  /* likewise */
@@ -106,6 +106,13 @@ const char *new_mesh(const program_model *m, int k);
 
 /* Whether the file of such a mesh is not there. */
 bool lacks_mesh(const program_options *o, const program_model *m, int k);
+
+/* ---- info.c ---- */
+
+/* What a model consists of, with masses as at q, and its parameters. A code. */
+int info_write(FILE *to, const program_options *o, const program_model *m, const double *q,
+               bool json);
+int parameters_write(FILE *to, const program_model *m, bool json);
 
 /* ---- report.c ---- */
 

@@ -130,7 +130,8 @@ static void tell_joints(const program_model *m)
 
 /* ---- all of it ---- */
 
-static int simulate(const run_options *o, program_model *m, inputs *in, output *to)
+static int simulate(const run_options *o, program_model *m, inputs *in, touching *contacts,
+                    output *to)
 {
     const double *q, *u;
     progress shown = progress_begin("run", o->t_end, o->quiet);
@@ -145,11 +146,12 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
     if (code) return code;
     inputs_set(in, 0.0, m->file->control);
     tell_beginning(o, m, &opt, to);
-    touching contacts = {NULL, NULL};
-    code = touching_make(m, q, o->common.contacts, o->quiet, &contacts);
+    code = touching_make(m, q, o->common.contacts, o->quiet, contacts);
+    if (!code && !contacts->model && columns_have_contacts(to->columns))
+        code = complain(USAGE, "--output: nothing touches");
     if (code) return code;
     mbsr_simulation s =
-        mbsr_simulation_of(contacts.model ? contacts.model : mbsr_file_take_model(m->file));
+        mbsr_simulation_of(contacts->model ? contacts->model : mbsr_file_take_model(m->file));
     mbsr_data_destroy(m->data);
     m->data = NULL;
     signal(SIGINT, interrupt);
@@ -160,7 +162,7 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
     if (interrupted) complain(FAILED, "stopped at t = %g; what was computed is kept", s.t);
     tell_end(o, &s, code, to);
     mbsr_simulation_end(&s);
-    touching_free(&contacts);
+    touching_free(contacts);
     return interrupted ? FAILED : code;
 }
 
@@ -168,6 +170,7 @@ int run_run(int argc, char **argv)
 {
     run_options o = {.common = {.limits = true, .friction = true, .contacts = true}};
     program_model m = {.text = NULL};
+    touching contacts = {.contacts = NULL};
     columns c = {.list = NULL};
     output to = {.columns = &c};
     inputs in = {.actuator = NULL};
@@ -178,8 +181,9 @@ int run_run(int argc, char **argv)
     code = open_model(&o.common, o.quiet, &m);
     if (!code && !o.quiet) tell_joints(&m);
     if (!code) code = columns_make(&m, o.outputs, &c);
+    c.touching = &contacts;
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
-    if (!code) code = simulate(&o, &m, &in, &to);
+    if (!code) code = simulate(&o, &m, &in, &contacts, &to);
     const int closing = output_close(&to);
     if (!code) code = closing;
     free(c.list);

@@ -5,7 +5,7 @@
 # Usage: columns.sh PROJECT_DIR
 set -eu
 cd "$1"
-files=$(find include src tests examples bench -name '*.[ch]' | sort)
+files=$(find include src tests examples bench web -name '*.[ch]' | sort)
 [ -n "$files" ] || { echo "no sources"; exit 1; }
 # columns are characters: bytes that continue one do not count
 # shellcheck disable=SC2086 # files are several words

@@ -12,7 +12,7 @@ for program in clang-format-14 clang-format; do
 done
 [ -n "$formatter" ] || { echo "clang-format 14 is missing"; exit 77; }
 cd "$1"
-files=$(find include src tests examples bench -name '*.[ch]' -o -name '*.cpp' | sort)
+files=$(find include src tests examples bench web -name '*.[ch]' -o -name '*.cpp' | sort)
 [ -n "$files" ] || { echo "no sources"; exit 1; }
 # one process: it starts slowly
 # shellcheck disable=SC2086 # files are several words

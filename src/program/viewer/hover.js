@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 import { DoubleSide, Mesh, MeshBasicMaterial, Raycaster, Sphere, Vector2, Vector3 } from "three";
 
-// The body drawn at a place of the canvas (-1 .. 1), the ground excluded; -1: none. Spheres around the copies
-// are tried before their triangles, so that ten thousand of them take little.
-export function bodyAt(x, y, camera, batches, motion) {
+// The body drawn at a place of the canvas (-1 .. 1), the ground excluded (-1: none), and the point of it there. Spheres
+// around the copies are tried before their triangles, so that ten thousand of them take little.
+export function hitAt(x, y, camera, batches, motion) {
     const caster = new Raycaster(), sphere = new Sphere(), axis = new Vector3(), one = new Mesh();
     caster.setFromCamera(new Vector2(x, y), camera);
-    let nearest = Infinity, body = -1;
+    let nearest = Infinity, body = -1, point = null;
     one.material = new MeshBasicMaterial({ side: DoubleSide });
     for (const batch of batches) {
         const { mesh, geometry, items } = batch, out = mesh.instanceMatrix.array;
@@ -24,11 +24,11 @@ export function bodyAt(x, y, camera, batches, motion) {
             const hits = [];
             one.raycast(caster, hits);
             for (const hit of hits) {
-                if (hit.distance < nearest) [nearest, body] = [hit.distance, items[k].body];
+                if (hit.distance < nearest) [nearest, body, point] = [hit.distance, items[k].body, hit.point];
             }
         }
     }
-    return body;
+    return { body, point };
 }
 
 // The site nearest to a place of the canvas (-1 .. 1) and nearer than `reach` (of its width and height); null: none.

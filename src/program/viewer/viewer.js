@@ -1,12 +1,12 @@
 // What is shown, and what can be done with it.
 // SPDX-License-Identifier: BSD-3-Clause
 import { Box3, Vector3 } from "three";
-import { Motion, jointArrows, loopArrows } from "./data.js";
+import { Motion, contactArrows, jointArrows, loopArrows } from "./data.js";
 import { $ } from "./dom.js";
 import { Drawing } from "./drawing.js";
 import { pictureOf, videoOf } from "./export.js";
 import { Arrows, Axes, Frames } from "./extras.js";
-import { bodyAt, describe, describeSite, siteAt } from "./hover.js";
+import { describe, describeSite, hitAt, siteAt } from "./hover.js";
 import { Joints } from "./joints.js";
 import { typicalLengths } from "./lengths.js";
 import { Plots } from "./plots.js";
@@ -40,6 +40,7 @@ export class Viewer {
         const joints = jointArrows(data, motion), loops = loopArrows(data, motion);
         extras.forces = new Arrows(joints, motion, longest, false, "force");
         extras.moments = new Arrows(joints, motion, longest, true, "moment");
+        if (data.contactForces) extras.contacts = new Arrows(contactArrows(data, motion), motion, longest, false, "contact");
         if (loops.count === 0) return extras;
         extras.loops = new Arrows(loops, motion, longest, false, "loop");
         extras.turns = new Arrows(loops, motion, longest, true, "turn");
@@ -168,9 +169,13 @@ export class Viewer {
         return [(2 * x) / w - 1, 1 - (2 * y) / h, [40 / w, 40 / h]];
     }
 
-    bodyAt(x, y) {
+    hitAt(x, y) {
         const [a, b] = this.#onCanvas(x, y);
-        return bodyAt(a, b, this.stage.camera, this.batches, this.motion);
+        return hitAt(a, b, this.stage.camera, this.batches, this.motion);
+    }
+
+    bodyAt(x, y) {
+        return this.hitAt(x, y).body;
     }
 
     hover(x, y) {

@@ -1,0 +1,149 @@
+// The page that runs models: by `mbsrank view --live`, or of a file that is opened or dropped.
+// SPDX-License-Identifier: BSD-3-Clause
+import { load } from "mbsrank";
+import { show } from "./app.js";
+import { bytesOf, readData } from "./data.js";
+import { $, element, note } from "./dom.js";
+import { Hand } from "./hand.js";
+import { Parameters } from "./parameters.js";
+import { Simulation } from "./simulate.js";
+import { showReport } from "./tables.js";
+
+const kinds = /[.](urdf|xml|mjcf|sdf|xacro)$/i;
+let library, empty, running, texts;
+
+function trouble(text) {
+    $("trouble").hidden = !text;
+    $("trouble").textContent = text;
+}
+
+// ---- files: by their paths, which a model may shorten or begin elsewhere ----
+
+function finder(files) {
+    const paths = [...files.keys()];
+    return (path) => {
+        if (files.has(path)) return files.get(path);
+        const parts = path.split("/");
+        for (let k = 0; k < parts.length; ++k) {
+            const end = parts.slice(k).join("/"), found = paths.find((p) => p === end || p.endsWith(`/${end}`));
+            if (found) return files.get(found);
+        }
+        return undefined;
+    };
+}
+
+// All files below the entries that were dropped.
+async function readEntries(entries, files, folder = "") {
+    for (const entry of entries) {
+        const path = folder + entry.name;
+        if (entry.isFile) {
+            const file = await new Promise((done, failed) => entry.file(done, failed));
+            files.set(path, new Uint8Array(await file.arrayBuffer()));
+        } else {
+            const reader = entry.createReader();
+            for (let list; (list = await new Promise((done, failed) => reader.readEntries(done, failed))).length > 0;)
+                await readEntries(list, files, `${path}/`);
+        }
+    }
+    return files;
+}
+
+async function readList(list) {
+    const files = new Map();
+    for (const file of list) files.set(file.webkitRelativePath || file.name, new Uint8Array(await file.arrayBuffer()));
+    return files;
+}
+
+// The first file that is a model; of those that cannot be read the last complaint is shown.
+async function openFiles(files) {
+    const found = [...files.keys()].filter((path) => kinds.test(path)).sort((a, b) => a.split("/").length - b.split("/").length);
+    let complaint = "There is no file of a model: URDF, xacro, MJCF or SDF";
+    for (const path of found) {
+        try {
+            await open(files.get(path), path, finder(files));
+            return;
+        } catch (error) {
+            complaint = error.message;
+        }
+    }
+    trouble(complaint);
+}
+
+// ---- one model after the other ----
+
+async function open(text, name, files) {
+    const model = library.read(text, { name, files });
+    let data;
+    try {
+        data = await readData(model.page());
+    } catch (error) {
+        model.close();
+        throw error;
+    }
+    running?.end();
+    document.body.innerHTML = empty;
+    let simulation;
+    const viewer = await show(data, (now) => simulation?.frame(now));
+    simulation = new Simulation(model, viewer);
+    const hand = new Hand(viewer, simulation), parameters = new Parameters($("parameters"), model, simulation);
+    running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.end()) };
+    simulation.changed = () => {
+        $("report").replaceChildren();
+        showReport($("report"), simulation.report());
+    };
+    frameOfPage();
+    $("play").addEventListener("click", (event) => (event.stopImmediatePropagation(), simulation.play(!simulation.playing)), true);
+    $("video").hidden = true;
+    Object.assign(viewer, { play: (on) => simulation.play(on), reset: () => (simulation.reset(), parameters.reset(), viewer.stage.goHome()) });
+    window.mbsrank.live = { simulation, parameters, hand };
+}
+
+// What the page has beside that of `mbsrank view`.
+function frameOfPage() {
+    const title = $("counts"), file = element("input", { type: "file", multiple: true, hidden: true, id: "file" });
+    const button = element("button", { textContent: "open", title: "A model, or drop one with its files on the page" });
+    button.addEventListener("click", () => file.click());
+    file.addEventListener("change", async () => openFiles(await readList(file.files)));
+    const choice = element("select", { id: "example", ariaLabel: "Examples" }, element("option", { textContent: "examples" }),
+                           ...Object.keys(texts).map((name) => element("option", { value: name, textContent: name })));
+    choice.addEventListener("change", () => open(texts[choice.value], choice.value));
+    title.after(choice, button, file);
+    $("player").style.display = "";
+    $("slider").style.display = "none";
+    if (!$("rate")) $("time").after(element("span", { id: "rate", className: "note" }));
+}
+
+function listen() {
+    addEventListener("dragover", (event) => event.preventDefault());
+    addEventListener("drop", async (event) => {
+        event.preventDefault();
+        const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+        openFiles(entries.length > 0 ? await readEntries(entries, new Map()) : await readList(event.dataTransfer.files));
+    });
+}
+
+async function start() {
+    const module = $("module").textContent, given = $("data"), aside = document.querySelector("aside");
+    aside.prepend(element("details", { open: true }, element("summary", { textContent: "Parameters" }),
+                          element("div", { id: "parameters" })));
+    texts = JSON.parse($("examples").textContent);
+    for (const script of document.querySelectorAll("body > script")) script.remove();
+    empty = document.body.innerHTML;
+    library = await load(bytesOf(module));
+    listen();
+    frameOfPage();
+    const first = Object.keys(texts)[0];
+    try {
+        if (given) {
+            const { name, files } = JSON.parse(given.textContent), all = new Map();
+            for (const [path, text] of Object.entries(files)) all.set(path, await bytesOf(text));
+            await open(all.get(name), name, finder(all));
+        } else if (first) {
+            await open(texts[first], first);
+        }
+    } catch (error) {
+        trouble(error.message);
+    }
+}
+
+start();

@@ -1,0 +1,181 @@
+// The npm package against the library in C: the same numbers in one evaluation, the same steps in a run; failures;
+// memory that comes back.
+// SPDX-License-Identifier: BSD-3-Clause
+// Usage: node package.mjs PACKAGE PROJECT TWIN PROGRAM
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync, readdirSync } from "node:fs";
+import { join } from "node:path";
+import { pathToFileURL } from "node:url";
+
+const [folder, project, twin, program] = process.argv.slice(2), long = process.env.MBSR_TEST_LONG;
+const { load, Library, MbsrankError } = await import(pathToFileURL(join(folder, "mbsrank.js")));
+const mb = await load(), models = join(project, "examples", "models");
+const text = (name) => readFileSync(join(models, name), "utf8");
+const files = readdirSync(models).filter((name) => /[.](xml|urdf|sdf)$/.test(name));
+
+const near = (ours, theirs, what, tolerance = 1e-10) => {
+    assert.equal(ours.length, theirs.length, what);
+    const size = Math.max(1, ...theirs.map(Math.abs));
+    ours.forEach((x, k) => assert.ok(Math.abs(x - theirs[k]) <= tolerance * size, `${what}[${k}]: ${x}, in C ${theirs[k]}`));
+};
+
+// A state that is not that of the file, where coordinates are not parts of quaternions.
+function stateOf(model) {
+    const q = model.start().q, some = (seed) => Float64Array.from({ length: model.nu }, (_, k) => Math.sin(seed + 1.7 * k));
+    for (const joint of model.info.joints)
+        if (joint.type === "hinge" || joint.type === "slide") q[joint.q] += 0.02 * Math.cos(3 * joint.q);
+    return { q, u: some(1), udot: some(2), tau: some(3) };
+}
+
+const isAlike = (ours, theirs) => Math.abs(ours - theirs) <= Math.max(1, 0.02 * theirs);
+
+// Steps of runs from five starts that differ by rounding: where closures are redundant these alone differ by 3 %.
+function countSteps(model, end, name) {
+    return [0, 1, 2, 3, 4].map((k) => {
+        const q = model.start().q.map((x, i) => x + 1e-13 * k * Math.sin(i)), run = model.simulate({ q, rtol: 1e-8, atol: 1e-8 }).to(1);
+        near(run.q, end, `${name}: q at the end`, 1e-6);
+        const { steps } = run.stats;
+        run.close();
+        return steps;
+    });
+}
+
+function compare(name) {
+    const model = mb.read(text(name), { name, contacts: false }), { nq, nu } = model, { q, u, udot, tau } = stateOf(model);
+    const input = [q, u, udot, tau].map((list) => list.join(" ")).join("\n");
+    const numbers = execFileSync(twin, [join(models, name)], { input }).toString().trim().split("\n").map(Number);
+    const next = (count) => numbers.splice(0, count), status = next(1)[0], accelerations = next(nu);
+    if (status === 0) near(model.forwardDynamics(q, u, tau), accelerations, `${name}: u'`);
+    else assert.throws(() => model.forwardDynamics(q, u, tau), { status: "MBSR_UNDETERMINED" });
+    near(model.inverseDynamics(q, u, udot), next(nu), `${name}: forces`);
+    near(model.massMatrix(q), next(nu * nu), `${name}: M`);
+    const { kinetic, potential } = model.energy(q, u);
+    near([kinetic, potential], next(2), `${name}: energies`);
+    const steps = next(1)[0], end = next(nq), counts = countSteps(model, end, name);
+    assert.ok(counts.some((n) => isAlike(n, steps)), `${name}: ${counts} steps, in C ${steps}`);
+    model.close();
+    return status;
+}
+
+const statuses = files.map(compare);
+assert.ok(statuses.includes(0) && statuses.some((status) => status > 0), "models of both kinds");
+
+// ---- many states at once ----
+
+const link = (inner) => `<body pos="0 0 -1"><joint axis="0 1 0"/><geom type="capsule" size=".05 .4"/>${inner}</body>`;
+const chain = `<mujoco><worldbody>${link(link(link("")))}</worldbody></mujoco>`;
+
+{
+    const model = mb.read(chain);
+    const q = [0.1, 0.2, 0.3], u = [1, 0, 2], tau = [1, 2, 3], one = model.forwardDynamics(q, u, tau);
+    near(model.batch([0, 0, 0, ...q], [0, 0, 0, ...u], [0, 0, 0, ...tau]).subarray(3), one, "many states", 1e-13);
+    assert.throws(() => model.batch([0, 0, 0, NaN, 0, 0], [0, 0, 0, 0, 0, 0]), /state 1/);
+    model.close();
+}
+
+// ---- with shapes that touch, as the program runs them ----
+
+{
+    const name = "gripper.xml", model = mb.read(text(name), { name }), run = model.simulate().to(0.5);
+    const said = execFileSync(program, ["run", "--json", "--quiet", "--t-end", "0.5", "-o", "/dev/null", join(models, name)],
+                              { stdio: ["ignore", "pipe", "ignore"] });
+    const { steps } = JSON.parse(said);
+    assert.ok(isAlike(run.stats.steps, steps), `${name}: ${run.stats.steps} steps, in C ${steps}`);
+    run.close();
+    model.close();
+}
+
+// ---- what a model tells, parameters, steps of fixed size, pulling ----
+
+{
+    const name = "quarter_car.xml", model = mb.read(text(name), { name }), { q, u } = model.start();
+    assert.deepEqual(model.info.bodies.map((b) => b.name), ["wheel", "mount", "body"]);
+    assert.deepEqual(model.ranks(q, u).map((r) => r.rank), [1, 0, 1]);
+    assert.equal(model.report().damped, 1);
+    assert.match(model.reportText(), /1 damped/);
+    const mass = model.parameters.find((p) => p.name === "bodies.body.mass");
+    assert.equal(mass.value, 300);
+    assert.equal(mass.unit, "kg");
+    const none = model.with({ "bodies.wheel.mass": 0 });
+    assert.deepEqual(none.ranks(q, u).map((r) => r.rank), [0, 0, 1]);
+    assert.equal(model.ranks(q, u)[0].rank, 1, "the model stays as it is");
+    const run = model.simulate({ rtol: 1e-9, atol: 1e-9 }), times = [0.25, 0.5], seen = [...run.states(times)];
+    assert.deepEqual(seen.map((s) => s.t), times);
+    const steps = model.stepper({ h: 1e-3 }).step(500);
+    near(Array.from(steps.q), Array.from(seen[1].q), "steps of fixed size", 1e-5);
+    near(Array.from(model.poses(run.q)), Array.from(run.poses()), "poses", 1e-12);
+    // its weight and 3 kN up: at rest it hangs on the spring of the hand
+    const point = [0, 0, 0], at = Array.from(model.poses(q).subarray(24 + 9, 36)), stiffness = 1e5;
+    const pulled = model.stepper({ h: 1e-2, pull: { body: 2, point, at, stiffness, damping: 1e4 } });
+    pulled.drag([at[0], at[1], at[2] + 0.1]);
+    pulled.step(400);
+    assert.ok(Math.abs(pulled.u[2]) < 1e-3, `it rests: ${pulled.u}`);
+    const height = pulled.poses()[24 + 11] - at[2];
+    assert.ok(height > 0.05 && height < 0.1, `it has been lifted: ${height}`);
+    assert.throws(() => steps.drag(at), /nothing is pulled/);
+    assert.equal(JSON.parse(model.page(q, u)).bodies.length, 3);
+    for (const one of [run, steps, pulled, none, model]) one.close();
+    assert.throws(() => run.to(1), /this Run is closed/);
+    assert.throws(() => model.energy(q, u), /this Model is closed/);
+}
+
+// ---- other files, and what is refused ----
+
+{
+    const mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    const source = '<mujoco><compiler meshdir="meshes"/><asset><mesh name="t" file="t.obj"/></asset><worldbody><body>' +
+                   '<freejoint/><geom type="mesh" mesh="t"/></body></worldbody></mujoco>';
+    const model = mb.read(source, { name: "models/one.xml", files: { "models/meshes/t.obj": mesh } });
+    near([model.info.mass], [1000 / 6], "the mass of a mesh", 1e-6);
+    assert.deepEqual(model.info.missing, []);
+    model.close();
+    const wrong = (call, pattern, status) => assert.throws(call, (error) => {
+        assert.ok(error instanceof MbsrankError, error.stack);
+        assert.match(error.message, pattern);
+        if (status) assert.equal(error.status, status);
+        return true;
+    });
+    wrong(() => mb.read("<robot", { name: "x.urdf" }), /x[.]urdf:1/);
+    wrong(() => mb.read(source, { gravity: 1 }), /no option 'gravity'/);
+    wrong(() => mb.read(text("arm.urdf"), { start: "home" }), /has no key 'home'/);
+    wrong(() => mb.read(text("arm.urdf"), { set: { "bodies.x.mass": 1 } }), /no parameter bodies[.]x[.]mass/);
+    const arm = mb.read(text("arm.urdf"), { name: "arm.urdf" }), { q, u } = arm.start();
+    wrong(() => arm.forwardDynamics(q.subarray(1), u), /forwardDynamics: q has 6 numbers, 7 are expected/);
+    wrong(() => arm.forwardDynamics(q, u, null, new Float32Array(7)), /Float64Array of 7/);
+    wrong(() => arm.forwardDynamics(q.map(() => NaN), u), /./, "MBSR_NOT_FINITE");
+    wrong(() => arm.with({ "bodies.arm.mass": 1 }), /there is no parameter 'bodies[.]arm[.]mass'/, "MBSR_ERR_ID");
+    wrong(() => arm.with({ "bodies.fore.mass": -1 }), /fore/);
+    wrong(() => arm.simulate({ rtol: -1 }), /rtol/, "MBSR_ERR_VALUE");
+    wrong(() => arm.stepper({ h: 0 }), /h/, "MBSR_ERR_VALUE");
+    arm.close();
+    arm.close();
+}
+
+// ---- what the documents show ----
+
+for (const page of ["docs/javascript.md", "web/README.md"]) {
+    const source = readFileSync(join(project, page), "utf8"), blocks = [...source.matchAll(/```js\n([^]*?)```/g)];
+    const code = blocks.map((block) => block[1].replace(/^import .*$/gm, "")).join("\n");
+    const call = new (async () => {}).constructor("load", "text", "chainText", "console", code);
+    await call(load, text("quarter_car.xml"), chain, { log: () => {} });
+}
+
+// ---- memory ----
+
+{
+    const count = long ? 100000 : 2000, source = text("quarter_car.xml"), own = new Library(await WebAssembly.compile(
+        readFileSync(join(folder, "mbsrank.wasm"))));
+    const once = (k) => {
+        const model = own.read(source), { q, u } = model.start(), other = model.with({ "bodies.wheel.mass": 1 });
+        other.inverseDynamics(q, u, u);
+        other.close();
+        if (k % 20 === 0) model.simulate().close();
+        assert.throws(() => own.read("<robot"));
+        model.close();
+    };
+    for (let k = 0; k < 20; ++k) once(k);
+    const before = own.bytes;
+    for (let k = 0; k < count; ++k) once(k);
+    assert.equal(own.bytes, before, "memory has grown");
+}
