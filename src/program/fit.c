@@ -229,6 +229,7 @@ static int fit_once(fit_work *w, const double *start, mbsr_fit **f)
     opt.user = w;
     opt.tolerance = 1e-5;
     opt.known_noise = w->known;
+    opt.noise_freedoms = (w->study.numbers - w->study.parameters) / w->study.outputs;
     opt.progress = show_iteration;
     opt.progress_user = w;
     if (!mbsr_fit_create(&opt, f, &error)) return DONE;
