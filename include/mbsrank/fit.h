@@ -44,6 +44,8 @@ typedef struct mbsr_fit_opt {
     double tolerance;   /* of the last change, over scale; default 1e-8 */
     int max_iterations; /* default 100 */
     int known_noise;    /* 1: residuals have the deviation 1; 0 (default): it is estimated */
+    int noise_freedoms; /* of Student's distribution where noise is estimated: residuals behind the
+                         * estimate of a single weight; 0 (default): all less parameters */
     double confidence;  /* of the intervals, default 0.95 */
     mbsr_fit_progress_fn progress; /* NULL (default): none */
     void *progress_user;

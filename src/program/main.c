@@ -67,6 +67,17 @@ static const command commands[] = {
      "  --json         statistics for a script to read\n"
      "  --quiet        neither progress nor findings\n",
      run_study},
+    {"fit", "parameters from measured data",
+     "usage: mbsrank fit FILE --data DATA --vary NAME [options]\n"
+     "  --data DATA    CSV or HDF5: t and columns of mbsrank run, as they were measured\n"
+     "  --vary NAME, NAME=LOW:HIGH   a parameter that is looked for, from its value in FILE (or "
+     "of\n"
+     "                 --set) on, between bounds; more than once: more\n"
+     "  --noise COLUMN=S   deviation of its noise; default: that of the residuals\n"
+     "  -o RUN         CSV: what was measured, and what the model gives\n"
+     "  --json         for a script to read\n"
+     "  --rtol R, --atol A, --form F, --inputs FILE   as of run; default 1e-8 and 1e-9\n" COMMON,
+     run_fit},
 #endif
 #if defined(MBSR_WITH_FMU)
     {"fmu", "write a Functional Mock-up Unit for other simulators",

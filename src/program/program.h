@@ -128,6 +128,7 @@ int report_begin(FILE *to, const program_model *m, const double *q, const double
 int run_info(int argc, char **argv);
 int run_check(int argc, char **argv);
 int run_run(int argc, char **argv);
+int run_fit(int argc, char **argv);
 int run_study(int argc, char **argv);
 int run_view(int argc, char **argv);
 int run_plot(int argc, char **argv);

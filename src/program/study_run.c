@@ -48,13 +48,16 @@ static int read_options(study_work *w)
     if (o->common.path || o->common.json || o->file || o->outputs)
         return complain(USAGE, "%s takes no file, --json, --output and -o", command);
     o->common.path = w->path;
-    return drive_integrator(o, &w->opt);
+    return DONE;
 }
 
-int study_find_parameter(const study_work *w, const mbsr_study_parameter *p, int *which)
+static int find_parameter(const study_work *w, const mbsr_study_parameter *p, int *which)
 {
     mbsr_parameter known;
     *which = mbsr_parameters_find(w->list, p->name);
+    if (*which == MBSR_NONE && p->line == 0)
+        return complain(USAGE, "--vary: there is no parameter %s; mbsrank info --parameters",
+                        p->name);
     if (*which == MBSR_NONE)
         return complain(USAGE, "%s:%d: there is no parameter %s; mbsrank info --parameters",
                         w->study->name, p->line, p->name);
@@ -74,7 +77,7 @@ static int find_parameters(study_work *w)
     w->which = calloc((size_t)w->study->parameters + 1, sizeof *w->which);
     if (!w->which) return complain(FAILED, "no memory");
     for (int k = 0; k < w->study->parameters && !code; ++k)
-        code = study_find_parameter(w, w->study->parameter + k, w->which + k);
+        code = find_parameter(w, w->study->parameter + k, w->which + k);
     return code;
 }
 
@@ -153,11 +156,12 @@ static void make_key(study_work *w, const char *text, size_t size)
     w->key = hash_more(key, mbsr_version(), strlen(mbsr_version()));
 }
 
-static int open_work(study_work *w, bool quiet, const char *text, size_t size)
+/* Of what is known from study and options. */
+static int open_work(study_work *w, bool quiet)
 {
     const mbsr_study *s = w->study;
     const double *q, *u;
-    int code = read_options(w);
+    int code = drive_integrator(&w->options, &w->opt);
     if (!code) code = open_model(&w->options.common, quiet || w->options.quiet, &w->m);
     if (!code) code = start_state(&w->options.common, &w->m, &q, &u);
     if (!code && w->options.inputs) code = inputs_read(&w->m, w->options.inputs, &w->in);
@@ -167,9 +171,13 @@ static int open_work(study_work *w, bool quiet, const char *text, size_t size)
     w->parameter = calloc((size_t)s->parameters + 1, sizeof(double));
     w->row = calloc((size_t)s->outputs + 1, sizeof(double));
     w->value = calloc((size_t)s->numbers + 1, sizeof(double));
-    if (!w->parameter || !w->row || !w->value) return complain(FAILED, "no memory");
-    make_key(w, text, size);
-    return DONE;
+    return w->parameter && w->row && w->value ? DONE : complain(FAILED, "no memory");
+}
+
+int study_open_given(const mbsr_study *study, const run_options *options, study_work *w)
+{
+    *w = (study_work){.study = study, .options = *options};
+    return open_work(w, false);
 }
 
 int study_open(const char *path, bool quiet, study_work *w)
@@ -180,9 +188,12 @@ int study_open(const char *path, bool quiet, study_work *w)
     char *text = read_file(path, &size);
     if (!text) return complain_of_file(NOT_READ, path, "read");
     int code = DONE;
-    if (mbsr_study_read(text, size, path, NULL, &w->study, &error))
+    if (mbsr_study_read(text, size, path, NULL, &w->read, &error))
         code = complain(NOT_READ, "%s", error.text);
-    if (!code) code = open_work(w, quiet, text, size);
+    w->study = w->read;
+    if (!code) code = read_options(w);
+    if (!code) code = open_work(w, quiet);
+    if (!code) make_key(w, text, size);
     free(text);
     return code;
 }
@@ -200,7 +211,7 @@ void study_close(study_work *w)
     for (int k = 0; w->word && k < w->study->words; ++k) free(w->word[k]);
     free(w->word);
     free(w->path);
-    mbsr_study_destroy(w->study);
+    mbsr_study_destroy(w->read);
 }
 
 /* ---- what a run gives ---- */

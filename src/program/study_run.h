@@ -9,7 +9,8 @@
 #include <mbsrank/study.h>
 
 typedef struct study_work {
-    mbsr_study *study;
+    const mbsr_study *study;
+    mbsr_study *read;    /* from a file, to be freed; NULL: it is the caller's */
     char **word;         /* of its line `run`, and `text` that they are in */
     char *path;          /* of the model */
     run_options options; /* of each run */
@@ -32,8 +33,9 @@ typedef struct study_work {
 int study_open(const char *path, bool quiet, study_work *w);
 void study_close(study_work *w);
 
-/* Parameters in the place of those that the study says, with their values in study_try. A code. */
-int study_find_parameter(const study_work *w, const mbsr_study_parameter *p, int *which);
+/* The same of a study and options that are given, and outlive the work. Line 0 stands for options.
+ */
+int study_open_given(const mbsr_study *study, const run_options *options, study_work *w);
 
 /* Does a run; the result points into the work. */
 void study_do(study_work *w, long run, mbsr_study_result *result);

@@ -99,8 +99,9 @@ static int check_fit(const mbsr_fit_opt *o, mbsr_error *error)
         return mbsri_fail_plain(error, MBSR_ERR_VALUE,
                                 "step %g, tolerance %g or max_iterations %d is out of range",
                                 o->step, o->tolerance, o->max_iterations);
-    if (!(o->confidence > 0.0 && o->confidence < 1.0))
-        return mbsri_fail_plain(error, MBSR_ERR_VALUE, "confidence is %g", o->confidence);
+    if (!(o->confidence > 0.0 && o->confidence < 1.0) || o->noise_freedoms < 0)
+        return mbsri_fail_plain(error, MBSR_ERR_VALUE, "confidence is %g, noise_freedoms %d",
+                                o->confidence, o->noise_freedoms);
     int status = MBSR_OK;
     for (int k = 0; k < o->parameters && !status; ++k) status = check_parameter(o, k, error);
     return status;
@@ -260,11 +261,12 @@ static int iterate_fit(fitting *w)
 static void measure_fit(const fitting *w, mbsr_fit *f, double *direction, double *along,
                         double *deviation, double *low, double *high)
 {
-    const int n = w->n;
+    const int n = w->n, fewer = w->opt->noise_freedoms,
+              freedoms = fewer > 0 && fewer < f->freedoms ? fewer : f->freedoms;
     const double noise = w->opt->known_noise ? 1.0 : f->noise,
                  part = 0.5 + 0.5 * w->opt->confidence,
                  times = w->opt->known_noise ? mbsri_normal_quantile(part)
-                                             : mbsri_student_quantile(part, f->freedoms);
+                                             : mbsri_student_quantile(part, freedoms);
     int last = n;
     for (int k = 0; k < n; ++k) {
         deviation[k] = w->held[k] ? 0.0 : deviation[k];

@@ -180,6 +180,26 @@ static void a_bound_holds_a_parameter_and_the_others_are_fitted(void **state)
     mbsr_fit_destroy(f);
 }
 
+/* Student's 97.5 %: 2.228139 for 10 freedoms, 1.959964 where noise is known. */
+static void intervals_have_the_freedoms_of_the_noise(void **state)
+{
+    static const double times[] = {2.228139, 1.959964};
+    double y[SAMPLES];
+    (void)state;
+    test_rng rng = test_seed(14);
+    measure(&rng, y);
+    for (int known = 0; known < 2; ++known) {
+        mbsr_fit *f;
+        mbsr_fit_opt opt = oscillation(y);
+        opt.noise_freedoms = 10;
+        opt.known_noise = known;
+        assert_int_equal(mbsr_fit_create(&opt, &f, NULL), MBSR_OK);
+        close_to(f->high[2] - f->value[2], times[known] * f->deviation[2], 1e-5);
+        close_to(f->value[2] - f->low[2], times[known] * f->deviation[2], 1e-5);
+        mbsr_fit_destroy(f);
+    }
+}
+
 /* r depends on p0 p1 and p2 alone. */
 static int product(void *user, const double *p, double *r)
 {
@@ -259,6 +279,9 @@ static void wrong_use_is_refused(void **state)
     opt.confidence = 1.0;
     assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_ERR_VALUE);
     opt = oscillation(y);
+    opt.noise_freedoms = -1;
+    assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_ERR_VALUE);
+    opt = oscillation(y);
     opt.step = 0.0;
     assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_ERR_VALUE);
     opt = oscillation(y);
@@ -284,6 +307,7 @@ int main(void)
         cmocka_unit_test(published_values_and_deviations_come_out),
         cmocka_unit_test(intervals_hold_the_truth_as_often_as_they_say),
         cmocka_unit_test(a_bound_holds_a_parameter_and_the_others_are_fitted),
+        cmocka_unit_test(intervals_have_the_freedoms_of_the_noise),
         cmocka_unit_test(what_data_cannot_tell_apart_is_named),
         cmocka_unit_test(wrong_use_is_refused),
     };
