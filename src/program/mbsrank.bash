@@ -18,7 +18,7 @@ _mbsrank() {
         fmu) common="$common -o --fmi --kind --fixed-step --sources --order --rtol --atol --t-end --step --name" ;;
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
-        view) common="$common --inputs -o" ;;
+        view) common="$common --inputs --live -o" ;;
         modes) common="$common --count --as-drawn --json" ;;
         linearise) common="$common --inputs --outputs --as-drawn --json" ;;
         check) common="$common --small --time --tolerance --json" ;;

@@ -71,8 +71,8 @@ async function openFiles(files) {
 
 // ---- one model after the other ----
 
-async function open(text, name, files) {
-    const model = library.read(text, { name, files });
+async function open(text, name, files, options = {}) {
+    const model = library.read(text, { ...options, name, files });
     let data;
     try {
         data = await readData(model.page());
@@ -135,9 +135,9 @@ async function start() {
     const first = Object.keys(texts)[0];
     try {
         if (given) {
-            const { name, files } = JSON.parse(given.textContent), all = new Map();
+            const { name, options, files } = JSON.parse(given.textContent), all = new Map();
             for (const [path, text] of Object.entries(files)) all.set(path, await bytesOf(text));
-            await open(all.get(name), name, finder(all));
+            await open(all.get(name), name === "-" ? "model" : name, finder(all), options);
         } else if (first) {
             await open(texts[first], first);
         }
