@@ -102,7 +102,7 @@ static char *read_bundle(bool live)
 }
 
 /* A file by its path; where it cannot be read the page is without. */
-static bool put_file(FILE *to, const program_options *o, const char *path)
+static bool put_beside(FILE *to, const program_options *o, const char *path)
 {
     size_t size;
     char *bytes = read_beside(o, path, &size);
@@ -115,7 +115,7 @@ static bool put_file(FILE *to, const program_options *o, const char *path)
     return good;
 }
 
-static void put_pairs(FILE *to, const char *name, int count, const char *const *key,
+static void put_values(FILE *to, const char *name, int count, const char *const *key,
                       const double *value)
 {
     fprintf(to, ", \"%s\": {", name);
@@ -150,15 +150,15 @@ static int write_source(FILE *to, const page *p)
         put_json(to, o->argument[k].name), fputs(": ", to), put_json(to, o->argument[k].value);
     }
     fputs("}", to);
-    put_pairs(to, "set", o->sets, o->set, o->value);
+    put_values(to, "set", o->sets, o->set, o->value);
     fputs("},\n\"files\": {", to);
     put_json(to, o->path);
     fputs(": ", to);
     bool good = put_bytes(to, m->text, m->size);
-    for (int k = 0; k < m->others && good; ++k) good = put_file(to, o, m->other[k]);
+    for (int k = 0; k < m->others && good; ++k) good = put_beside(to, o, m->other[k]);
     for (int k = 0; k < m->file->shapes && good; ++k) {
         const char *mesh = new_mesh(m, k);
-        if (mesh) good = put_file(to, o, mesh);
+        if (mesh) good = put_beside(to, o, mesh);
     }
     fputs("}}\n", to);
     return good ? DONE : complain(FAILED, "no memory");
