@@ -71,7 +71,7 @@ endif()
 mbsr_link_flags(mbsr_core_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m ${mbsr_thread_flag})
 mbsr_install_library(mbsrank core)
 file(GLOB mbsr_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/mbsrank/*.h")
-list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|fmu|ida|linear|sid|simulation|sundials)\\.h$")
+list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|fit|fmu|ida|linear|sid|simulation|study|sundials)\\.h$")
 install(FILES ${mbsr_headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT core)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
@@ -122,6 +122,14 @@ if(MBSR_LINEAR)
     mbsr_install_library(mbsrank_linear linear)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/linear.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT linear)
+endif()
+
+if(MBSR_STUDY)
+    mbsr_link_flags(mbsr_study_private m)
+    mbsr_install_library(mbsrank_study study)
+    install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/fit.h"
+                  "${PROJECT_SOURCE_DIR}/include/mbsrank/study.h"
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT study)
 endif()
 
 if(MBSR_FMU)

@@ -2,7 +2,7 @@
 # Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
 # apt-get). On other systems it says what to install.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: install.sh build|test|demo|page|docs|web...
+# Usage: install.sh build|test|demo|page|docs|package|emulation|web...
 set -eu
 
 # Packages by purpose; "package:command" counts as there when the command is.
@@ -14,6 +14,9 @@ test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binut
       python3-dev python3-cffi python3-numpy python3-scipy python3-setuptools)
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
 page=(nodejs:node npm:npm zlib1g-dev)
+package=(debhelper:dh lintian:lintian debootstrap:debootstrap zlib1g-dev libhdf5-dev libomp-dev xz-utils:xz)
+emulation=(qemu-user-static:qemu-aarch64-static gcc-aarch64-linux-gnu:aarch64-linux-gnu-gcc gcc-i686-linux-gnu:i686-linux-gnu-gcc
+           gcc-s390x-linux-gnu:s390x-linux-gnu-gcc)
 docs=(doxygen:doxygen python3-sphinx python3-myst-parser python3-sphinx-rtd-theme libjs-mathjax)
 web=(clang:clang lld:wasm-ld llvm:llvm-ar wasi-libc libclang-rt-14-dev-wasm32 nodejs:node ninja-build:ninja cmake:cmake)
 
@@ -25,6 +28,8 @@ for purpose; do
     demo) wanted+=("${demo[@]}") ;;
     page) wanted+=("${page[@]}") ;;
     docs) wanted+=("${docs[@]}") ;;
+    package) wanted+=("${package[@]}") ;;
+    emulation) wanted+=("${emulation[@]}") ;;
     web) wanted+=("${web[@]}") ;;
     *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;
     esac

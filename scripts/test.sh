@@ -26,7 +26,7 @@ failed=()
 summary=
 
 # What no compiler has a part in is tested once.
-once='hygiene\.(finite|forbidden_calls|format|function_length|links|map|paths|reference|references|rooms|sentences|snippets|tables)'
+once='hygiene\.(finite|forbidden_calls|format|function_length|links|map|paths|reference|references|rooms|sentences|snippets|tables|validation)'
 
 # run NAME COMPILER OPTIONS -- CTEST_OPTIONS: configures, builds and tests in build/test-NAME.
 run() {

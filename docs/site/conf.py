@@ -17,7 +17,8 @@ root_doc = "README"
 extensions = ["myst_parser", "sphinx.ext.mathjax"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-exclude_patterns = ["build*", "demo-output", "src", "tests", "include", "cmake", "scripts", "examples", "docs/site", ".*"]
+exclude_patterns = ["build*", "demo-output", "src", "tests", "include", "cmake", "scripts", "examples", "docs/site", "debian",
+                    "packaging", ".*"]
 html_theme = "sphinx_rtd_theme"
 html_theme_options = {"navigation_depth": 3, "collapse_navigation": False}
 templates_path = ["templates"]
@@ -71,12 +72,17 @@ docs/dae_forms
 docs/newton
 docs/derivatives
 docs/linear
+docs/study
 docs/parameters
 docs/performance
+docs/validation
 docs/architecture
 docs/renamed
 bench/README
 CHANGELOG
+CONTRIBUTING
+SECURITY
+docs/release
 ```
 """
 

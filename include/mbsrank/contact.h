@@ -26,8 +26,8 @@ extern "C" {
  *   torsional N wn / sqrt(wn^2 + spin^2)            against wn, a moment,
  *   rolling N wt / sqrt(|wt|^2 + spin^2)            against wt, likewise.
  *
- * Of the laws of two shapes the stiffnesses act one behind the other, k = ka kb / (ka + kb); of the
- * other numbers the larger counts. */
+ * Of the laws of two shapes the stiffnesses act one behind the other, k = ka kb / (ka + kb), and
+ * margins add up; of the other numbers the larger counts. */
 typedef struct mbsr_contact_law {
     double stiffness; /* N/m^exponent, > 0; INFINITY: that of the other shape counts */
     double exponent;  /* >= 1; default 1.5 */
@@ -36,6 +36,7 @@ typedef struct mbsr_contact_law {
     double slip;      /* m/s, > 0 where there is friction */
     double torsional, rolling; /* m, >= 0 */
     double spin;               /* rad/s, > 0 where one of these is not zero */
+    double margin;             /* m, >= 0; x counts from where the surfaces are that far apart */
 } mbsr_contact_law;
 
 /* A shape; copied when it is added. */
@@ -85,9 +86,9 @@ MBSR_API int mbsr_contacts_add(mbsr_contacts *contacts, const mbsr_shape *shape,
 MBSR_API int mbsr_contacts_exclude(mbsr_contacts *contacts, int body_a, int body_b,
                                    mbsr_error *error);
 
-/* Two shapes touch by a law of their own, whatever their groups are, unless their bodies are
- * excluded; law NULL: they never touch. Two shapes that have a law
- * twice are refused by mbsr_contacts_force. MBSR_ERR_NULL, MBSR_ERR_ID,
+/* Two shapes of different bodies touch by a law of their own, whatever their groups are and even
+ * where their bodies are excluded; law NULL: they never touch. Two shapes that have a law twice are
+ * refused by mbsr_contacts_force. MBSR_ERR_NULL, MBSR_ERR_ID,
  * MBSR_ERR_VALUE, MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
                                 const mbsr_contact_law *law, mbsr_error *error);
@@ -97,17 +98,17 @@ typedef struct mbsr_file mbsr_file; /* files.h */
 /* What mbsr_contacts_add_file has done. */
 typedef struct mbsr_contacts_of_file {
     int shapes;       /* that were added */
-    int left_out;     /* meshes, which the component does not read, and planes that move */
+    int left_out;     /* planes that move, and meshes without a hull (hull_corners of files.h) */
     double stiffness; /* N/m of each shape */
 } mbsr_contacts_of_file;
 
-/* The shapes for contact of a file (component files): with its groups, frictions and excluded
- * bodies. `model` is finished and has the file's bodies. Bodies that a joint connects never touch,
- * bodies without shapes between them left aside; nor do those that are welded to each other. Laws
- * are linear: stiffness (0: twice the mass of all bodies, at least 1 kg, over (T z)^2 with the
- * file's time T and damping z, so that two shapes make half of that), and a damping with which what
- * weighs that mass comes to rest within about T. *told may be NULL. MBSR_ERR_NULL, MBSR_ERR_VALUE,
- * MBSR_ERR_UNFINISHED, statuses of mbsr_contacts_add. */
+/* The shapes for contact of a file (component files): with its groups, frictions, pairs and
+ * excluded bodies; meshes by their hulls. `model` is finished and has the file's bodies. Bodies
+ * that a joint connects never touch, bodies without shapes between them left aside; nor do those
+ * that are welded to each other. Laws are linear: stiffness (0: twice the mass of all bodies, at
+ * least 1 kg, over (T z)^2 with the file's time T and damping z, so that two shapes make half of
+ * that), and a damping with which what weighs that mass comes to rest within about T. *told may be
+ * NULL. MBSR_ERR_NULL, MBSR_ERR_VALUE, MBSR_ERR_UNFINISHED, statuses of mbsr_contacts_add. */
 MBSR_API int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file,
                                     const mbsr_model *model, double stiffness,
                                     mbsr_contacts_of_file *told, mbsr_error *error);

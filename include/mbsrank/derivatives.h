@@ -36,6 +36,7 @@
 #define MBSRANK_DERIVATIVES_H
 
 #include <mbsrank/dynamics.h>
+#include <mbsrank/parameters.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -99,6 +100,33 @@ MBSR_API int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const doubl
  * of mbsr_derivatives_tangent; after a failure their contents are not specified. */
 MBSR_API int mbsr_derivatives_matrices(mbsr_derivatives *derivatives, double *by_q, double *by_u,
                                        double *by_load);
+
+/* ---- in parameters ----
+ *
+ * Masses, centres and tensors of bodies, armatures, origins of joints (in the plane their angles
+ * too), param of force elements, stiffnesses and dampings of stiff rows, all at the values that the
+ * model of this object has. The state q, u and udot or tau stay. Where loops are moved by a joint
+ * the equations above hold off what they allow. */
+
+/* Chooses parameters which[k], k = 0 .. count-1, of a list made of this model, or of one from whose
+ * list this model was made (mbsr_parameters_model). 0 chooses none; the last choice counts. Then
+ * linearise: what is there is forgotten. The list is not needed afterwards. Memory is taken here.
+ * MBSR_ERR_NULL, MBSR_ERR_ID (which[k]), MBSR_ERR_VALUE (count, a list of another model),
+ * MBSR_ERR_NO_MEMORY; MBSR_ERR_SPACE for what has no derivatives, by name: numbers of tables,
+ * springs that are closures, rows that locked coordinates have changed, an inertia that a force
+ * element on few bodies reads. The choice then stays as it was. */
+MBSR_API int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parameters *list,
+                                         int count, const int *which);
+
+/* The change of the result along dtheta (as many as chosen), in units of the parameters, as of
+ * mbsr_derivatives_tangent. MBSR_ERR_SEQUENCE without a choice or a linearisation; its statuses. */
+MBSR_API int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const double *dtheta,
+                                                double *out, double *dlambda);
+
+/* The transpose: by_theta (as many as chosen) of sum w_k out_k + sum w_lambda_k dlambda_k, for all
+ * parameters together in O(N + parameters). Statuses of mbsr_derivatives_adjoint. */
+MBSR_API int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const double *w,
+                                                const double *w_lambda, double *by_theta);
 
 /* The last failure; never NULL. */
 MBSR_API const mbsr_error *mbsr_derivatives_error(const mbsr_derivatives *derivatives);

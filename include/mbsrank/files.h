@@ -60,9 +60,11 @@ typedef struct mbsr_file_opt {
     int limits; /* 1: limits of joints become stops, stiff by the masses that they carry; default 0
                  */
     int friction; /* 1: dry friction of joints, smooth below a rate by their ranges; default 0 */
-    double stop_stiffness;  /* > 0: limits become stops of this one, N/m or N m/rad; default 0 */
-    double stop_damping;    /* N s/m or N m s/rad */
-    double slip;            /* > 0: dry friction, smooth below this rate, m/s or rad/s; default 0 */
+    double stop_stiffness; /* > 0: limits become stops of this one, N/m or N m/rad; default 0 */
+    double stop_damping;   /* N s/m or N m s/rad */
+    double slip;           /* > 0: dry friction, smooth below this rate, m/s or rad/s; default 0 */
+    int hull_corners; /* > 0: meshes for contact are loaded and get convex hulls of at most so many
+                         corners, 4 or more; default 0 */
     mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
     void *user;             /* for load */
     int packages; /* meshes of package://NAME/PATH and model://NAME/PATH get the path FOLDER/PATH */
@@ -214,10 +216,25 @@ typedef struct mbsr_file_shape {
      * leaves out is 1, 0, 0, and what MJCF has counts by condim. */
     double friction[3];
     double settle[2];       /* solref: s, and the ratio of damping; else 0.02 and 1 */
+    double margin;          /* of MJCF, m: forces begin that far before a surface */
     const char *mesh;       /* path, of a mesh; else NULL */
     int triangles;          /* of a mesh that the file gives by numbers: so many, with mesh NULL */
     const double *triangle; /* 9 numbers each: three corners */
+    /* The convex hull of a mesh for contact, scaled, in the frame of the shape; 0: there is none.
+     */
+    int hull_corners, hull_sides;
+    const double *hull_corner; /* 3 each, m */
+    const int *hull_side;      /* 3 corners each, counter-clockwise from outside */
 } mbsr_file_shape;
+
+/* Two shapes that touch by numbers of their own, as <pair> of MJCF has them; see mbsr_file_shape.
+ */
+typedef struct mbsr_file_pair {
+    int shape[2]; /* their numbers */
+    double friction[3];
+    double settle[2];
+    double margin;
+} mbsr_file_pair;
 
 /* What was read. Arrays belong to it; ids are those of the model. */
 typedef struct mbsr_file {
@@ -244,6 +261,8 @@ typedef struct mbsr_file {
     const mbsr_file_shape *shape;
     int excluded; /* bodies whose shapes never touch, by <exclude> of MJCF: two ids each */
     const int *exclude;
+    int pairs;
+    const mbsr_file_pair *pair;
     int findings;
     const mbsr_finding *finding;
 } mbsr_file;

@@ -3,6 +3,7 @@
 #include "algebra/lapack.h"
 
 #include "algebra/fortran.h"
+#include "algebra/numbers.h"
 
 #include <math.h>
 
@@ -62,6 +63,7 @@ int mbsri_lapack_gelsy_work(int r, int c)
 int mbsri_lapack_svd(int n, double *A, double *s, double *U, double *V, double *work, int lwork)
 {
     int info = 0;
+    if (!mbsri_finite((size_t)n * (size_t)n, A)) return n + 1;
     dgesvd_("A", "A", &n, &n, A, &n, s, U, &n, V, &n, work, &lwork, &info, 1, 1);
     /* LAPACK gives V^T */
     for (int j = 0; j < n; ++j) {
@@ -78,6 +80,7 @@ int mbsri_lapack_singular_values(int n, double *A, double *s, double *work, int 
 {
     const int one = 1;
     int info = 0;
+    if (!mbsri_finite((size_t)n * (size_t)n, A)) return n + 1;
     dgesvd_("N", "N", &n, &n, A, &n, s, NULL, &one, NULL, &one, work, &lwork, &info, 1, 1);
     return info;
 }

@@ -15,7 +15,8 @@ int mbsri_lapack_syev_work(int n);
 double mbsri_lapack_inverse(int n, double *A, int *pivots, double *work);
 
 /* Singular value decomposition of A (n x n, overwritten): singular values in descending order in s,
- * left and right singular vectors in the columns of U and V (n x n). Returns info. */
+ * left and right singular vectors in the columns of U and V (n x n). Returns info;
+ * what is not finite, on which LAPACK may iterate for ever, gives n + 1, as without convergence. */
 int mbsri_lapack_svd(int n, double *A, double *s, double *U, double *V, double *work, int lwork);
 
 /* The singular values alone. */

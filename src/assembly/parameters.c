@@ -146,12 +146,14 @@ static bool add_origins(lister *l, const mbsri_body_entry *entry)
     bool good = true;
     if (!flat && entry->joint.table->position != mbsri_chain_position) return true;
     const int n = flat ? 2 : 3, B = flat ? 3 : MBSRI_B;
+    const bool point = entry->joint.space == MBSR_SPACE_POINT; /* it has no frame B */
     for (int k = 0; k < n && good; ++k)
         good = add_parameter(l, part, k, "joint_position", k + 1, "m", on_A, param[k]);
-    for (int k = 0; k < n && good; ++k)
+    for (int k = 0; k < n && !point && good; ++k)
         good = add_parameter(l, part, B + k, "joint_offset", k + 1, "m", on_B, param[B + k]);
     if (flat && good) good = add_parameter(l, part, 2, "joint_angle", 0, "rad", turn, param[2]);
-    return good && (!flat || add_parameter(l, part, 5, "offset_angle", 0, "rad", turn, param[5]));
+    if (!flat || point) return good;
+    return good && add_parameter(l, part, 5, "offset_angle", 0, "rad", turn, param[5]);
 }
 
 /* ---- laws of force elements ---- */

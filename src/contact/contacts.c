@@ -86,6 +86,7 @@ static const char *wrong_in_law(const mbsr_contact_law *law, double *value)
         {"spin", law->spin,
          (law->spin > 0.0 || (law->torsional == 0.0 && law->rolling == 0.0)) &&
              isfinite(law->spin)},
+        {"margin", law->margin, law->margin >= 0.0 && isfinite(law->margin)},
     };
     for (size_t k = 0; k < sizeof part / sizeof part[0]; ++k) {
         *value = part[k].value;
@@ -236,7 +237,8 @@ static int find_touch(const mbsr_contacts *c, int a, int b, bool *may, mbsr_erro
     const char *const function = "mbsr_contacts_force";
     const mbsri_shape *x = c->shape + a, *y = c->shape + b;
     const mbsri_couple *own = mbsri_find_couple(c, a, b);
-    *may = (own ? !own->never : mbsri_by_groups(x, y)) && !is_excluded(c, x->body, y->body);
+    *may = x->body != y->body &&
+           (own ? !own->never : mbsri_by_groups(x, y) && !is_excluded(c, x->body, y->body));
     if (!*may) return MBSR_OK;
     if (!isfinite(mbsri_law_of_shapes(c, a, b).stiffness))
         return mbsri_contact_fail(error, MBSR_ERR_VALUE,
@@ -276,6 +278,18 @@ static int sort_couples(mbsr_contacts *c, mbsr_error *error)
                                       c->shape[now->a].name, c->shape[now->b].name);
     }
     return MBSR_OK;
+}
+
+/* How far out of its surface forces of a shape begin at most. */
+static void find_margins(mbsr_contacts *c)
+{
+    for (int k = 0; k < c->count; ++k) c->shape[k].margin = c->shape[k].law.margin;
+    for (int k = 0; k < c->couples; ++k) {
+        const mbsri_couple *own = c->couple + k;
+        if (own->never) continue;
+        c->shape[own->a].margin = fmax(c->shape[own->a].margin, own->law.margin);
+        c->shape[own->b].margin = fmax(c->shape[own->b].margin, own->law.margin);
+    }
 }
 
 static int compare_ids(const void *x, const void *y)
@@ -338,6 +352,7 @@ int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *
         int status = sort_couples(c, error);
         if (!status) status = find_touches(c, &pairs, error);
         if (status) return status;
+        find_margins(c);
         list_bodies(c);
         for (int k = 0; k < c->count; ++k) c->planes += c->shape[k].kind == MBSR_SHAPE_PLANE;
         const size_t most = max_pairs > 0 ? (size_t)max_pairs : 16 * (size_t)c->count + 64;

@@ -103,7 +103,7 @@ static int visit_all(visit *v, purpose what)
         v->on[0] = v->args->body + c->shape[v->a].place;
         v->on[1] = v->args->body + c->shape[v->b].place;
         v->law = mbsri_law_of_shapes(c, v->a, v->b);
-        status = mbsri_touches(near.placed + v->a, near.placed + v->b, what, v);
+        status = mbsri_touches(near.placed + v->a, near.placed + v->b, v->law.margin, what, v);
     }
     return status;
 }
@@ -141,7 +141,8 @@ static int pairs(const mbsr_force_args *args, int (*pair)[2], int *count)
         const int a = near.pair[k][0], b = near.pair[k][1];
         const int x = c->shape[a].place, y = c->shape[b].place;
         visit v = {.args = args};
-        status = mbsri_touches(near.placed + a, near.placed + b, note_point, &v);
+        status = mbsri_touches(near.placed + a, near.placed + b,
+                               mbsri_law_of_shapes(c, a, b).margin, note_point, &v);
         if (!v.any) continue;
         near.pair[used][0] = x < y ? x : y;
         near.pair[used++][1] = x < y ? y : x;
@@ -176,7 +177,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
             v.law = mbsri_law_of_shapes(c, a, b);
             mbsri_near_put(c->shape + a, v.on[0], placed);
             mbsri_near_put(c->shape + b, v.on[1], placed + 1);
-            status = mbsri_touches(placed, placed + 1, add_slopes, &v);
+            status = mbsri_touches(placed, placed + 1, v.law.margin, add_slopes, &v);
         }
     }
     return status;

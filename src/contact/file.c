@@ -73,47 +73,113 @@ static int exclude_joined(mbsr_contacts *c, const tree *t, const mbsr_file *file
     return status;
 }
 
-static mbsr_contact_law law_of(const mbsr_file_shape *s, double mass, double stiffness)
+static mbsr_contact_law law_of(const double friction[3], const double settle[2], double margin,
+                               double mass, double stiffness)
 {
-    const double gravity = 9.81, T = s->settle[0] > 0.0 ? s->settle[0] : 0.02,
-                 z = s->settle[1] > 0.0 ? s->settle[1] : 1.0;
+    const double gravity = 9.81, T = settle[0] > 0.0 ? settle[0] : 0.02,
+                 z = settle[1] > 0.0 ? settle[1] : 1.0;
     return (mbsr_contact_law){
         .stiffness = stiffness > 0.0 ? stiffness : 2.0 * mass / (T * z * T * z),
         .exponent = 1.0,
         .damping = 2.0 * z / (T * gravity), /* k x damping is 2 m z / T where m rests */
-        .friction = fmax(0.0, s->friction[0]),
+        .friction = fmax(0.0, friction[0]),
         .slip = 1e-3,
-        .torsional = fmax(0.0, s->friction[1]),
-        .rolling = fmax(0.0, s->friction[2]),
-        .spin = 1e-2};
+        .torsional = fmax(0.0, friction[1]),
+        .rolling = fmax(0.0, friction[2]),
+        .spin = 1e-2,
+        .margin = margin};
 }
 
-static int add_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, double stiffness,
-                      mbsr_contacts_of_file *told, mbsr_error *error)
+/* Of a mesh of a file: its hull, smaller by the rounding that its core gets. */
+static double *shrink_hull(const mbsr_file_shape *from, mbsr_shape *s)
 {
-    const double mass = fmax(1.0, t->mass);
-    int status = MBSR_OK;
-    for (int k = 0; k < file->shapes && !status; ++k) {
-        const mbsr_file_shape *from = file->shape + k;
-        const bool moves = from->kind == MBSR_SHAPE_PLANE && from->body != MBSR_GROUND;
-        if (!from->contact) continue;
-        if (from->kind == MBSR_SHAPE_MESH || moves) {
-            ++told->left_out;
-            continue;
-        }
-        mbsr_shape s = mbsr_default_shape();
-        s.name = from->name;
-        s.body = from->body;
-        s.kind = from->kind;
-        s.frame = from->frame;
-        for (int l = 0; l < 3; ++l) s.size[l] = from->size[l];
-        s.groups = from->groups;
-        s.mask = from->mask;
-        s.law = law_of(from, mass, stiffness);
-        told->stiffness = fmax(told->stiffness, s.law.stiffness);
-        status = mbsr_contacts_add(c, &s, NULL, error);
-        told->shapes += status == MBSR_OK;
+    double middle[3] = {0.0, 0.0, 0.0}, size = 0.0;
+    double *corner = malloc(3 * (size_t)from->hull_corners * sizeof *corner);
+    if (!corner) return NULL;
+    for (int k = 0; k < 3 * from->hull_corners; ++k)
+        middle[k % 3] += from->hull_corner[k] / from->hull_corners;
+    for (int k = 0; k < from->hull_corners; ++k) {
+        const double *x = from->hull_corner + 3 * (ptrdiff_t)k;
+        const double arm[3] = {x[0] - middle[0], x[1] - middle[1], x[2] - middle[2]};
+        size = fmax(size, sqrt(arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]));
     }
+    s->rounding = size / 100.0;
+    for (int k = 0; k < 3 * from->hull_corners; ++k)
+        corner[k] = middle[k % 3] + 0.99 * (from->hull_corner[k] - middle[k % 3]);
+    s->vertices = from->hull_corners;
+    s->triangles = from->hull_sides;
+    s->vertex = corner;
+    s->triangle = from->hull_side;
+    return corner;
+}
+
+/* What a file is made into. */
+typedef struct made {
+    mbsr_contacts *contacts;
+    const mbsr_file *file;
+    double mass, stiffness;
+    int *id; /* of each shape of the file; MBSR_NONE */
+    mbsr_contacts_of_file told;
+} made;
+
+static int add_file_shape(made *m, int k, mbsr_error *error)
+{
+    const mbsr_file_shape *from = m->file->shape + k;
+    const bool moves = from->kind == MBSR_SHAPE_PLANE && from->body != MBSR_GROUND,
+               mesh = from->kind == MBSR_SHAPE_MESH;
+    m->id[k] = MBSR_NONE;
+    if (!from->contact) return MBSR_OK;
+    if (moves || (mesh && from->hull_corners == 0)) {
+        ++m->told.left_out;
+        return MBSR_OK;
+    }
+    mbsr_shape s = mbsr_default_shape();
+    s.name = from->name;
+    s.body = from->body;
+    s.kind = from->kind;
+    s.frame = from->frame;
+    for (int l = 0; l < 3; ++l) s.size[l] = from->size[l];
+    s.groups = from->groups;
+    s.mask = from->mask;
+    s.law = law_of(from->friction, from->settle, from->margin, m->mass, m->stiffness);
+    double *corner = mesh ? shrink_hull(from, &s) : NULL;
+    if (mesh && !corner)
+        return mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_contacts_add_file: no memory");
+    m->told.stiffness = fmax(m->told.stiffness, s.law.stiffness);
+    const int status = mbsr_contacts_add(m->contacts, &s, m->id + k, error);
+    free(corner);
+    m->told.shapes += status == MBSR_OK;
+    return status;
+}
+
+/* Pairs have half the stiffness of a shape, since they stand for two. */
+static int add_file_pairs(const made *m, mbsr_error *error)
+{
+    int status = MBSR_OK;
+    for (int k = 0; k < m->file->pairs && !status; ++k) {
+        const mbsr_file_pair *pair = m->file->pair + k;
+        const int a = m->id[pair->shape[0]], b = m->id[pair->shape[1]];
+        if (a == MBSR_NONE || b == MBSR_NONE) continue;
+        mbsr_contact_law law =
+            law_of(pair->friction, pair->settle, pair->margin, m->mass, m->stiffness);
+        law.stiffness *= 0.5;
+        status = mbsr_contacts_pair(m->contacts, a, b, &law, error);
+    }
+    return status;
+}
+
+static int add_file_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, double stiffness,
+                           mbsr_contacts_of_file *told, mbsr_error *error)
+{
+    made m = {.contacts = c, .file = file, .mass = fmax(1.0, t->mass), .stiffness = stiffness};
+    int status = MBSR_OK;
+    m.id = malloc(((size_t)file->shapes + 1) * sizeof *m.id);
+    if (!m.id)
+        return mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_contacts_add_file: no memory");
+    for (int k = 0; k < file->shapes && !status; ++k) status = add_file_shape(&m, k, error);
+    if (!status) status = add_file_pairs(&m, error);
+    free(m.id);
+    *told = m.told;
     return status;
 }
 
@@ -140,7 +206,7 @@ int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const
         (void)mbsri_contact_fail(error, status, "%s: no memory", function);
     else if ((status = find_tree(model, file, &t)))
         (void)mbsri_contact_fail(error, status, "%s: the model is not finished", function);
-    if (!status) status = add_shapes(contacts, &t, file, stiffness, &done, error);
+    if (!status) status = add_file_shapes(contacts, &t, file, stiffness, &done, error);
     if (!status) status = exclude_joined(contacts, &t, file, error);
     free(t.parent);
     free(t.welded);

@@ -35,7 +35,8 @@ mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b)
                               .slip = fmax(x->slip, y->slip),
                               .torsional = fmax(x->torsional, y->torsional),
                               .rolling = fmax(x->rolling, y->rolling),
-                              .spin = fmax(x->spin, y->spin)};
+                              .spin = fmax(x->spin, y->spin),
+                              .margin = x->margin + y->margin};
 }
 
 /* ---- at a point ---- */

@@ -111,7 +111,7 @@ static bool overlap(const mbsri_placed *a, const mbsri_placed *b)
 static bool reaches(const mbsri_placed *plane, const mbsri_placed *s)
 {
     const double *n = plane->R + 6;
-    double least = 0.0;
+    double least = -plane->shape->margin;
     for (int k = 0; k < 3; ++k)
         least += n[k] * ((n[k] > 0.0 ? s->low[k] : s->high[k]) - plane->x[k]);
     return least <= 0.0;

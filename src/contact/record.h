@@ -30,6 +30,7 @@ typedef struct mbsri_shape {
     double middle[3], extent[3]; /* of a box around all of it, in the shape's frame */
     unsigned groups, mask;
     mbsr_contact_law law;
+    double margin; /* the largest that it has in a law, from when the element is made */
     mbsri_core core;
     void *memory; /* of the core */
 } mbsri_shape;

@@ -307,7 +307,8 @@ static void over_ellipsoid(const found *f)
     }
 }
 
-bool mbsri_ellipsoid_over(const mbsri_placed *a, const mbsri_placed *b, mbsri_touch *t)
+bool mbsri_ellipsoid_over(const mbsri_placed *a, const mbsri_placed *b, double margin,
+                          mbsri_touch *t)
 {
     const found f = {a, b, t};
     *t = (mbsri_touch){.rb = b->shape->core.radius, .weight = 1.0};
@@ -322,9 +323,9 @@ bool mbsri_ellipsoid_over(const mbsri_placed *a, const mbsri_placed *b, mbsri_to
     const bool face = over_faces(&f);
     if (face && t->s >= 0.0) return true;
     const mbsri_touch of_face = *t;
-    t->s = face ? INFINITY : t->rb;
+    t->s = face ? INFINITY : t->rb + margin;
     over_edges(&f);
     /* behind a face: farther than from the plane of support at the edge, or within */
     if (face && !(supports(&f) && t->s > of_face.s)) *t = of_face;
-    return t->s < t->rb;
+    return t->s < t->rb + margin;
 }

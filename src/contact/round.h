@@ -5,8 +5,10 @@
 
 #include "contact/point.h"
 
-/* The point of an ellipsoid a and a shape b that is no plane; false: they are apart. */
-bool mbsri_ellipsoid_over(const mbsri_placed *a, const mbsri_placed *b, mbsri_touch *t);
+/* The point of an ellipsoid a and a shape b that is no plane; false: they are farther apart than
+ * the margin. */
+bool mbsri_ellipsoid_over(const mbsri_placed *a, const mbsri_placed *b, double margin,
+                          mbsri_touch *t);
 
 /* Where an ellipsoid reaches farthest along n, from its middle; K (may be NULL), 3 x 3: how that
  * moves with n. */

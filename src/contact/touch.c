@@ -13,6 +13,7 @@ static const double tiny = 1e-300;
 /* A search: a's features over b's, in b's frame. */
 typedef struct search {
     const mbsri_placed *a, *b;
+    double margin; /* forces begin so far before the surfaces meet, m */
     bool turned;
     mbsri_touch_fn touch;
     void *user;
@@ -32,6 +33,7 @@ void mbsri_place_shape(const mbsri_shape *shape, const double R[9], const double
     for (int k = 0; k < 3; ++k) {
         double reach = 0.0;
         for (int l = 0; l < 3; ++l) reach += fabs(placed->R[3 * l + k]) * shape->extent[l];
+        reach += shape->margin;
         placed->low[k] = placed->x[k] + middle[k] - reach;
         placed->high[k] = placed->x[k] + middle[k] + reach;
     }
@@ -54,7 +56,7 @@ static void inward(const mbsri_placed *p, const double x[3], double in_shape[3])
 
 static int give(const search *w, mbsri_touch *t)
 {
-    t->depth = t->ra + t->rb - t->s;
+    t->depth = t->ra + t->rb + w->margin - t->s;
     t->turned = w->turned;
     return t->depth > 0.0 && t->weight > 0.0 ? w->touch(w->user, t) : 0;
 }
@@ -233,7 +235,7 @@ static int point_over_mesh(const search *w, const double pa[3], const double loc
         const double height = mbsri_dot3(core->face[k], local) - core->face[k][3];
         if (height > most) most = height, face = k;
     }
-    if (most - core->radius - w->a->shape->core.radius > 0.0) return 0;
+    if (most - core->radius - w->a->shape->core.radius - w->margin > 0.0) return 0;
     for (int k = 0; k < core->faces && most > 0.0; ++k) {
         if (mbsri_dot3(core->face[k], local) < core->face[k][3]) continue;
         const int *corner = core->triangle[k];
@@ -267,7 +269,7 @@ static int point_over_mesh(const search *w, const double pa[3], const double loc
 static bool is_far(const search *w, const double local[3])
 {
     const mbsri_shape *b = w->b->shape;
-    const double reach = w->a->shape->core.radius;
+    const double reach = w->a->shape->core.radius + w->margin;
     for (int k = 0; k < 3; ++k) {
         if (fabs(local[k] - b->middle[k]) > b->extent[k] + reach) return true;
     }
@@ -423,10 +425,10 @@ static int edges_over(const search *w)
     for (int first = 0; first < b->edges; first += MOST) {
         int count = 0;
         for (int k = first; k < b->edges && k < first + MOST; ++k)
-            count += find_edge(w->b, k, w->a, b->radius, near + count);
+            count += find_edge(w->b, k, w->a, b->radius + w->margin, near + count);
         for (int k = 0; k < a->edges && !status && count > 0; ++k) {
             edge e;
-            if (!find_edge(w->a, k, w->b, a->radius, &e)) continue;
+            if (!find_edge(w->a, k, w->b, a->radius + w->margin, &e)) continue;
             for (int l = 0; l < count && !status; ++l) status = edges_meet(w, &e, near + l);
         }
     }
@@ -512,7 +514,7 @@ static int ellipsoid_on_plane(const search *w)
 static int ellipsoid_over(const search *w)
 {
     mbsri_touch t;
-    return mbsri_ellipsoid_over(w->a, w->b, &t) ? give(w, &t) : 0;
+    return mbsri_ellipsoid_over(w->a, w->b, w->margin, &t) ? give(w, &t) : 0;
 }
 
 static int on_plane(const search *w)
@@ -524,9 +526,11 @@ static int on_plane(const search *w)
     }
 }
 
-int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, mbsri_touch_fn touch, void *user)
+int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, double margin, mbsri_touch_fn touch,
+                  void *user)
 {
-    const search over = {a, b, false, touch, user}, under = {b, a, true, touch, user};
+    const search over = {a, b, margin, false, touch, user},
+                 under = {b, a, margin, true, touch, user};
     const mbsr_shape_kind ka = a->shape->kind, kb = b->shape->kind;
     if (kb == MBSR_SHAPE_PLANE) return on_plane(&over);
     if (ka == MBSR_SHAPE_PLANE) return on_plane(&under);

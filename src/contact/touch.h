@@ -14,9 +14,11 @@
 void mbsri_place_shape(const mbsri_shape *shape, const double R[9], const double x[3],
                        mbsri_placed *placed);
 
-/* Calls `touch` for every point with a depth and a weight above zero. */
+/* Calls `touch` for every point with a depth and a weight above zero; depths count from where both
+ * surfaces are `margin` apart. */
 typedef int (*mbsri_touch_fn)(void *user, const mbsri_touch *touch);
-int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, mbsri_touch_fn touch, void *user);
+int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, double margin, mbsri_touch_fn touch,
+                  void *user);
 
 /* How a point moves with small motions of both bodies: a rotation and a velocity each, at pa and
  * pb. */

@@ -106,7 +106,7 @@ int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivati
     return MBSR_OK;
 }
 
-static void forget(mbsr_derivatives *w)
+void mbsri_derivatives_forget(mbsr_derivatives *w)
 {
     if (w->open) mbsri_fronts_close(&w->fronts);
     w->open = w->redundant = false;
@@ -119,9 +119,10 @@ void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
     mbsr_derivatives *w = derivatives;
     if (!w) return;
     const mbsr_allocator allocator = w->model->allocator;
-    forget(w);
+    mbsri_derivatives_forget(w);
     mbsri_linear_destroy(w->linear);
     mbsri_rigid_destroy(w->rigid);
+    mbsri_seeds_destroy(&w->seeds, w->model);
     mbsr_data_destroy(w->data);
     if (w->memory) mbsri_release(&allocator, w->memory);
     mbsri_release(&allocator, w);
@@ -185,6 +186,7 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     mbsri_inverse(m, d, udot);
     status = mbsri_linear_keep(w->linear, d);
     if (!status) status = bend(w);
+    if (!status) status = mbsri_seeds_find(&w->seeds, w->linear, d);
     if (!status && m->order.grouped) status = mbsri_backward(m, d);
     return status;
 }
@@ -194,7 +196,7 @@ static int linearise(mbsr_derivatives *w, double t, const double *q, const doubl
                      const double *udot, bool forward)
 {
     const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
-    if (w->rigid && w->data->pending == kept) {
+    if (w->rigid && w->data->pending == kept && w->seeds.count == 0) {
         w->by_sweeps = true;
         const int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
         return status || !w->rigid->elements ? status : mbsri_rigid_elements_keep(w);
@@ -219,7 +221,7 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
 {
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
-    forget(w);
+    mbsri_derivatives_forget(w);
     if (!q || !u || !udot)
         return refuse_call(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
     int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, w->solution);
@@ -247,14 +249,14 @@ int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const doub
 {
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
-    forget(w);
+    mbsri_derivatives_forget(w);
     if (!q || !u) return refuse_call(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
     const mbsr_model *m = w->model;
     int status = mbsr_forward_dynamics(m, w->data, t, q, u, tau, w->solution);
     if (!status) status = linearise(w, t, q, u, w->solution, true);
     if (!status && m->rows > 0) status = factor_loops(w);
     if (status) {
-        forget(w);
+        mbsri_derivatives_forget(w);
         return take_error(w, status);
     }
     if (lambda) mbsri_copy((size_t)m->rows, w->lambda, lambda);

@@ -69,6 +69,11 @@ static void move_along(mbsr_derivatives *w, int i, const double *dq, const doubl
     mbsri_ax(s.x, s.columns, 1.0, k.x, z, x);
     mbsri_ax(b->d, b->n, -1.0, k.J, dudot + b->u, x + l->e[i] + b->d);
     for (int j = 0; j < b->n; ++j) load[b->u + j] = b->armature[j] * dudot[b->u + j];
+    if (w->seeds.active) {
+        const double *seed = w->seeds.sum[MBSRI_SEED_MOTION] + l->motion[i];
+        for (int j = 0; j < s.x; ++j) x[j] += seed[j];
+        for (int j = 0; j < b->n; ++j) load[b->u + j] += w->seeds.sum[MBSRI_SEED_LOAD][b->u + j];
+    }
     rows_times(3 * b->n, 2 * b->n, b->n, s.columns, k.own, z, load + b->u);
     if (s.below)
         rows_times(3 * b->pred.d, 2 * b->pred.d, b->pred.d, s.columns, k.below, z,
@@ -202,6 +207,8 @@ static void add_closures_along(mbsr_derivatives *w, const double *dq, const doub
             w->lambda[c->row + r] =
                 mbsri_is_stiff(c, r) ? -c->def.stiffness[r] * gap[r] - c->def.damping[r] * rate[r]
                                      : 0.0;
+        for (int r = c->row; r < c->row + rows && w->seeds.active; ++r)
+            w->lambda[r] += w->seeds.sum[MBSRI_SEED_SPRING][r];
         mbsri_zero((size_t)n, force);
         mbsri_ax(n, n, 1.0, a.S, z.place, force);
         mbsri_atx(rows, n, 1.0, a.C, w->lambda + c->row, force);
@@ -223,6 +230,10 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
     mbsri_zero((size_t)mbsri_linear_motions(w->linear, 0), w->motion);
     mbsri_zero(m->size.v, w->mu);
     mbsri_zero((size_t)m->nu, w->torque);
+    if (w->seeds.active) {
+        mbsri_copy(m->size.v, w->seeds.sum[MBSRI_SEED_REACTION], w->mu);
+        mbsri_copy((size_t)m->nu, w->seeds.sum[MBSRI_SEED_TORQUE], w->torque);
+    }
     for (int i = 1; i <= m->bodies; ++i) move_along(w, i, dq, du, dudot, load);
     mbsri_derivatives_elements(w, dq, du);
     add_closures_along(w, dq, du, dudot);
@@ -349,6 +360,7 @@ static void unadd_closures(mbsr_derivatives *w, const double *load, double *dq, 
         for (int r = 0; r < rows; ++r) {
             if (!mbsri_is_stiff(c, r)) continue;
             const double all = lambda[r] + w->weight[c->row + r];
+            w->lambda[c->row + r] = all;
             gap[r] = -c->def.stiffness[r] * all;
             rate[r] = -c->def.damping[r] * all;
         }

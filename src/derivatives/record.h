@@ -4,6 +4,7 @@
 #define MBSRI_DERIVATIVES_RECORD_H
 
 #include "derivatives/rigid.h"
+#include "derivatives/seeds.h"
 #include "fronts/fronts.h"
 #include "newton/linear/linear.h"
 
@@ -21,6 +22,7 @@ struct mbsr_derivatives {
     mbsr_error error;
     mbsri_linear *linear; /* all bodies deep */
     mbsri_rigid *rigid;   /* NULL: the model is none */
+    mbsri_seeds seeds;    /* of parameters */
     mbsri_linearised at;
     bool by_sweeps; /* of `rigid` */
     bool open;      /* `fronts` have been factored */
@@ -38,9 +40,12 @@ struct mbsr_derivatives {
     double *work;
 };
 
-/* Along dq (nq), du and du' (nu, by the caller's order): the change of J^T mu - tau into load, of
- * second derivatives of the closures' rows into rows, of the forces of stiff rows into lambda,
- * where others stay. */
+/* No state is linearised any more. */
+void mbsri_derivatives_forget(mbsr_derivatives *w);
+
+/* Along dq (nq), du and du' (nu, by the caller's order), and what `seeds` add: the change of J^T mu
+ * - tau into load, of second derivatives of the closures' rows into rows, of the forces of stiff
+ * rows into lambda, where others stay. */
 void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const double *du,
                                const double *dudot, double *load);
 

@@ -29,7 +29,7 @@ const char *mbsri_mesh_hull(mbsri_arena *arena, const double *points, int count,
                             mbsri_list *triangles)
 {
     mbsri_list sides = {.count = 0};
-    const char *wrong = mbsri_hull(arena, points, count, &sides);
+    const char *wrong = mbsri_hull(arena, points, count, 0, &sides);
     for (int k = 0; k < sides.count && !wrong; ++k) {
         const int *corner = ((const mbsri_hull_side *)sides.items)[k].corner;
         double x[3][3];

@@ -17,6 +17,7 @@ typedef struct facet {
     int corner[3];
     double normal[3], offset; /* outwards; of its plane */
     int farthest;             /* the point farthest outside, -1: none */
+    double height;            /* of that */
     bool gone;
 } facet;
 
@@ -29,6 +30,7 @@ typedef struct hull {
     const double *x; /* of all points */
     int count;
     double near;        /* what is nearer to a plane is on it, m */
+    double size;        /* distance of the points that are farthest from each other, or so, m */
     mbsri_list facets;  /* facet */
     mbsri_list horizon; /* edge */
     double work;        /* points looked at */
@@ -60,6 +62,7 @@ static void find_farthest(hull *h, facet *f)
             (h->x[3 * f->corner[0] + k] + h->x[3 * f->corner[1] + k] + h->x[3 * f->corner[2] + k]) /
             3.0;
     f->farthest = -1;
+    f->height = 0.0;
     h->work += h->count;
     for (int k = 0; k < h->count; ++k) {
         const double *x = h->x + 3 * k, height = above(f, x);
@@ -69,6 +72,7 @@ static void find_farthest(hull *h, facet *f)
         most = fmax(most, height);
         away = far;
         f->farthest = k;
+        f->height = most;
     }
 }
 
@@ -144,6 +148,7 @@ static const char *find_tetrahedron(hull *h)
     corner[0] = extreme_point(h, from_point, corner, &size);
     corner[1] = extreme_point(h, from_point, corner, &size);
     h->near = 1e-10 * size;
+    h->size = size;
     if (!(size > 0.0)) return flat;
     corner[2] = extreme_point(h, from_line, corner, &width);
     if (!(width > 1e-9 * size)) return flat;
@@ -201,11 +206,36 @@ static bool add_corner(hull *h, int point)
 
 /* ---- all of it ---- */
 
-const char *mbsri_hull(mbsri_arena *arena, const double *points, int count, mbsri_list *sides)
+/* The facet with the point that is farthest outside, by more than `least`; -1: there is none. */
+static int outmost_facet(const hull *h, double least)
+{
+    int found = -1;
+    for (int k = 0; k < h->facets.count; ++k) {
+        const facet *f = (const facet *)h->facets.items + k;
+        if (!f->gone && f->farthest >= 0 && f->height > least) found = k, least = f->height;
+    }
+    return found;
+}
+
+static const char *add_most(hull *h, int most)
+{
+    for (int corners = 4; corners < most; ++corners) {
+        const int at = outmost_facet(h, 1e-3 * h->size);
+        if (at < 0) break;
+        if (h->work > MOST_WORK) return "its convex hull is too large";
+        if (!add_corner(h, ((const facet *)h->facets.items)[at].farthest))
+            return "there is no memory for it";
+    }
+    return NULL;
+}
+
+const char *mbsri_hull(mbsri_arena *arena, const double *points, int count, int most,
+                       mbsri_list *sides)
 {
     hull h = {.arena = arena, .x = points, .count = count};
     const char *wrong = find_tetrahedron(&h);
-    for (int k = 0; k < h.facets.count && !wrong; ++k) {
+    if (!wrong && most > 0) wrong = add_most(&h, most);
+    for (int k = 0; k < h.facets.count && !wrong && most == 0; ++k) {
         const facet *f = (const facet *)h.facets.items + k;
         if (f->gone || f->farthest < 0) continue;
         if (h.work > MOST_WORK) return "its convex hull is too large";

@@ -11,8 +11,10 @@ typedef struct mbsri_hull_side {
     int corner[3];
 } mbsri_hull_side;
 
-/* The convex hull of points, three numbers each, into a list of mbsri_hull_side. NULL, or why there
- * is none. */
-const char *mbsri_hull(mbsri_arena *arena, const double *points, int count, mbsri_list *sides);
+/* The convex hull of points, three numbers each, into a list of mbsri_hull_side. most = 0: all of
+ * it. Else it has at most that many corners (4 or more): those that lie farthest outside of the
+ * others, until none is farther than a thousandth of the size. NULL, or why there is none. */
+const char *mbsri_hull(mbsri_arena *arena, const double *points, int count, int most,
+                       mbsri_list *sides);
 
 #endif

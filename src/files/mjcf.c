@@ -133,19 +133,18 @@ static bool add_main_class(mbsri_mjcf *m, const mbsri_element *e)
 
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
 {
-    mbsri_mjcf m = {.s = s, .home = mbsri_arena_folder(s->arena, root->file)};
+    mbsri_mjcf m = {.s = s, .home = s->home};
     int number;
     const char *name = mbsri_attribute(root, "model");
     s->name = name ? name : "";
-    if (!m.home || !mbsri_mjcf_add_compiler(&m, "", &number) || !mbsri_mjcf_expand(&m, root))
-        return false;
+    if (!mbsri_mjcf_add_compiler(&m, "", &number) || !mbsri_mjcf_expand(&m, root)) return false;
     s->gravity[0] = s->gravity[1] = 0.0;
     s->gravity[2] = -9.81;
     return each(&m, root, "option", read_option) && each(&m, root, "default", add_main_class) &&
            each(&m, root, "asset", add_assets) && each(&m, root, "worldbody", mbsri_mjcf_world) &&
            mbsri_mjcf_scale(&m, root) && each(&m, root, "tendon", mbsri_mjcf_tendons) &&
            each(&m, root, "equality", mbsri_mjcf_equalities) &&
-           each(&m, root, "contact", mbsri_mjcf_excludes) &&
+           each(&m, root, "contact", mbsri_mjcf_contacts) &&
            each(&m, root, "actuator", mbsri_mjcf_actuators) &&
            each(&m, root, "sensor", mbsri_mjcf_sensors) && each(&m, root, "keyframe", add_keys);
 }

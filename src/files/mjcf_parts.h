@@ -131,6 +131,10 @@ mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
 bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
                           mbsri_mjcf_solids *sum);
 
+/* Coefficients and solref of contacts where nobody says so; what condim leaves of coefficients. */
+void mbsri_mjcf_plain_law(double friction[3], double settle[2]);
+void mbsri_mjcf_rub(double kinds, double friction[3]);
+
 /* Its name, "" without. */
 const char *mbsri_mjcf_name(const mbsri_element *e);
 
@@ -181,7 +185,7 @@ void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);
 bool mbsri_mjcf_scale(mbsri_mjcf *m, const mbsri_element *root); /* masses, to their total */
-bool mbsri_mjcf_excludes(mbsri_mjcf *m, const mbsri_element *list);
+bool mbsri_mjcf_contacts(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_tendons(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_sensors(mbsri_mjcf *m, const mbsri_element *list);

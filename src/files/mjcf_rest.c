@@ -182,15 +182,61 @@ bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list)
     return true;
 }
 
-/* ---- bodies that never touch ---- */
+/* ---- shapes that touch by a law of their own, bodies that never touch ---- */
 
-bool mbsri_mjcf_excludes(mbsri_mjcf *m, const mbsri_element *list)
+/* The shape that an attribute names; -1: there is none. */
+static int shape_of(const mbsri_mjcf *m, const mbsri_element *e, const char *attribute)
+{
+    const mbsr_file_shape *shape = m->s->shapes.items;
+    const char *name = mbsri_attribute(e, attribute);
+    int at = m->s->shapes.count - 1;
+    while (name && at >= 0 && strcmp(shape[at].name, name) != 0) --at;
+    return name ? at : -1;
+}
+
+/* Two shapes with a law of their own. */
+static bool add_own_pair(mbsri_mjcf *m, const mbsri_element *e)
+{
+    mbsr_file_pair pair = {.shape = {shape_of(m, e, "geom1"), shape_of(m, e, "geom2")}};
+    double friction[5], kinds = 3.0;
+    mbsri_node node;
+    int given;
+    if (pair.shape[0] < 0 || pair.shape[1] < 0 || pair.shape[0] == pair.shape[1]) {
+        const char *name = mbsri_attribute(e, pair.shape[0] < 0 ? "geom1" : "geom2");
+        mbsri_file_find(m->s, e, "it is left out: '%.60s' is none of two shapes", name ? name : "");
+        return true;
+    }
+    mbsri_mjcf_plain_law(pair.friction, pair.settle);
+    if (!mbsri_mjcf_node(m, e, "pair", NULL, &node) ||
+        !mbsri_mjcf_number(m, &node, "condim", &kinds) ||
+        !mbsri_mjcf_number(m, &node, "margin", &pair.margin) ||
+        !mbsri_mjcf_numbers(m, &node, "friction", 1, 5, friction, &given) ||
+        !mbsri_mjcf_numbers(m, &node, "solref", 1, 2, pair.settle, NULL))
+        return false;
+    if (pair.margin < 0.0) return mbsri_file_refuse(m->s, e, "its margin is negative");
+    if (given > 0) pair.friction[0] = friction[0];
+    if (given > 1 && friction[1] != friction[0])
+        mbsri_file_find(m->s, e, "its first friction holds in all directions");
+    if (given > 2) pair.friction[1] = friction[2];
+    if (given > 3) pair.friction[2] = friction[3];
+    mbsri_mjcf_rub(kinds, pair.friction);
+    for (int k = 0; k < 2; ++k) ((mbsr_file_shape *)m->s->shapes.items)[pair.shape[k]].contact = 1;
+    mbsr_file_pair *to = mbsri_list_add(m->s->arena, &m->s->pairs, sizeof *to);
+    if (to) *to = pair;
+    return to != NULL;
+}
+
+bool mbsri_mjcf_contacts(mbsri_mjcf *m, const mbsri_element *list)
 {
     for (const mbsri_element *e = list->child; e; e = e->next) {
         bool known = true;
         int body[2];
+        if (mbsri_is(e, "pair")) {
+            if (!add_own_pair(m, e)) return false;
+            continue;
+        }
         if (!mbsri_is(e, "exclude")) {
-            mbsri_file_find(m->s, e, "it is left out: shapes touch by their own numbers");
+            mbsri_file_find(m->s, e, "it is left out");
             continue;
         }
         if (!end_of(m, e, "body1", false, body, &known) ||

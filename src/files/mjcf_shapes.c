@@ -1,6 +1,7 @@
 /* Shapes of MJCF, and what they weigh.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/colours.h"
+#include "files/hulls.h"
 #include "files/mjcf_parts.h"
 #include "files/solids.h"
 
@@ -119,23 +120,34 @@ static bool weigh_shape(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame 
     return true;
 }
 
+void mbsri_mjcf_plain_law(double friction[3], double settle[2])
+{
+    friction[0] = 1.0, friction[1] = 0.005, friction[2] = 0.0001;
+    settle[0] = 0.02, settle[1] = 1.0;
+}
+
+void mbsri_mjcf_rub(double kinds, double friction[3])
+{
+    if (kinds < 3.0) friction[0] = 0.0;
+    if (kinds < 4.0) friction[1] = 0.0;
+    if (kinds < 6.0) friction[2] = 0.0;
+}
+
 /* Groups above 2 are those that MuJoCo does not show at first. */
 static bool find_use(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
 {
     double group = 0.0, type = 1.0, affinity = 1.0, kinds = 3.0;
-    const double friction[3] = {1.0, 0.005, 0.0001};
-    memcpy(shape->friction, friction, sizeof friction);
-    shape->settle[0] = 0.02, shape->settle[1] = 1.0;
+    mbsri_mjcf_plain_law(shape->friction, shape->settle);
     if (!mbsri_mjcf_number(m, node, "group", &group) ||
         !mbsri_mjcf_number(m, node, "contype", &type) ||
         !mbsri_mjcf_number(m, node, "conaffinity", &affinity) ||
         !mbsri_mjcf_number(m, node, "condim", &kinds) ||
         !mbsri_mjcf_numbers(m, node, "friction", 1, 3, shape->friction, NULL) ||
+        !mbsri_mjcf_number(m, node, "margin", &shape->margin) ||
         !mbsri_mjcf_numbers(m, node, "solref", 1, 2, shape->settle, NULL))
         return false;
-    if (kinds < 3.0) shape->friction[0] = 0.0;
-    if (kinds < 4.0) shape->friction[1] = 0.0;
-    if (kinds < 6.0) shape->friction[2] = 0.0;
+    mbsri_mjcf_rub(kinds, shape->friction);
+    if (shape->margin < 0.0) return mbsri_file_refuse(m->s, node->e, "its margin is negative");
     shape->visual = group <= 2.0;
     shape->groups = type > 0.0 && type < 4294967296.0 ? (unsigned)type : 0;
     shape->mask = affinity > 0.0 && affinity < 4294967296.0 ? (unsigned)affinity : 0;
@@ -163,7 +175,8 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
     const mbsr_frame own = shape.frame;
     if (mesh && !mbsri_mjcf_mesh_shape(m, &node, &shape, &known)) return false;
     if (!known) return true;
-    if (!weigh_shape(m, &node, &own, &shape, sum)) return false;
+    if (!mbsri_hull_shape(m->s, e, &shape) || !weigh_shape(m, &node, &own, &shape, sum))
+        return false;
     mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
     if (to) *to = shape;
     return to != NULL;

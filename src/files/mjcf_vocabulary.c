@@ -67,6 +67,8 @@ static const vocabulary words[] = {
     {"worldbody", "geom",
      NAMES PLACE LOOKS TOUCH "mass density shellinertia fromto mesh fitscale "},
     {"worldbody", "site", NAMES PLACE LOOKS "fromto "},
+    {"contact", "pair",
+     "name class geom1 geom2 condim friction solref solimp solreffriction margin gap "},
     {"equality", "connect", EQUAL "body1 body2 anchor site1 site2 "},
     {"equality", "weld", EQUAL "body1 body2 anchor relpose site1 site2 torquescale "},
     {"equality", "joint", EQUAL "joint1 joint2 polycoef "},

@@ -48,6 +48,8 @@ static int check_numbers(const mbsr_file_opt *opt, const char *entry, mbsr_error
 static int check_lists(const mbsr_file_opt *opt, const char *entry, mbsr_error *error)
 {
     const mbsr_xacro_opt *xacro = &opt->xacro;
+    if (opt->hull_corners < 0 || (opt->hull_corners > 0 && opt->hull_corners < 4))
+        return fail(error, MBSR_ERR_VALUE, entry, "opt.hull_corners is neither 0 nor 4 or more");
     if (opt->packages < 0) return fail(error, MBSR_ERR_VALUE, entry, "opt.packages is negative");
     if (opt->packages > 0 && !opt->package)
         return fail(error, MBSR_ERR_NULL, entry, "opt.package is NULL");
@@ -95,6 +97,8 @@ static bool read_scene(mbsri_scene *s, mbsri_element *root)
                                  "this is no <robot> of URDF, <mujoco> of MJCF or <sdf> of SDF");
     if (s->opt->format != MBSR_FILE_ANY && s->opt->format != s->format)
         return mbsri_file_refuse(s, root, "the file is not of the format wanted");
+    s->home = mbsri_arena_folder(s->arena, root->file);
+    if (!s->home) return false;
     if (s->format == MBSR_FILE_SDF) return mbsri_sdf_read(s, root);
     return s->format == MBSR_FILE_URDF ? mbsri_urdf_read(s, root) : mbsri_mjcf_read(s, root);
 }
@@ -111,6 +115,8 @@ static void hand_over(const mbsri_scene *s, mbsr_file *file)
     file->shape = s->shapes.items;
     file->excluded = s->excludes.count;
     file->exclude = s->excludes.items;
+    file->pairs = s->pairs.count;
+    file->pair = s->pairs.items;
     file->findings = s->findings.count;
     file->finding = s->findings.items;
 }
@@ -128,9 +134,9 @@ static bool refuse_findings(mbsri_scene *s)
 /* Lists that stay empty have a place, too. */
 static void open_lists(mbsri_scene *s)
 {
-    mbsri_list *const lists[] = {&s->bodies,     &s->joints,  &s->tendons, &s->actuators,
-                                 &s->equalities, &s->keys,    &s->sites,   &s->shapes,
-                                 &s->findings,   &s->sensors, &s->excludes};
+    mbsri_list *const lists[] = {
+        &s->bodies, &s->joints,   &s->tendons, &s->actuators, &s->equalities, &s->keys, &s->sites,
+        &s->shapes, &s->findings, &s->sensors, &s->excludes,  &s->pairs,      &s->hulls};
     void *nothing = mbsri_arena_take(s->arena, 1);
     for (size_t k = 0; k < sizeof lists / sizeof *lists; ++k) lists[k]->items = nothing;
 }

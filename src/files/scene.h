@@ -93,13 +93,14 @@ typedef struct mbsri_scene {
     mbsri_arena *arena;
     const mbsr_file_opt *opt;
     mbsr_file_format format;
-    const char *name;
+    const char *name, *home; /* folder of the file, with its slash */
     double gravity[3];
     bool with_passive, with_closures,
         with_actuators;              /* as the options, unless the file switches them off */
     bool with_limits, with_friction; /* unless the file switches them off */
     mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, sensors, shapes,
-        excludes, findings;       /* excludes: two ints each */
+        excludes, pairs, hulls, /* excludes: two ints each; hulls: what hulls.c has made */
+        findings;
     char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
 } mbsri_scene;
 

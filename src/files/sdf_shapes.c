@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Without <inertial> a link has 1 kg and moments of 1 kg m^2, as SDF says. */
+#include "files/hulls.h"
 #include "files/sdf_parts.h"
 #include "files/solids.h"
 #include "files/urdf_parts.h"
@@ -124,7 +125,7 @@ bool mbsri_sdf_shapes(mbsri_sdf *f, int link, const mbsr_frame *world, int body)
                                  .friction = {1.0, 0.0, 0.0},
                                  .settle = {0.02, 1.0}};
         if (!place_shape(f, link, world, e, &shape.frame) || !read_geometry(s, e, &shape, &known) ||
-            !read_colour(s, e, &shape))
+            !read_colour(s, e, &shape) || (known && !mbsri_hull_shape(s, e, &shape)))
             return false;
         mbsr_file_shape *to = known ? mbsri_list_add(s->arena, &s->shapes, sizeof *to) : NULL;
         if (to) *to = shape;

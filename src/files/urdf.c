@@ -4,6 +4,7 @@
  * Direct children of <robot> count alone: transmissions and extensions of simulators have links and
  * joints of their own. Bodies come depth first, children in the order of the file. */
 #include "files/colours.h"
+#include "files/hulls.h"
 #include "files/names.h"
 #include "files/numbers.h"
 #include "files/solids.h"
@@ -142,6 +143,7 @@ static bool read_shapes(mbsri_scene *s, const mbsri_element *e, int body,
             !mbsri_urdf_colour(s, c, materials, &shape))
             return false;
         if (!known) continue;
+        if (!mbsri_hull_shape(s, c, &shape)) return false;
         mbsr_file_shape *place = mbsri_list_add(s->arena, &s->shapes, sizeof *place);
         if (!place) return false;
         *place = shape;

@@ -36,7 +36,7 @@ typedef struct search {
 } search;
 
 static const double ROUNDING = 1e-12; /* of what is added up in a number */
-static const double DEPENDENT = 1e-9; /* of the norm of a vector, less others */
+static const double DEPENDENT = 1e-9; /* of the norm of the whole vector, less others */
 static const double CLEAR = 1e-3;     /* of a vector's largest number: of a row that may go */
 
 static double share_of(const mbsri_fronts *w, int row)
@@ -133,13 +133,15 @@ static void subtract_projection(search *x, idle *z)
     }
 }
 
-/* Its norm over the rows that meet at a body. */
+enum { ALL = -1 };
+
+/* Its norm over the rows that meet at a body, or ALL. */
 static double norm_at(const search *x, int body)
 {
     double square = 0.0;
     for (int k = 0; k < x->count; ++k) {
         const double value = x->value[x->row[k]] * share_of(x->w, x->row[k]);
-        if (x->meets[x->row[k]] == body) square += value * value;
+        if (body == ALL || x->meets[x->row[k]] == body) square += value * value;
     }
     return sqrt(square);
 }
@@ -171,14 +173,16 @@ static int first_meeting(const search *x)
     return first;
 }
 
-/* What the vector counts by: the body, and *norm of it there; -1: it depends on others. */
+/* What the vector counts by: the body, and *norm of it there; -1: it depends on others. A part that
+ * is rounding beside the vector does not count: divided by its norm there, the rest is without
+ * bound. */
 static int settle(search *x, double *norm)
 {
+    const double all = norm_at(x, ALL);
     int body;
     while ((body = first_meeting(x)) >= 0) {
-        const double before = norm_at(x, body);
         *norm = make_orthogonal(x, body);
-        if (*norm > DEPENDENT * before) return body;
+        if (*norm > DEPENDENT * all) return body;
         for (int k = 0; k < x->count; ++k) {
             if (x->meets[x->row[k]] == body) x->value[x->row[k]] = 0.0;
         }

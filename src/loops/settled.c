@@ -217,7 +217,8 @@ void mbsri_springs_move(mbsri_dense *w)
 }
 
 /* Forces of settled springs at the gaps that they have been given; refused where others were found.
- */
+ * Where these gaps tell no forces, being rounding of positions, they are those of what is missing,
+ * too. */
 int mbsri_springs_take(const mbsri_dense *w, double *lambda)
 {
     const mbsr_model *m = w->m;
@@ -238,7 +239,7 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
                                   "%s: no positions found at which the springs of %s bear its "
                                   "forces (%.3g is left); settled = 0 takes them as they are",
                                   w->function, mbsri_closure_label(m, id, label), change);
-            lambda[c->row + k] = force;
+            lambda[c->row + k] = change > limit ? force - w->missing[held] * stiffness : force;
         }
     }
     return MBSR_OK;

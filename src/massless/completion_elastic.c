@@ -24,8 +24,14 @@
 
 static const double ratio = MBSRI_COMPLETION_RATIO;
 
-/* Steps of quotients, in the time in which the state changes much. */
-static const double share_of_time = 1e-3;
+/* A step of quotients, s. Where c has to be larger something is faster than that time tells, and
+ * steps are shorter; those of second quotients by less, as rounding is divided by their square. */
+static double step_of_quotients(const mbsr_completion *w, bool twice)
+{
+    static const double share = 1e-3, usual = 1e5;
+    const double time = mbsri_completion_time(w), slower = fmin(1.0, usual / (w->c * time));
+    return share * time * (twice ? sqrt(sqrt(slower)) : sqrt(slower));
+}
 
 void mbsri_completion_part(mbsr_completion *w)
 {
@@ -226,8 +232,7 @@ static const double first_weight[5] = {1.0, -8.0, 0.0, 8.0, -1.0},
 /* r = (0, 0, dF_u/dt or d^2F_u/dt^2) along the motion. */
 static int differentiate(mbsr_completion *w, const double *udot, bool twice)
 {
-    const double h = share_of_time * mbsri_completion_time(w),
-                 over = 1.0 / (12.0 * h * (twice ? h : 1.0)),
+    const double h = step_of_quotients(w, twice), over = 1.0 / (12.0 * h * (twice ? h : 1.0)),
                  *weight = twice ? second_weight : first_weight;
     const bool apart = separates(w);
     mbsri_zero((size_t)w->size, w->r);

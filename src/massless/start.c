@@ -195,23 +195,15 @@ static int balance(mbsri_start *s)
     return status ? status : accelerate(s);
 }
 
-/* Whether forces take a push along directions without mass as the matrices say. Where nothing but
- * rounding determines a direction they do not. */
-static int check(mbsri_start *s, bool *clear)
+/* Whether forces take a push, whose solution is w->x, as the matrices say, by their difference
+ * over a way so short. */
+static int compare_push(mbsri_start *s, const double *push, double step, bool *clear)
 {
-    static const double short_way = 1e-4, off = 1e-3;
+    static const double off = 1e-3;
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
-    double *push = s->target, *before = s->missing, error = 0.0, largest = 0.0;
-    mbsri_completion_push(w, push);
-    mbsri_zero((size_t)w->size, w->r);
-    mbsri_copy((size_t)m->nu, push, w->r + w->rates);
-    int status = mbsri_start_solve(s, NULL);
-    if (status) return status;
-    const double speed = mbsri_completion_speed(w, w->x + w->rates),
-                 step = short_way / fmax(speed * s->time, mbsri_start_extent(s, w->x));
-    *clear = isfinite(step);
-    if (!*clear) return MBSR_OK;
+    double *before = s->missing, error = 0.0, largest = 0.0;
+    int status = MBSR_OK;
     mbsri_copy((size_t)w->size, w->y, w->ahead);
     mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
     for (int side = -1; side <= 1 && !status; side += 2) {
@@ -228,6 +220,28 @@ static int check(mbsri_start *s, bool *clear)
     }
     *clear = !status && error <= off * largest;
     return status < 0 ? status : MBSR_OK;
+}
+
+/* Whether forces take a push along directions without mass as the matrices say. Where nothing but
+ * rounding determines a direction they do not, over ways of any length. */
+static int check(mbsri_start *s, bool *clear)
+{
+    static const double way[] = {1e-4, 1e-5, 1e-6};
+    mbsr_completion *w = s->w;
+    double *push = s->target;
+    mbsri_completion_push(w, push);
+    mbsri_zero((size_t)w->size, w->r);
+    mbsri_copy((size_t)w->m->nu, push, w->r + w->rates);
+    int status = mbsri_start_solve(s, NULL);
+    if (status) return status;
+    const double longest =
+        fmax(mbsri_completion_speed(w, w->x + w->rates) * s->time, mbsri_start_extent(s, w->x));
+    *clear = isfinite(1.0 / longest);
+    if (!*clear) return MBSR_OK;
+    *clear = false;
+    for (size_t k = 0; k < sizeof way / sizeof way[0] && !status && !*clear; ++k)
+        status = compare_push(s, push, way[k] / longest, clear);
+    return status;
 }
 
 /* Whether ranks at the state found are those of the states around it: *clear. */

@@ -110,9 +110,11 @@ int mbsri_start_positions(mbsri_start *s)
         }
         ++s->info->iterations;
         status = advance(s, change, left);
-        if (status == MBSR_NO_CONVERGENCE && change <= rounding && mbsri_start_balances(s))
+        const bool ended = status == MBSR_NO_CONVERGENCE,
+                   there = change <= near && left.gap <= enough * w->m->typical.length;
+        if (ended && (there || (change <= rounding && mbsri_start_balances(s))))
             return mbsri_start_evaluate(s, true);
-        if (status == MBSR_NO_CONVERGENCE) break;
+        if (ended) break;
         if (status) return status;
         s->displaced = true;
         last = change;

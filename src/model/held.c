@@ -20,13 +20,20 @@ const double *mbsri_held_values(const mbsr_model *m, int id)
     return (const double *)m->stored.matrices.data + given_entry(m, id)->locked_at;
 }
 
-/* Place of a coordinate, counted as given, among those that are left; -1: it is locked. */
+static bool is_locked(const mbsr_model *m, int id, int coordinate)
+{
+    const double *held = mbsri_held_values(m, id);
+    return held && coordinate >= 0 && coordinate < given_entry(m, id)->joint.n &&
+           !isnan(held[coordinate]);
+}
+
+/* Place of a coordinate that is not locked, counted as given, among those that are left. What the
+ * joint does not have stays as it is, to be refused. */
 static int place_left(const mbsr_model *m, int id, int coordinate)
 {
     const double *held = mbsri_held_values(m, id);
     int place = 0;
     if (!held || coordinate < 0 || coordinate >= given_entry(m, id)->joint.n) return coordinate;
-    if (!isnan(held[coordinate])) return -1;
     for (int k = 0; k < coordinate; ++k) place += isnan(held[k]);
     return place;
 }
@@ -36,7 +43,7 @@ bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int
     const int count = mbsri_force_coordinates(def);
     bool rests = count > 0, drops = false;
     for (int k = 0; k < count; ++k) {
-        const bool locked = place_left(m, body[k], def->option[k]) < 0;
+        const bool locked = is_locked(m, body[k], def->option[k]);
         rests = rests && locked;
         drops = drops || (locked && given_entry(m, body[k])->drops_locked);
     }
@@ -49,11 +56,11 @@ void mbsri_force_hold(const mbsr_model *m, mbsri_force *force, const int *body)
     const int count = mbsri_force_coordinates(def);
     for (int k = 0; k < MBSR_FORCE_OPTIONS; ++k) force->given[k] = def->option[k];
     for (int k = 0; k < count && !force->resting; ++k) {
-        const int given = def->option[k], left = place_left(m, body[k], given);
-        if (left < 0)
+        const int given = def->option[k];
+        if (is_locked(m, body[k], given))
             mbsri_gear_hold(def, k, mbsri_held_values(m, body[k])[given]);
         else
-            def->option[k] = left;
+            def->option[k] = place_left(m, body[k], given);
     }
 }
 
@@ -85,7 +92,7 @@ int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *
 
 bool mbsri_term_is_held(const mbsr_model *m, const mbsr_closure_def *def, int k)
 {
-    return mbsri_is_linear_coupling(def) && place_left(m, def->body[k], def->option[k]) < 0;
+    return mbsri_is_linear_coupling(def) && is_locked(m, def->body[k], def->option[k]);
 }
 
 const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_closure *closure)

@@ -67,6 +67,60 @@ static bool add_position(int body, const char *name, columns *c)
     return true;
 }
 
+/* The force on a body, and where it acts. */
+static bool add_contact(int body, int other, const char *name, columns *c)
+{
+    static const char *const parts[] = {"x", "y", "z", "px", "py", "pz"};
+    for (int l = 0; l < 6; ++l) {
+        column new = {.kind = COLUMN_CONTACT,
+                      .unit = l < 3 ? "N" : "m",
+                      .at = body,
+                      .part = l,
+                      .other = other};
+        snprintf(new.name, sizeof new.name, "%.180s.contact.%s", name, parts[l]);
+        if (!append_column(c, new)) return false;
+    }
+    return true;
+}
+
+static bool add_all_contacts(const program_model *m, columns *c)
+{
+    for (int body = 0; body < m->file->bodies; ++body) {
+        bool touches = false;
+        for (int k = 0; k < m->file->shapes; ++k)
+            touches = touches || (m->file->shape[k].contact && m->file->shape[k].body == body);
+        const char *name = m->file->body_name[body];
+        if (touches && !add_contact(body, ANY_BODY, name[0] ? name : "body", c)) return false;
+    }
+    return true;
+}
+
+/* MBSR_GROUND of `world`; MBSR_NONE: there is none of that name. */
+static int contact_body(const program_model *m, const char *name)
+{
+    if (strcmp(name, "world") == 0) return MBSR_GROUND;
+    const int body = mbsr_model_find_body(m->model, name);
+    return body < 0 ? MBSR_NONE : body;
+}
+
+/* A body, or two with a colon between them. A code. */
+static int add_named_contact(const program_model *m, const char *given, columns *c)
+{
+    char name[200];
+    snprintf(name, sizeof name, "%s", given);
+    int body = contact_body(m, name), other = ANY_BODY;
+    char *colon = strrchr(name, ':');
+    if (body == MBSR_NONE && colon) {
+        *colon = '\0';
+        body = contact_body(m, name);
+        other = contact_body(m, colon + 1);
+    }
+    if (body == MBSR_NONE || other == MBSR_NONE)
+        return complain(USAGE, "--output: there is no body '%s'",
+                        body == MBSR_NONE ? name : colon + 1);
+    return add_contact(body, other, given, c) ? DONE : complain(FAILED, "no memory");
+}
+
 static const char *sensor_unit(const mbsr_file *f, const mbsr_file_sensor *sensor)
 {
     static const char *const units[] = {[MBSR_SENSOR_BALL] = "1",
@@ -140,12 +194,31 @@ static int add_name(const program_model *m, const char *given, columns *c)
         joint = mbsr_file_find_joint(m->file, name);
         if (joint < 0) return complain(USAGE, "--output: there is no joint '%s'", name);
         good = add_joint_column(m, joint, true, c);
+    } else if (strcmp(name, "contacts") == 0) {
+        good = add_all_contacts(m, c);
+    } else if (ends_with(name, ".contact")) {
+        return add_named_contact(m, name, c);
     } else if (ends_with(name, ".pos")) {
         const int body = mbsr_model_find_body(m->model, name);
         if (body < 0) return complain(USAGE, "--output: there is no body '%s'", name);
         good = add_position(body, given, c);
     } else {
         return complain(USAGE, "--output: there is no joint '%s'", name);
+    }
+    return good ? DONE : complain(FAILED, "no memory");
+}
+
+int columns_all(const program_model *m, columns *c)
+{
+    *c = (columns){.file = m->file};
+    bool good = add_joint_columns(m, false, c) && add_joint_columns(m, true, c) &&
+                !add_name(m, "energy", c);
+    for (int k = 0; k < m->file->sensors && good; ++k) good = add_sensor(m, k, c);
+    for (int k = 0; k < mbsr_model_bodies(m->model) && good; ++k) {
+        char name[200];
+        const char *body = mbsr_body_name(m->model, k);
+        snprintf(name, sizeof name, "%.150s.pos", body ? body : "");
+        good = add_position(k, name, c);
     }
     return good ? DONE : complain(FAILED, "no memory");
 }
@@ -181,10 +254,17 @@ void columns_head(const columns *c, FILE *to)
     fputc('\n', to);
 }
 
+bool columns_have_contacts(const columns *c)
+{
+    bool any = false;
+    for (int k = 0; k < c->count; ++k) any = any || c->list[k].kind == COLUMN_CONTACT;
+    return any;
+}
+
 static int value_of(const columns *c, const column *of, const mbsr_model *model, mbsr_data *data,
                     double t, const double *q, const double *u, double *value)
 {
-    double pose[MBSR_POSE_SIZE], sensed[4], kinetic, potential;
+    double pose[MBSR_POSE_SIZE] = {0.0}, sensed[4], load[6], kinetic, potential;
     int status = MBSR_OK;
     switch (of->kind) {
     case COLUMN_Q: *value = q[of->at]; break;
@@ -196,6 +276,11 @@ static int value_of(const columns *c, const column *of, const mbsr_model *model,
     case COLUMN_SENSOR:
         status = mbsr_file_sense(c->file, of->at, model, data, t, q, u, sensed);
         if (!status) *value = sensed[of->part];
+        break;
+    case COLUMN_CONTACT:
+        if (of->at != MBSR_GROUND) status = mbsr_body_pose(model, data, of->at, pose);
+        touching_load(c->touching, of->at, of->other, pose + MBSR_POSE_X, load);
+        *value = load[of->part];
         break;
     case COLUMN_KINETIC:
     case COLUMN_POTENTIAL:
@@ -210,7 +295,8 @@ int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, d
                    const double *q, const double *u, double *value)
 {
     int status = MBSR_OK;
+    if (columns_have_contacts(c) && touching_look(c->touching, data)) return FAILED;
     for (int k = 0; k < c->count && !status; ++k)
         status = value_of(c, c->list + k, model, data, t, q, u, value + k);
-    return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;
+    return status;
 }

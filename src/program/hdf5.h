@@ -9,6 +9,7 @@
 
 /* What attribute `format` of such files says. */
 #define HDF5_FORMAT "mbsrank run 1"
+#define HDF5_STUDY_FORMAT "mbsrank study 1" /* and of results of studies */
 
 /* A file that is being written. */
 typedef struct hdf5_run hdf5_run;
@@ -36,5 +37,10 @@ int hdf5_close(hdf5_run *run);
 
 /* As table_read_csv. */
 int hdf5_read(const char *path, table *t);
+
+/* Whether the file has results of a study, and as study_data_read. */
+struct study_data;
+bool hdf5_is_study(const char *path);
+int hdf5_read_study(const char *path, struct study_data *d);
 
 #endif

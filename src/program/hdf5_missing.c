@@ -40,3 +40,23 @@ int hdf5_close(hdf5_run *run)
     (void)run;
     return FAILED;
 }
+
+bool hdf5_is_study(const char *path)
+{
+    (void)path;
+    return false;
+}
+
+int hdf5_read_study(const char *path, struct study_data *d)
+{
+    (void)d;
+    return complain(FAILED, missing, path);
+}
+
+struct study_results;
+int hdf5_write_study(const struct study_results *r, const char *path);
+int hdf5_write_study(const struct study_results *r, const char *path)
+{
+    (void)r;
+    return complain(FAILED, missing, path);
+}

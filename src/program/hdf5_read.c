@@ -23,8 +23,7 @@ void hdf5_reason(char to[HDF5_REASON])
 
 /* ---- attributes ---- */
 
-/* A text, to be freed; NULL: there is none of that name. */
-static char *read_text(hid_t of, const char *name)
+char *hdf5_get_text(hid_t of, const char *name)
 {
     char *text = NULL, *copy = NULL;
     const hid_t attribute = H5Aopen(of, name, H5P_DEFAULT), type = hdf5_text_type();
@@ -42,7 +41,7 @@ static char *read_text(hid_t of, const char *name)
     return copy;
 }
 
-static bool read_int(hid_t of, const char *name, int *value)
+bool hdf5_get_int(hid_t of, const char *name, int *value)
 {
     const hid_t attribute = H5Aopen(of, name, H5P_DEFAULT), space = H5Aget_space(attribute);
     const bool good =
@@ -73,7 +72,8 @@ static herr_t take_column(hid_t file, const char *link, const H5L_info_t *info, 
     part new = {.set = H5Dopen2(file, link, H5P_DEFAULT)};
     (void)info;
     if (new.set < 0) return 0;
-    if (!read_int(new.set, "column", &new.column) || !(new.name = read_text(new.set, "name"))) {
+    if (!hdf5_get_int(new.set, "column", &new.column) ||
+        !(new.name = hdf5_get_text(new.set, "name"))) {
         H5Dclose(new.set);
         return 0;
     }
@@ -191,11 +191,11 @@ int hdf5_read(const char *path, table *t)
         hdf5_reason(reason);
         return complain(NOT_READ, "%s cannot be read: %s", path, reason);
     }
-    char *format = read_text(file, "format");
+    char *format = hdf5_get_text(file, "format");
     const int code = format && strcmp(format, HDF5_FORMAT) == 0
                          ? read_parts(path, file, t)
                          : complain(NOT_READ, "%s is HDF5, but no run of mbsrank", path);
-    char *hash = read_text(file, "model_hash");
+    char *hash = hdf5_get_text(file, "model_hash");
     if (hash) snprintf(t->hash, sizeof t->hash, "%s", hash);
     free(hash);
     free(format);

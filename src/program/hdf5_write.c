@@ -31,39 +31,39 @@ static void note_failure(hdf5_run *run, bool good)
 
 /* ---- attributes ---- */
 
-static void attribute(hdf5_run *run, hid_t of, const char *name, hid_t stored, hid_t given,
-                      const void *value)
+bool hdf5_put(hid_t of, const char *name, hid_t stored, hid_t given, const void *value)
 {
     const hid_t space = H5Screate(H5S_SCALAR),
                 made = H5Acreate2(of, name, stored, space, H5P_DEFAULT, H5P_DEFAULT);
-    note_failure(run, made >= 0 && H5Awrite(made, given, value) >= 0);
+    const bool good = made >= 0 && H5Awrite(made, given, value) >= 0;
     H5Aclose(made);
     H5Sclose(space);
+    return good;
 }
 
-static void text_attribute(hdf5_run *run, hid_t of, const char *name, const char *text)
+bool hdf5_put_text(hid_t of, const char *name, const char *text)
 {
     const hid_t type = hdf5_text_type();
-    attribute(run, of, name, type, type, &text);
+    const bool good = hdf5_put(of, name, type, type, &text);
     H5Tclose(type);
+    return good;
 }
 
 void hdf5_text(hdf5_run *run, const char *name, const char *text)
 {
-    text_attribute(run, run->file, name, text);
+    note_failure(run, hdf5_put_text(run->file, name, text));
 }
 
 void hdf5_number(hdf5_run *run, const char *name, double number)
 {
-    attribute(run, run->file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &number);
+    note_failure(run, hdf5_put(run->file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, &number));
 }
 
 /* ---- data sets ---- */
 
-/* The name of set k in the file, where '/' would be a group and no name is there twice. */
-static void link_name(hid_t file, int k, const char *name, char *to, size_t room)
+void hdf5_link(hid_t file, int k, const char *name, char to[HDF5_LINK])
 {
-    const size_t left = room - 32;
+    const size_t room = HDF5_LINK, left = room - 32;
     size_t length = strlen(name) < left ? strlen(name) : left;
     memcpy(to, name, length);
     to[length] = '\0';
@@ -79,9 +79,9 @@ static void link_name(hid_t file, int k, const char *name, char *to, size_t room
 static void add_set(hdf5_run *run, int k, const char *name, const char *unit)
 {
     const hsize_t none = 0, endless = H5S_UNLIMITED, chunk = (hsize_t)run->room;
-    char link[256];
+    char link[HDF5_LINK];
     const hid_t space = H5Screate_simple(1, &none, &endless), how = H5Pcreate(H5P_DATASET_CREATE);
-    link_name(run->file, k, name, link, sizeof link);
+    hdf5_link(run->file, k, name, link);
     H5Pset_chunk(how, 1, &chunk);
     run->set[k] = H5Dcreate2(run->file, link, H5T_IEEE_F64LE, space, H5P_DEFAULT, how, H5P_DEFAULT);
     note_failure(run, run->set[k] >= 0);
@@ -89,9 +89,9 @@ static void add_set(hdf5_run *run, int k, const char *name, const char *unit)
     H5Sclose(space);
     run->sets = k + 1;
     if (run->bad) return;
-    attribute(run, run->set[k], "column", H5T_STD_I32LE, H5T_NATIVE_INT, &k);
-    text_attribute(run, run->set[k], "name", name);
-    text_attribute(run, run->set[k], "unit", unit);
+    note_failure(run, hdf5_put(run->set[k], "column", H5T_STD_I32LE, H5T_NATIVE_INT, &k));
+    note_failure(run, hdf5_put_text(run->set[k], "name", name));
+    note_failure(run, hdf5_put_text(run->set[k], "unit", unit));
 }
 
 /* How many lines are collected: a good chunk of a file, and not too much memory. */

@@ -48,11 +48,25 @@ static const command commands[] = {
      "  --form F       momentum (default) or index1\n"
      "  --inputs FILE  t and names of actuators; each line holds from its time on\n"
      "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, SENSOR, energy, state (all\n"
-     "                 joints and rates); default all joints\n"
+     "                 joints and rates), BODY.contact, BODY:BODY.contact, contacts; default all "
+     "joints\n"
      "  -o FILE        instead of standard output; ending in .h5 or .hdf5: HDF5\n"
      "  --json         with -o: how it ended and what it cost, for a script to read\n"
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
+#endif
+#if defined(MBSR_WITH_STUDY)
+    {"study", "many runs with other values of parameters",
+     "usage: mbsrank study FILE [options]\n"
+     "FILE says what is varied and kept (docs/study.md). Given again after it was stopped or\n"
+     "killed, the command goes on where it was.\n"
+     "  -o RESULT      HDF5 by the ending .h5 or .hdf5, else CSV; default NAME.h5 here for\n"
+     "                 NAME.study; RESULT.runs is a folder with what has been done\n"
+     "  --jobs N       processes, default 1; or mpirun -n P mbsrank study ...\n"
+     "  --anew         forget what has been done\n"
+     "  --json         statistics for a script to read\n"
+     "  --quiet        neither progress nor findings\n",
+     run_study},
 #endif
 #if defined(MBSR_WITH_FMU)
     {"fmu", "write a Functional Mock-up Unit for other simulators",
@@ -92,8 +106,10 @@ static const command commands[] = {
 #endif
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
+     "RUN is that of mbsrank run, or results of mbsrank study: envelopes and histograms.\n"
      "  -o PICTURE       ending in .png or .svg\n"
      "  --columns NAMES  by commas, panels by colons; hand.pos: hand.pos.*; default all\n"
+     "  --over NAME      of a study: all columns over this parameter\n"
      "  --title TEXT     above\n",
      run_plot},
     {"view", "write a page that shows a model, and a run of it",

@@ -5,7 +5,7 @@ _mbsrank() {
     local common="--start --floating --package --arg --set --folder --anywhere --no-limits --no-friction --no-contacts --stop-stiffness --stop-damping --slip --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
-        mapfile -t COMPREPLY < <(compgen -W "info check run static modes linearise plot view fmu convert --help --version" -- "$word")
+        mapfile -t COMPREPLY < <(compgen -W "info check run study static modes linearise plot view fmu convert --help --version" -- "$word")
         return
     fi
     case $before in
@@ -15,8 +15,9 @@ _mbsrank() {
     -*)
         case ${COMP_WORDS[1]} in
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
+        study) common="-o --jobs --anew --json --quiet --help" ;;
         fmu) common="$common -o --fmi --kind --fixed-step --sources --order --rtol --atol --t-end --step --name" ;;
-        plot) common="--columns --title -o --help" ;;
+        plot) common="--columns --over --title -o --help" ;;
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
         view) common="$common --inputs --live -o" ;;
         modes) common="$common --count --as-drawn --json" ;;

@@ -112,6 +112,9 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
 
 /* ---- other files ---- */
 
+/* Of hulls of meshes that touch: more cost time, two hulls as the product of their edges. */
+enum { HULL_CORNERS = 32 };
+
 typedef struct loaded {
     const program_options *options;
     program_model *model; /* which keeps their paths */
@@ -172,6 +175,7 @@ static int read_model(const program_options *o, program_model *m)
     opt.stop_stiffness = o->stop_stiffness;
     opt.stop_damping = o->stop_damping;
     opt.slip = o->slip;
+    opt.hull_corners = o->contacts ? HULL_CORNERS : 0;
     opt.packages = o->packages;
     opt.package = o->package;
     opt.xacro = (mbsr_xacro_opt){o->arguments, o->argument, 1}; /* may_read decides */

@@ -167,7 +167,30 @@ static int react(const program_model *m, double t, const places *at)
     return mbsr_stage_accelerations(m->model, m->data, udot);
 }
 
-static int sample_motion(const program_model *m, int k, const places *at, motion *to)
+/* Points of contact, with more places for them in all samples where these are too few. A code. */
+static int keep_touches(touching *contacts, mbsr_data *data, int k, motion *to)
+{
+    const int code = touching_look(contacts, data);
+    if (code) return code;
+    if (contacts->count > to->touches) {
+        const size_t old = TOUCH_NUMBERS * (size_t)to->touches,
+                     new = TOUCH_NUMBERS * 2 * (size_t)contacts->count;
+        float *larger = calloc((size_t)to->samples * new, sizeof *larger);
+        if (!larger) return complain(FAILED, "no memory");
+        for (size_t l = 0; l < (size_t)k && old > 0; ++l)
+            memcpy(larger + l * new, to->touch + l * old, old * sizeof *larger);
+        free(to->touch);
+        to->touch = larger;
+        to->touches = 2 * contacts->count;
+    }
+    float *here = to->touch + TOUCH_NUMBERS * (size_t)k * (size_t)to->touches;
+    for (int l = 0; l < contacts->count; ++l, here += TOUCH_NUMBERS)
+        touching_arrow(contacts, l, here, here + 3);
+    return DONE;
+}
+
+static int sample_motion(const program_model *m, touching *contacts, int k, const places *at,
+                         motion *to)
 {
     const size_t bodies = (size_t)m->file->bodies;
     if (to->reaction && react(m, to->time[k], at))
@@ -179,6 +202,7 @@ static int sample_motion(const program_model *m, int k, const places *at, motion
         keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
     else if (mbsr_stage_positions(m->model, m->data, to->time[k], at->state))
         return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
+    if (to->reaction && contacts->model && keep_touches(contacts, m->data, k, to)) return FAILED;
     for (int l = 0; l < at->nq; ++l)
         to->q[(size_t)k * (size_t)at->nq + (size_t)l] = (float)at->state[l];
     keep_poses(m, to->pose + (size_t)k * bodies * POSE_NUMBERS);
@@ -187,8 +211,8 @@ static int sample_motion(const program_model *m, int k, const places *at, motion
 
 /* ---- all of them ---- */
 
-static int follow_run(const program_model *m, const table *run, inputs *in, const places *at,
-                      motion *to)
+static int follow_run(const program_model *m, touching *contacts, const table *run, inputs *in,
+                      const places *at, motion *to)
 {
     int code = DONE;
     progress shown = progress_begin("poses", run->lines, false);
@@ -198,15 +222,15 @@ static int follow_run(const program_model *m, const table *run, inputs *in, cons
             if (at->q[l] >= 0) at->state[l] = table_at(run, k, at->q[l]);
         to->time[k] = table_at(run, k, 0);
         inputs_set(in, to->time[k], m->file->control);
-        code = sample_motion(m, k, at, to);
+        code = sample_motion(m, contacts, k, at, to);
     }
     progress_end(&shown);
     return code;
 }
 
 /* The consistent state near the one given; reactions only there. */
-static int stand(const program_model *m, const double *q, const double *u, const places *at,
-                 motion *to)
+static int stand(const program_model *m, touching *contacts, const double *q, const double *u,
+                 const places *at, motion *to)
 {
     const mbsr_dae_form form = MBSR_DAE_MOMENTUM;
     const int size = mbsr_dae_size(m->model, form);
@@ -220,11 +244,11 @@ static int stand(const program_model *m, const double *q, const double *u, const
     if (!status) status = mbsr_dae_unpack(m->model, m->data, form, 0.0, y, at->state, rates);
     free(y);
     if (status) forget_reactions(to, "there is no consistent start");
-    return sample_motion(m, 0, at, to);
+    return sample_motion(m, contacts, 0, at, to);
 }
 
-int motion_make(const program_model *m, const char *path, const table *run, inputs *in,
-                const double *q, const double *u, motion *to)
+int motion_make(const program_model *m, touching *contacts, const char *path, const table *run,
+                inputs *in, const double *q, const double *u, motion *to)
 {
     places at = {.q = NULL};
     int code = DONE;
@@ -237,9 +261,9 @@ int motion_make(const program_model *m, const char *path, const table *run, inpu
         code = find_columns(m, path, run, &at);
         if (!at.rates)
             forget_reactions(to, "the run has no rates of the joints: mbsrank run --output state");
-        if (!code) code = follow_run(m, run, in, &at, to);
+        if (!code) code = follow_run(m, contacts, run, in, &at, to);
     } else if (!code) {
-        code = stand(m, q, u, &at, to);
+        code = stand(m, contacts, q, u, &at, to);
     }
     free(at.q);
     free(at.state);
@@ -253,6 +277,7 @@ void motion_free(motion *to)
     free(to->pose);
     free(to->reaction);
     free(to->loop_force);
+    free(to->touch);
     free(to->loop);
     free(to->point);
 }

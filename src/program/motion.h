@@ -4,9 +4,10 @@
 #define MBSRANK_MOTION_H
 
 #include "program/inputs.h"
+#include "program/touching.h"
 
 /* Numbers of a body in a sample. */
-enum { POSE_NUMBERS = 7, REACTION_NUMBERS = 6, LOOP_NUMBERS = 9 };
+enum { POSE_NUMBERS = 7, REACTION_NUMBERS = 6, LOOP_NUMBERS = 9, TOUCH_NUMBERS = 6 };
 
 /* A closure that acts at a point, and the body on which it is shown. */
 typedef struct shown_loop {
@@ -24,15 +25,18 @@ typedef struct motion {
     shown_loop *loop;  /* loops */
     float *loop_force; /* samples x loops x 9: where the closure acts (m), what it exerts on the
                           body, force and moment about that point, world axes; NULL as reaction */
+    int touches;       /* points of contact of a sample, at most */
+    float *touch; /* samples x touches x 6: where (m), and the force (N) on the one of both bodies
+                     that has the larger id, world axes; zeros where there are fewer */
     char without[MBSR_TEXT_SIZE]; /* why; "" where they are known */
     double *point;                /* bodies x 3: the joint's point on the body, m, body axes */
 } motion;
 
 /* Of a run (from `mbsrank run`, which must have all joints; with their rates there are reactions)
- * under its inputs; run == NULL: of the consistent start near q and u (NULL: at rest). A code. The
- * motion is freed in any case. */
-int motion_make(const program_model *m, const char *path, const table *run, inputs *in,
-                const double *q, const double *u, motion *to);
+ * under its inputs, with the points of what touches; run == NULL: of the consistent start near q
+ * and u (NULL: at rest). A code. The motion is freed in any case. */
+int motion_make(const program_model *m, touching *contacts, const char *path, const table *run,
+                inputs *in, const double *q, const double *u, motion *to);
 void motion_free(motion *to);
 
 #endif

@@ -28,8 +28,9 @@ int output_state(output *o, const mbsr_model *model, mbsr_data *data, double t, 
                  const double *u)
 {
     o->row[0] = t;
-    int code = columns_values(o->columns, model, data, t, q, u, o->row + 1);
-    if (code) return code;
+    int code = DONE;
+    if (columns_values(o->columns, model, data, t, q, u, o->row + 1))
+        return complain(FAILED, "%s", mbsr_data_error(data)->text);
     if (o->run) code = hdf5_line(o->run, o->row);
     if (o->text) write_line(o->text, o->columns->count + 1, o->row);
     ++o->lines;

@@ -50,12 +50,13 @@ static bool put_motion(FILE *to, const page *p)
         put_json(to, mbsr_closure_name(p->model->model, m->loop[k].closure));
         fprintf(to, ", \"body\": %d}", m->loop[k].body);
     }
-    fputs("],\n\"without\": ", to);
+    fprintf(to, "],\n\"contacts\": %d,\n\"without\": ", m->touches);
     put_json(to, m->without);
     return put_series(to, "coordinates", samples * nq, m->q) &&
            put_series(to, "poses", POSE_NUMBERS * all, m->pose) &&
            put_series(to, "reactions", REACTION_NUMBERS * all, m->reaction) &&
-           put_series(to, "loopForces", LOOP_NUMBERS * samples * (size_t)m->loops, m->loop_force);
+           put_series(to, "loopForces", LOOP_NUMBERS * samples * (size_t)m->loops, m->loop_force) &&
+           put_series(to, "contactForces", TOUCH_NUMBERS * samples * (size_t)m->touches, m->touch);
 }
 
 static void put_findings(FILE *to, const mbsr_file *f)

@@ -1,17 +1,16 @@
 /* mbsrank plot: columns of a run as a picture, by gnuplot.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
+#include "program/plot.h"
+
 #include "program/program.h"
 #include "program/read_table.h"
+#include "program/study_data.h"
 
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
-
-typedef struct plot_options {
-    const char *run, *file, *columns, *title, *terminal;
-} plot_options;
 
 /* A column to be drawn, and the panel it is in. */
 typedef struct curve {
@@ -25,11 +24,11 @@ typedef struct curves {
 
 static int read_plot_options(int argc, char **argv, plot_options *o)
 {
-    static const char *const names[] = {"-o", "--columns", "--title"};
-    const char **const values[] = {&o->file, &o->columns, &o->title};
+    static const char *const names[] = {"-o", "--columns", "--title", "--over"};
+    const char **const values[] = {&o->file, &o->columns, &o->title, &o->over};
     for (int at = 0; at < argc; ++at) {
         bool taken = false;
-        for (int k = 0; k < 3 && !taken; ++k) {
+        for (int k = 0; k < 4 && !taken; ++k) {
             const char *value = option_value(argc, argv, &at, names[k]);
             if (at < 0) return USAGE;
             if (value) *values[k] = value, taken = true;
@@ -108,7 +107,7 @@ static int choose_all(const table *t, const plot_options *o, curves *c)
 
 /* ---- what gnuplot is told ---- */
 
-static void put_text(FILE *to, const char *text)
+void plot_text(FILE *to, const char *text)
 {
     fputc('\'', to);
     for (; *text; ++text) {
@@ -130,11 +129,9 @@ static void put_data(FILE *to, const table *t, const curves *c)
     fputs("END_OF_RUN\n", to);
 }
 
-static void put_panels(FILE *to, const table *t, const plot_options *o, const curves *c)
+static void put_panels(FILE *to, const table *t, const curves *c)
 {
-    fprintf(to, "set multiplot layout %d,1", c->panels);
-    if (o->title) fputs(" title ", to), put_text(to, o->title);
-    fputs("\nset grid\nset key outside right top\n"
+    fputs("set key outside right top\n"
           "set lmargin at screen 0.08\nset rmargin at screen 0.8\n",
           to);
     for (int panel = 0; panel < c->panels; ++panel) {
@@ -143,30 +140,47 @@ static void put_panels(FILE *to, const table *t, const plot_options *o, const cu
         for (int k = 0; k < c->count; ++k) {
             if (c->list[k].panel != panel) continue;
             fprintf(to, "%s$run using 1:%d with lines linewidth 1.5 title ", before, k + 2);
-            put_text(to, t->name[c->list[k].column]);
+            plot_text(to, t->name[c->list[k].column]);
             before = ", ";
         }
         fputc('\n', to);
     }
-    fputs("unset multiplot\n", to);
 }
 
-static int run_gnuplot(const table *t, const plot_options *o, const curves *c)
+FILE *plot_begin(const plot_options *o, int panels)
 {
     signal(SIGPIPE, SIG_IGN); /* where it ends early */
     FILE *to = popen("gnuplot -", "w");
-    if (!to) return complain(FAILED, "plot: gnuplot cannot be run");
+    if (!to) {
+        complain(FAILED, "plot: gnuplot cannot be run");
+        return NULL;
+    }
     fprintf(to, "set terminal %s noenhanced size 1000,%d\nset output ", o->terminal,
-            120 + (c->panels > 1 ? 260 : 400) * c->panels);
-    put_text(to, o->file);
-    fputc('\n', to);
-    put_data(to, t, c);
-    put_panels(to, t, o, c);
+            120 + (panels > 1 ? 260 : 400) * panels);
+    plot_text(to, o->file);
+    fprintf(to, "\nset multiplot layout %d,1", panels);
+    if (o->title) fputs(" title ", to), plot_text(to, o->title);
+    fputs("\nset grid\n", to);
+    return to;
+}
+
+int plot_end(const plot_options *o, FILE *to)
+{
+    fputs("unset multiplot\n", to);
     const int status = pclose(to);
     if (status == 0) return DONE;
     if (status > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 127)
         return complain(FAILED, "plot: gnuplot is missing; it draws the picture");
     return complain(FAILED, "plot: gnuplot has not drawn %s", o->file);
+}
+
+static int draw_run(const table *t, const plot_options *o, const curves *c)
+{
+    FILE *to = plot_begin(o, c->panels);
+    if (!to) return FAILED;
+    put_data(to, t, c);
+    put_panels(to, t, c);
+    return plot_end(o, to);
 }
 
 int run_plot(int argc, char **argv)
@@ -176,10 +190,12 @@ int run_plot(int argc, char **argv)
     curves c = {.list = NULL};
     int code = read_plot_options(argc, argv, &o);
     if (code) return code;
+    if (study_data_is(o.run)) return plot_study(&o);
+    if (o.over) return complain(USAGE, "plot: --over is for results of a study");
     code = table_read(o.run, &t);
     if (!code && t.lines == 0) code = complain(NOT_READ, "%s has no lines of numbers", o.run);
     if (!code) code = choose_all(&t, &o, &c);
-    if (!code) code = run_gnuplot(&t, &o, &c);
+    if (!code) code = draw_run(&t, &o, &c);
     free(c.list);
     table_free(&t);
     return code;

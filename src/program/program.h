@@ -64,7 +64,7 @@ typedef struct program_options {
     const char *start; /* name of a key; NULL: as drawn */
     bool json, strict, floating;
     bool limits, friction;                     /* by the rule of files.h */
-    bool contacts;                             /* shapes touch */
+    bool contacts;                             /* shapes touch, meshes by their hulls */
     double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
     mbsr_file_package package[MOST_PAIRS];     /* names point into the arguments */
     mbsr_xacro_argument argument[MOST_PAIRS];  /* likewise */
@@ -130,6 +130,7 @@ int report_begin(FILE *to, const program_model *m, const double *q, const double
 int run_info(int argc, char **argv);
 int run_check(int argc, char **argv);
 int run_run(int argc, char **argv);
+int run_study(int argc, char **argv);
 int run_view(int argc, char **argv);
 int run_plot(int argc, char **argv);
 int run_convert(int argc, char **argv);

@@ -1,11 +1,9 @@
 /* mbsrank run: integrates a model and writes CSV or HDF5.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "program/inputs.h"
+#include "program/drive.h"
 #include "program/output.h"
 #include "program/progress.h"
 #include "program/touching.h"
-
-#include <mbsrank/simulation.h>
 
 #include <math.h>
 #include <signal.h>
@@ -20,95 +18,41 @@ static void interrupt(int number)
     interrupted = 1;
 }
 
-typedef struct run_options {
-    program_options common;
-    const char *inputs, *outputs, *file, *form;
-    double t_end, rtol, atol, step; /* step 0: a hundredth of t_end */
-    bool quiet;
-} run_options;
-
-/* No run that somebody waits for has more. */
-static const double MOST_LINES = 1e8;
-
-static double output_step(const run_options *o)
-{
-    return o->step > 0.0 ? o->step : 0.01 * o->t_end;
-}
-
-static int read_run_options(int argc, char **argv, run_options *o)
-{
-    static const char *const numbers[] = {"--t-end", "--rtol", "--atol", "--step"},
-                             *const texts[] = {"--inputs", "--output", "-o", "--form"};
-    double *const number[] = {&o->t_end, &o->rtol, &o->atol, &o->step};
-    const char **const text[] = {&o->inputs, &o->outputs, &o->file, &o->form};
-    int code = DONE;
-    for (int at = 0; at < argc && !code; ++at) {
-        bool taken = false;
-        for (int k = 0; k < 4 && !taken && at >= 0; ++k) {
-            const char *value = option_value(argc, argv, &at, numbers[k]);
-            if (value && !option_number(numbers[k], value, number[k])) return USAGE;
-            taken = value != NULL;
-            if (!taken && at >= 0 && (value = option_value(argc, argv, &at, texts[k])))
-                *text[k] = value, taken = true;
-        }
-        if (at < 0) return USAGE;
-        if (strcmp(argv[at], "--quiet") == 0) o->quiet = taken = true;
-        if (!taken && !common_option(argc, argv, &at, &o->common, &code))
-            return complain(USAGE, "run: there is no option %s", argv[at]);
-        if (at < 0) return USAGE;
-    }
-    if (!code && !(o->t_end > 0.0)) return complain(USAGE, "run: --t-end is missing");
-    if (!code && o->t_end > MOST_LINES * output_step(o))
-        return complain(USAGE, "run: --step %g makes more than %.0g lines up to --t-end %g",
-                        o->step, MOST_LINES, o->t_end);
-    if (!code && o->common.json && !o->file)
-        return complain(USAGE, "run: --json goes to standard output, so the run needs -o FILE");
-    return code;
-}
-
 static int stop(void *user, const mbsr_ida_progress *now)
 {
     progress_show(user, now->t);
     return interrupted ? 1 : 0;
 }
 
-static int integrator(const run_options *o, progress *shown, mbsr_ida_opt *opt)
+/* States go to the output, at multiples of the step. */
+typedef struct lines {
+    output *to;
+    double step;
+    long next; /* which multiple */
+} lines;
+
+static double next_multiple(void *user)
 {
-    *opt = mbsr_default_ida_opt();
-    if (o->form && strcmp(o->form, "index1") == 0)
-        opt->form = MBSR_DAE_INDEX1;
-    else if (o->form && strcmp(o->form, "momentum") != 0)
-        return complain(USAGE, "--form: '%s' is neither momentum nor index1", o->form);
-    if (o->rtol > 0.0) opt->rtol = o->rtol;
-    if (o->atol > 0.0) opt->atol = o->atol;
-    opt->progress = stop;
-    opt->progress_user = shown;
-    opt->progress_interval = 0.1;
-    return DONE;
+    const lines *l = user;
+    return (double)l->next * l->step;
 }
 
-/* From output to output and from input to input. */
+static int take_line(void *user, const mbsr_simulation *s, bool event)
+{
+    lines *l = user;
+    (void)event;
+    ++l->next;
+    return output_state(l->to, s->model, s->data, s->t, s->q, s->u);
+}
+
 static int go(const run_options *o, const program_model *m, mbsr_simulation *s, inputs *in,
               output *to)
 {
-    const double step = output_step(o);
-    int code = output_state(to, s->model, s->data, s->t, s->q, s->u);
-    for (long k = 1; !code && !interrupted;) {
-        double t = fmin((double)k * step, o->t_end);
-        const bool input = inputs_next(in) <= t;
-        if (input) t = inputs_next(in);
-        if ((input ? mbsr_simulation_sample : mbsr_simulation_to)(s, t)) break;
-        if (input) {
-            inputs_set(in, t, m->file->control);
-            if (mbsr_ida_jump(s->ida)) return complain(FAILED, "%s", mbsr_ida_error(s->ida)->text);
-            continue;
-        }
-        code = output_state(to, s->model, s->data, s->t, s->q, s->u);
-        if (t >= o->t_end) break;
-        ++k;
-    }
-    if (!code && s->status && !interrupted) code = complain(FAILED, "%s", s->error.text);
-    return code;
+    char text[MBSR_TEXT_SIZE];
+    lines all = {.to = to, .step = drive_step(o)};
+    const drive_taker taker = {next_multiple, take_line, &all};
+    const int code = drive(o, m, s, in, &taker, text);
+    return code && s->status && !interrupted ? complain(FAILED, "%s", text) : code;
 }
 
 /* ---- what is told of a run beside its lines ---- */
@@ -186,23 +130,28 @@ static void tell_joints(const program_model *m)
 
 /* ---- all of it ---- */
 
-static int simulate(const run_options *o, program_model *m, inputs *in, output *to)
+static int simulate(const run_options *o, program_model *m, inputs *in, touching *contacts,
+                    output *to)
 {
     const double *q, *u;
     progress shown = progress_begin("run", o->t_end, o->quiet);
     mbsr_ida_opt opt;
     int code = start_state(&o->common, m, &q, &u);
-    if (!code) code = integrator(o, &shown, &opt);
-    const double step = output_step(o);
+    if (!code) code = drive_integrator(o, &opt);
+    opt.progress = stop;
+    opt.progress_user = &shown;
+    opt.progress_interval = 0.1;
+    const double step = drive_step(o);
     if (!code) code = output_open(o->file, to->columns, ceil(o->t_end / step) + 1.0, to);
     if (code) return code;
     inputs_set(in, 0.0, m->file->control);
     tell_beginning(o, m, &opt, to);
-    touching contacts = {NULL, NULL};
-    code = touching_make(m, q, o->common.contacts, o->quiet, &contacts);
+    code = touching_make(m, q, o->common.contacts, o->quiet, contacts);
+    if (!code && !contacts->model && columns_have_contacts(to->columns))
+        code = complain(USAGE, "--output: nothing touches");
     if (code) return code;
     mbsr_simulation s =
-        mbsr_simulation_of(contacts.model ? contacts.model : mbsr_file_take_model(m->file));
+        mbsr_simulation_of(contacts->model ? contacts->model : mbsr_file_take_model(m->file));
     mbsr_data_destroy(m->data);
     m->data = NULL;
     signal(SIGINT, interrupt);
@@ -213,7 +162,7 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
     if (interrupted) complain(FAILED, "stopped at t = %g; what was computed is kept", s.t);
     tell_end(o, &s, code, to);
     mbsr_simulation_end(&s);
-    touching_free(&contacts);
+    touching_free(contacts);
     return interrupted ? FAILED : code;
 }
 
@@ -221,16 +170,20 @@ int run_run(int argc, char **argv)
 {
     run_options o = {.common = {.limits = true, .friction = true, .contacts = true}};
     program_model m = {.text = NULL};
+    touching contacts = {.contacts = NULL};
     columns c = {.list = NULL};
     output to = {.columns = &c};
     inputs in = {.actuator = NULL};
-    int code = read_run_options(argc, argv, &o);
+    int code = drive_options("run", argc, argv, &o);
+    if (!code && o.common.json && !o.file)
+        code = complain(USAGE, "run: --json goes to standard output, so the run needs -o FILE");
     if (code) return code;
     code = open_model(&o.common, o.quiet, &m);
     if (!code && !o.quiet) tell_joints(&m);
     if (!code) code = columns_make(&m, o.outputs, &c);
+    c.touching = &contacts;
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
-    if (!code) code = simulate(&o, &m, &in, &to);
+    if (!code) code = simulate(&o, &m, &in, &contacts, &to);
     const int closing = output_close(&to);
     if (!code) code = closing;
     free(c.list);

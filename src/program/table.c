@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Cuts the next cell off *line, without its quotes; NULL: none is left. */
-static char *next_cell(char **line)
+char *table_cell(char **line)
 {
     char *from = *line, *to, *cell;
     if (!from) return NULL;
@@ -27,7 +26,7 @@ static char *next_cell(char **line)
     return cell;
 }
 
-static char *next_line(char **text)
+char *table_line(char **text)
 {
     char *line = *text;
     if (!line || !*line) return NULL;
@@ -43,7 +42,7 @@ static int read_head(const char *path, char *line, table *t)
     for (const char *s = line; *s; ++s) room += *s == ',';
     t->name = malloc((size_t)room * sizeof *t->name);
     if (!t->name) return complain(FAILED, "no memory");
-    for (char *cell; (cell = next_cell(&line));) t->name[t->columns++] = cell;
+    for (char *cell; (cell = table_cell(&line));) t->name[t->columns++] = cell;
     if (t->columns == 0 || strcmp(t->name[0], "t") != 0)
         return complain(NOT_READ, "%s:1: the first column must be t", path);
     return DONE;
@@ -52,7 +51,7 @@ static int read_head(const char *path, char *line, table *t)
 static int read_line(const char *path, int number, char *line, double *row, const table *t)
 {
     for (int k = 0; k < t->columns; ++k) {
-        const char *cell = next_cell(&line);
+        const char *cell = table_cell(&line);
         char *end = NULL;
         row[k] = cell ? strtod(cell, &end) : NAN;
         if (!cell || !*cell || *end || !isfinite(row[k]))
@@ -68,10 +67,10 @@ int table_read_csv(const char *path, table *t)
 {
     size_t size, room = 0;
     *t = (table){.text = read_file(path, &size)};
-    char *at = t->text, *line = at ? next_line(&at) : NULL;
+    char *at = t->text, *line = at ? table_line(&at) : NULL;
     if (!t->text) return complain_of_file(NOT_READ, path, "read");
     int code = line ? read_head(path, line, t) : complain(NOT_READ, "%s is empty", path);
-    for (int number = 2; !code && (line = next_line(&at)); ++number) {
+    for (int number = 2; !code && (line = table_line(&at)); ++number) {
         if (!line[strspn(line, " \r")]) continue;
         const size_t width = (size_t)t->columns, place = (size_t)t->lines * width;
         if (place + width > room) {

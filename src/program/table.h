@@ -17,6 +17,11 @@ typedef struct table {
 int table_read_csv(const char *path, table *t);
 void table_free(table *t);
 
+/* Cuts the next line off a text, the next cell off a line, without its quotes; NULL: none is left.
+ */
+char *table_line(char **text);
+char *table_cell(char **line);
+
 /* Of column k. */
 static inline double table_at(const table *t, int line, int k)
 {

@@ -14,8 +14,8 @@ typedef struct overlaps {
     int bodies, (*body)[2], shapes, (*shape)[2];
 } overlaps;
 
-/* The object and the model with its element; *force is its id. */
-static int make_touching(const program_model *m, const overlaps *without, touching *t, int *force,
+/* The object and the model with its element. */
+static int make_touching(const program_model *m, const overlaps *without, touching *t,
                          mbsr_contacts_of_file *told)
 {
     mbsr_error error = {.text = "no memory"};
@@ -31,7 +31,7 @@ static int make_touching(const program_model *m, const overlaps *without, touchi
     if (!status) status = mbsr_contacts_force(t->contacts, 0, &def, &error);
     if (!status) status = mbsr_model_copy(m->model, &t->model, &error);
     if (status) return complain(FAILED, "%s", error.text);
-    if (mbsr_model_add_force(t->model, &def, force) || mbsr_model_finish(t->model))
+    if (mbsr_model_add_force(t->model, &def, &t->force) || mbsr_model_finish(t->model))
         return complain(FAILED, "%s", mbsr_model_error(t->model)->text);
     return DONE;
 }
@@ -74,6 +74,16 @@ static void add_pair(int a, int b, int *count, int (*pair)[2])
     pair[(*count)++][1] = b;
 }
 
+/* Whether the file gives two bodies shapes that touch by a law of their own. */
+static bool have_pair(const mbsr_file *f, int a, int b)
+{
+    for (int k = 0; k < f->pairs; ++k) {
+        const int x = f->shape[f->pair[k].shape[0]].body, y = f->shape[f->pair[k].shape[1]].body;
+        if ((x == a && y == b) || (x == b && y == a)) return true;
+    }
+    return false;
+}
+
 static int list_overlaps(const program_model *m, const mbsr_contact_point *points, int count,
                          overlaps *found)
 {
@@ -87,33 +97,27 @@ static int list_overlaps(const program_model *m, const mbsr_contact_point *point
         if (p->normal_force <= weight) continue;
         if (p->body_a != MBSR_GROUND && p->body_b != MBSR_GROUND)
             add_pair(p->body_a, p->body_b, &found->bodies, found->body);
-        else if (is_held_by_ground(m, on_ground))
+        else if (is_held_by_ground(m, on_ground) && !have_pair(m->file, p->body_a, p->body_b))
             add_pair(p->shape_a, p->shape_b, &found->shapes, found->shape);
     }
     return DONE;
 }
 
-static int find_overlaps(const program_model *m, const touching *t, int force, const double *q,
-                         overlaps *found)
+static int find_overlaps(const program_model *m, touching *t, const double *q, overlaps *found)
 {
     mbsr_error error;
     mbsr_data *d = NULL;
-    mbsr_contact_point *points = NULL;
-    int count = 0, code = DONE;
     double *u = calloc((size_t)mbsr_model_nu(t->model) + 1, sizeof *u);
     if (!u || mbsr_data_create(t->model, &d, &error)) {
         free(u);
         return complain(FAILED, "no memory");
     }
-    int status = mbsr_stage_positions(t->model, d, 0.0, q);
-    if (!status) status = mbsr_stage_velocities(t->model, d, u);
-    if (!status) status = mbsr_contact_report(t->model, d, force, 0, NULL, &count);
-    if (!status && count > 0) points = calloc((size_t)count, sizeof *points);
-    if (points) status = mbsr_contact_report(t->model, d, force, count, points, &count);
-    if (status) code = complain(FAILED, "%s", mbsr_data_error(d)->text);
-    if (!code && points) code = list_overlaps(m, points, count, found);
+    int code = DONE;
+    if (mbsr_stage_positions(t->model, d, 0.0, q) || mbsr_stage_velocities(t->model, d, u))
+        code = complain(FAILED, "%s", mbsr_data_error(d)->text);
+    if (!code) code = touching_look(t, d);
+    if (!code) code = list_overlaps(m, t->point, t->count, found);
     mbsr_data_destroy(d);
-    free(points);
     free(u);
     return code;
 }
@@ -124,7 +128,8 @@ static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
         say(stderr, "%d shapes touch, with up to %.3g N/m each; not so: --no-contacts\n",
             told->shapes, told->stiffness);
     if (told->left_out > 0)
-        say(stderr, "%d shapes for contact are left out: meshes, or planes that move\n",
+        say(stderr,
+            "%d shapes for contact are left out: planes that move, or meshes without a hull\n",
             told->left_out);
     if (found->bodies > 0)
         say(stderr, "shapes of %d pairs of bodies are drawn into each other and never touch\n",
@@ -147,15 +152,14 @@ int touching_make(const program_model *m, const double *q, bool on, bool quiet, 
 {
     mbsr_contacts_of_file told = {0};
     overlaps found = {0};
-    int force;
-    *t = (touching){NULL, NULL};
+    *t = (touching){.contacts = NULL};
     if (!on || !has_shapes(m->file)) return DONE;
-    int code = make_touching(m, &found, t, &force, &told);
-    if (!code) code = find_overlaps(m, t, force, q, &found);
+    int code = make_touching(m, &found, t, &told);
+    if (!code) code = find_overlaps(m, t, q, &found);
     if (!code && found.bodies + found.shapes > 0) {
         mbsr_model_destroy(t->model);
         touching_free(t);
-        code = make_touching(m, &found, t, &force, &told);
+        code = make_touching(m, &found, t, &told);
     }
     if (!code && !quiet) tell(&told, &found);
     free(found.body);
@@ -170,5 +174,60 @@ int touching_make(const program_model *m, const double *q, bool on, bool quiet, 
 void touching_free(touching *t)
 {
     mbsr_contacts_destroy(t->contacts);
-    *t = (touching){NULL, NULL};
+    free(t->point);
+    *t = (touching){.contacts = NULL};
+}
+
+/* ---- points ---- */
+
+int touching_look(touching *t, mbsr_data *data)
+{
+    int status = mbsr_contact_report(t->model, data, t->force, t->room, t->point, &t->count);
+    if (!status && t->count > t->room) {
+        const int room = 2 * t->count;
+        mbsr_contact_point *larger = realloc(t->point, (size_t)room * sizeof *larger);
+        if (!larger) return complain(FAILED, "no memory");
+        t->point = larger;
+        t->room = room;
+        status = mbsr_contact_report(t->model, data, t->force, t->room, t->point, &t->count);
+    }
+    return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;
+}
+
+/* On body a of a point. */
+static void force_on_a(const mbsr_contact_point *p, double force[3])
+{
+    for (int k = 0; k < 3; ++k) force[k] = p->normal_force * p->normal[k] + p->friction[k];
+}
+
+void touching_arrow(const touching *t, int k, float place[3], float force[3])
+{
+    const mbsr_contact_point *p = t->point + k;
+    const double sign = p->body_a > p->body_b ? 1.0 : -1.0;
+    double on_a[3];
+    force_on_a(p, on_a);
+    for (int l = 0; l < 3; ++l) {
+        place[l] = (float)p->point[l];
+        force[l] = (float)(sign * on_a[l]);
+    }
+}
+
+void touching_load(const touching *t, int body, int other, const double none[3], double value[6])
+{
+    double weight = 0.0, sum[3] = {0.0, 0.0, 0.0};
+    for (int l = 0; l < 6; ++l) value[l] = l < 3 ? 0.0 : none[l - 3];
+    for (int k = 0; k < t->count; ++k) {
+        const mbsr_contact_point *p = t->point + k;
+        const bool is_a = p->body_a == body, is_b = p->body_b == body;
+        const int second = is_a ? p->body_b : p->body_a;
+        double on_a[3];
+        if ((!is_a && !is_b) || (other != ANY_BODY && second != other)) continue;
+        force_on_a(p, on_a);
+        weight += p->normal_force;
+        for (int l = 0; l < 3; ++l) {
+            value[l] += is_a ? on_a[l] : -on_a[l];
+            sum[l] += p->normal_force * p->point[l];
+        }
+    }
+    for (int l = 0; l < 3 && weight > 0.0; ++l) value[3 + l] = sum[l] / weight;
 }

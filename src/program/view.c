@@ -197,13 +197,26 @@ static int write_page(const view_options *o, const page *p)
     return code;
 }
 
+/* The model and data are those with what touches. */
+static int touch_shown(const view_options *o, const double *q, program_model *m, touching *contacts)
+{
+    mbsr_error error;
+    const int code = touching_make(m, q, o->common.contacts, true, contacts);
+    if (code || !contacts->model) return code;
+    mbsr_data_destroy(m->data);
+    m->data = NULL;
+    m->model = contacts->model;
+    return mbsr_data_create(m->model, &m->data, &error) ? complain(FAILED, "%s", error.text) : DONE;
+}
+
 int run_view(int argc, char **argv)
 {
-    view_options o = {.common = {.limits = true, .friction = true}, .own = ""};
+    view_options o = {.common = {.limits = true, .friction = true, .contacts = true}, .own = ""};
     program_model m = {.text = NULL};
     table run = {.text = NULL};
     inputs in = {.actuator = NULL};
     motion shown = {.samples = 0};
+    touching contacts = {.contacts = NULL};
     const double *q, *u;
     int code = read_view_options(argc, argv, &o);
     if (code) return code;
@@ -211,15 +224,18 @@ int run_view(int argc, char **argv)
     if (!code) code = start_state(&o.common, &m, &q, &u);
     if (!code && o.run) code = read_run(&o, &m, &run);
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
+    if (!code) code = touch_shown(&o, q, &m, &contacts);
     double *rates = code ? NULL : calloc((size_t)mbsr_model_nu(m.model) + 1, sizeof *rates);
     if (!code && !rates) code = complain(FAILED, "no memory");
     if (!code && u) memcpy(rates, u, (size_t)mbsr_model_nu(m.model) * sizeof *u);
-    if (!code) code = motion_make(&m, o.run, o.run ? &run : NULL, &in, q, rates, &shown);
+    if (!code) code = motion_make(&m, &contacts, o.run, o.run ? &run : NULL, &in, q, rates, &shown);
     if (!code) code = write_page(&o, &(page){&o.common, &m, &shown, o.run ? &run : NULL, q, rates});
     free(rates);
     motion_free(&shown);
     inputs_free(&in);
     table_free(&run);
     close_model(&m);
+    mbsr_model_destroy(contacts.model);
+    touching_free(&contacts);
     return code;
 }

@@ -204,10 +204,11 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
     mbsri_loop_run loops;
     if (!m->tree.evaluated || !m->tree.evaluated->loops) return MBSRI_NOT_SERVED;
     int status = prepare_run(&run, m, m->tree.evaluated, d, t, q, u, d->out, false);
+    if (status) return status;
     mbsri_open_loops_place(&loops, &run);
     run.springs = true;
     run.bias = loops.rest;
-    if (!status) status = forces(&run, tau, false);
+    status = forces(&run, tau, false);
     if (status) return status;
     mbsri_open_loops_begin(&loops);
     if (!run.tree->kernels->loops_backward(&loops)) return MBSRI_NOT_SERVED;

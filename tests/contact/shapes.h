@@ -35,7 +35,7 @@ static inline mbsr_shape sample_shape(mbsr_shape_kind kind, int body)
     s.size[2] = 0.15;
     s.vertices = 6, s.triangles = 8;
     s.vertex = octahedron, s.triangle = octahedron_faces;
-    s.law = (mbsr_contact_law){2e4, 1.5, 0.3, 0.6, 0.1, 0.02, 0.03, 0.2};
+    s.law = (mbsr_contact_law){2e4, 1.5, 0.3, 0.6, 0.1, 0.02, 0.03, 0.2, 0.0};
     return s;
 }
 

@@ -5,11 +5,16 @@
 #include <mbsrank/files.h>
 #include <mbsrank/simulation.h>
 
+#include <stdbool.h>
+#include <stdio.h>
+
 static mbsr_file *read(const char *text)
 {
     mbsr_file *file;
     mbsr_error error;
-    if (mbsr_file_read(text, strlen(text), "small.xml", NULL, &file, &error))
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.hull_corners = 12;
+    if (mbsr_file_read(text, strlen(text), "small.xml", &opt, &file, &error))
         fail_msg("%s", error.text);
     assert_int_equal(mbsr_model_finish(file->model), MBSR_OK);
     return file;
@@ -118,6 +123,131 @@ static void groups(void **unused)
     mbsr_model_destroy(m);
     mbsr_contacts_destroy(contacts);
     mbsr_file_destroy(file);
+}
+
+/* ---- meshes, by their hulls ---- */
+
+/* The points of a model's contacts as it is drawn. */
+static int points_drawn(const char *text, int most, mbsr_contact_point *point,
+                        mbsr_contacts_of_file *told)
+{
+    mbsr_file *file = read(text);
+    mbsr_contacts *contacts;
+    mbsr_error error;
+    mbsr_data *d;
+    int force, count;
+    mbsr_model *m = touching_model(file, &contacts, &force, told);
+    const double u[24] = {0.0};
+    assert_int_equal(mbsr_data_create(m, &d, &error), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, file->q0), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(m, d, u), MBSR_OK);
+    assert_int_equal(mbsr_contact_report(m, d, force, most, point, &count), MBSR_OK);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    mbsr_contacts_destroy(contacts);
+    mbsr_file_destroy(file);
+    return count;
+}
+
+/* A cube of 0.2 m with a point within and one on an edge, neither of them in the hull; turned over
+ * and scaled. */
+#define CUBE                                                                                       \
+    "<asset><mesh name='c' scale='.1 .1 -.1' vertex='1 1 1 -1 1 1 1 -1 1 -1 -1 1 1 1 -1 -1 1 -1 "  \
+    "1 -1 -1 -1 -1 -1 .1 .2 .3 1 1 .3'/><mesh name='flat' vertex='0 0 0 1 0 0 0 1 0 1 1 0' "       \
+    "face='0 1 2 1 3 2'/></asset>"
+
+static void mesh_hulls(void **unused)
+{
+    (void)unused;
+    mbsr_contact_point point[16];
+    mbsr_contacts_of_file told;
+    const char *const text =
+        "<mujoco>" CUBE "<worldbody><geom type='plane' size='1 1 .1'/>"
+        "<body pos='0 0 .099'><freejoint/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+        "<geom type='mesh' mesh='c'/><geom name='f' type='mesh' mesh='flat'/></body>"
+        "</worldbody></mujoco>";
+    mbsr_file *file = read(text);
+    assert_int_equal(file->shape[1].hull_corners, 8);
+    assert_int_equal(file->shape[1].hull_sides, 12);
+    assert_int_equal(file->shape[2].hull_corners, 0);
+    bool named = false;
+    for (int k = 0; k < file->findings; ++k)
+        named = named || (strcmp(file->finding[k].element, "geom 'f'") == 0 &&
+                          strstr(file->finding[k].text, "its points lie in a plane"));
+    assert_true(named);
+    mbsr_file_destroy(file);
+    assert_int_equal(points_drawn(text, 16, point, &told), 4);
+    assert_int_equal(told.left_out, 1);
+    /* corners of the core are 0.099 from the middle in each direction, and round */
+    const double radius = 0.01 * sqrt(0.03);
+    for (int k = 0; k < 4; ++k) {
+        assert_close(point[k].depth, radius, 1e-6);
+        assert_close(point[k].normal[2], -1.0, 1e-12);
+    }
+}
+
+/* Of a ball of 400 points a hull of 12 corners, all of them points of the ball. */
+static void hulls_are_small(void **unused)
+{
+    (void)unused;
+    static char text[32000];
+    int used = snprintf(text, sizeof text, "<mujoco><asset><mesh name='c' vertex='");
+    for (int k = 0; k < 400; ++k) {
+        const double z = -1.0 + (2.0 * k + 1.0) / 400.0, r = sqrt(1.0 - z * z), a = 2.4 * k;
+        used += snprintf(text + used, sizeof text - (size_t)used, "%.6f %.6f %.6f ", r * cos(a),
+                         r * sin(a), z);
+    }
+    (void)snprintf(text + used, sizeof text - (size_t)used,
+                   "'/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='c'/></body>"
+                   "<body pos='3 0 0'><freejoint/><geom type='mesh' mesh='c'/></body>"
+                   "</worldbody></mujoco>");
+    mbsr_file *file = read(text);
+    const mbsr_file_shape *s = file->shape;
+    assert_int_equal(s[0].hull_corners, 12);
+    assert_int_equal(s[0].hull_sides, 20);
+    assert_ptr_equal(s[0].hull_corner, s[1].hull_corner);
+    for (int k = 0; k < 12; ++k) {
+        const double *x = s[0].hull_corner + 3 * (ptrdiff_t)k;
+        assert_close(x[0] * x[0] + x[1] * x[1] + x[2] * x[2], 1.0, 1e-5);
+    }
+    for (int k = 0; k < 20; ++k) { /* all sides look outwards, not nearer than half the radius */
+        const double *x[3], *c = s[0].hull_corner;
+        for (int l = 0; l < 3; ++l) x[l] = c + 3 * (ptrdiff_t)s[0].hull_side[3 * k + l];
+        const double a[3] = {x[1][0] - x[0][0], x[1][1] - x[0][1], x[1][2] - x[0][2]},
+                     b[3] = {x[2][0] - x[0][0], x[2][1] - x[0][1], x[2][2] - x[0][2]},
+                     n[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                             a[0] * b[1] - a[1] * b[0]};
+        const double size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        assert_true(n[0] * x[0][0] + n[1] * x[0][1] + n[2] * x[0][2] > 0.5 * size);
+    }
+    mbsr_file_destroy(file);
+}
+
+/* ---- pairs and margins ---- */
+
+/* A pair has its own numbers and needs no groups; margins of shapes add up. MuJoCo 3.14 gives the
+ * first two contacts at the same distances the numbers below. */
+static void pairs_and_margins(void **unused)
+{
+    (void)unused;
+    mbsr_contact_point point[16];
+    mbsr_contacts_of_file told;
+    const int count = points_drawn(
+        "<mujoco><default><geom friction='.3 .02 .01' margin='.02' gap='.005'/></default>"
+        "<worldbody><geom name='p' type='plane' size='1 1 .1' margin='.03'/>"
+        "<body pos='0 0 .14'><freejoint/><geom name='a' size='.1' mass='1'/></body>"
+        "<body pos='1 0 .14'><freejoint/><geom name='b' size='.1' mass='1'/></body>"
+        "<body pos='2 0 .14'><freejoint/><geom name='c' size='.1' mass='1' contype='0' "
+        "conaffinity='0'/></body></worldbody><contact><pair geom1='p' geom2='b'/>"
+        "<pair geom1='c' geom2='p' friction='.5' margin='.1'/></contact></mujoco>",
+        16, point, &told);
+    assert_int_equal(count, 2);
+    assert_int_equal(told.shapes, 4);
+    assert_int_equal(point[0].shape_b, 1);
+    assert_close(point[0].depth, 0.01, 1e-9);
+    assert_int_equal(point[1].shape_b, 3);
+    assert_close(point[1].depth, 0.06, 1e-9);
+    assert_close(point[1].normal_force, 0.06 * 3.0 / (0.02 * 0.02), 1e-9);
 }
 
 /* ---- parts of zero mass between contacts ---- */
@@ -263,7 +393,10 @@ static void refusals(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quadruped), cmocka_unit_test(groups),          cmocka_unit_test(between),
-        cmocka_unit_test(fingers),   cmocka_unit_test(rolling_between), cmocka_unit_test(refusals)};
+        cmocka_unit_test(quadruped),        cmocka_unit_test(groups),
+        cmocka_unit_test(between),          cmocka_unit_test(fingers),
+        cmocka_unit_test(rolling_between),  cmocka_unit_test(refusals),
+        cmocka_unit_test(mesh_hulls),       cmocka_unit_test(hulls_are_small),
+        cmocka_unit_test(pairs_and_margins)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 /* Motions with contact whose answers are known, by the driver and by steps of fixed size.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "shapes.h"
 
 #include <mbsrank/simulation.h>
@@ -19,7 +20,7 @@ typedef struct run {
     mbsr_contacts *contacts;
     int force;
     units in;
-    double q[7 * 12], u[6 * 12];
+    double q[7 * 26], u[6 * 26];
     int bodies;
 } run;
 
@@ -259,10 +260,98 @@ static void stack(void **unused)
     end(&r);
 }
 
+/* On a floor with the slope 0.03 five boxes creep on each other, every second one turned by 45
+ * degrees: at each face friction carries that part of the normal force, so that v / root(v^2 +
+ * slip^2) = 0.03 / mu there, and box k is k + 1 times as fast as the lowest one. */
+static void leaning(void **unused)
+{
+    (void)unused;
+    mbsr_contact_law law = law_in(systems[0], 1e11, 1e3, 0.5);
+    run r;
+    begin(&r, systems[0], false, law);
+    mbsr_shape floor_ = mbsr_default_shape();
+    mbsr_error error;
+    floor_.kind = MBSR_SHAPE_PLANE;
+    floor_.law = law;
+    floor_.law.stiffness = INFINITY;
+    assert_int_equal(mbsr_contacts_add(r.contacts, &floor_, NULL, &error), MBSR_OK);
+    mbsr_simulation_add_force(&r.s, mbsr_force_gravity(0.03 * 9.81, 0, -9.81));
+    for (int k = 0; k < 5; ++k) {
+        add(&r, MBSR_SHAPE_BOX, law, 0.0, 0.1 + 0.2 * k);
+        if (k % 2) r.q[7 * k] = cos(0.3926990817), r.q[7 * k + 3] = sin(0.3926990817);
+    }
+    start(&r, 1e-6);
+    double before[5];
+    to(&r, 20.0);
+    for (int k = 0; k < 5; ++k) before[k] = r.q[7 * k + 4];
+    to(&r, 100.0);
+    const double creep = 1e-4 * 0.06 / sqrt(1.0 - 0.06 * 0.06);
+    for (int k = 0; k < 5; ++k)
+        assert_close((r.q[7 * k + 4] - before[k]) / 80.0, (k + 1) * creep, 1e-3 * (k + 1) * creep);
+    end(&r);
+}
+
+/* A free body with one shape, at rest. */
+static int add_own(run *r, const mbsr_shape *like, mbsr_inertia inertia, double x, double y,
+                   double z)
+{
+    mbsr_error error;
+    mbsr_shape shape = *like;
+    shape.body =
+        mbsr_simulation_add_body(&r->s, "body", MBSR_GROUND, mbsr_joint_free(NULL, NULL), inertia);
+    if (mbsr_contacts_add(r->contacts, &shape, NULL, &error)) fail_msg("%s", error.text);
+    double *q = r->q + 7 * r->bodies++;
+    q[0] = 1.0;
+    q[4] = x, q[5] = y, q[6] = z;
+    return shape.body;
+}
+
+/* A slab of 10 kg with balls of 1 kg on it is pulled by 150 N over a floor with the coefficient 0.4
+ * (rolling of leggedrobotics/SimBenchmark, with 25 balls): they roll with 2/7 of its acceleration,
+ * whatever the direction. */
+static void pulled_slab(void **unused)
+{
+    (void)unused;
+    const int side = test_long() ? 5 : 2, balls = side * side;
+    const double edges[3] = {20.0, 20.0, 1.0}, k = 1e8, weight = (10.0 + balls) * 9.81,
+                 a = (150.0 - 0.4 * weight) / (10.0 + balls * 2.0 / 7.0), t = 1.0;
+    for (int n = 0; n < 3; ++n) {
+        const double way[2] = {cos(0.6 * n), sin(0.6 * n)};
+        double wrench[6] = {0.0, 0.0, 0.0, 150.0 * way[0], 150.0 * way[1], 0.0};
+        run r;
+        mbsr_contact_law law = {
+            .stiffness = k, .exponent = 1.0, .damping = 1e3, .friction = 0.4, .slip = 1e-6};
+        begin(&r, systems[0], true, law);
+        mbsr_shape slab = mbsr_default_shape(), ball = slab;
+        slab.law = ball.law = law;
+        for (int l = 0; l < 3; ++l) slab.size[l] = 0.5 * edges[l];
+        ball.kind = MBSR_SHAPE_SPHERE;
+        ball.size[0] = 0.5;
+        ball.law.friction = 0.8;
+        const double deep = weight / (4.0 * k);
+        const int body =
+            add_own(&r, &slab, mbsr_inertia_box(10.0 / 400.0, edges), 0.0, 0.0, 0.5 - deep);
+        for (int l = 0; l < balls; ++l)
+            add_own(&r, &ball, mbsr_inertia_sphere(6.0 / 3.14159265358979323846, 0.5),
+                    2.0 * (l / side) - side + 1.0, 2.0 * (l % side) - side + 1.0,
+                    1.5 - deep - 9.81 / (0.5 * k));
+        mbsr_simulation_add_force(&r.s, mbsr_force_applied(body, mbsr_held_force, wrench));
+        start(&r, 1e-8);
+        to(&r, t);
+        for (int l = 0; l < 2; ++l) {
+            assert_close(r.u[3 + l], a * t * way[l], 1e-5 * a * t);
+            for (int b = 1; b <= balls; ++b)
+                assert_close(r.u[6 * b + 3 + l], 2.0 / 7.0 * a * t * way[l], 1e-5 * a * t);
+        }
+        end(&r);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(rolling),       cmocka_unit_test(sliding),
-                                       cmocka_unit_test(spinning_down), cmocka_unit_test(bouncing),
-                                       cmocka_unit_test(cradle),        cmocka_unit_test(stack)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rolling),  cmocka_unit_test(sliding),    cmocka_unit_test(spinning_down),
+        cmocka_unit_test(bouncing), cmocka_unit_test(cradle),     cmocka_unit_test(stack),
+        cmocka_unit_test(leaning),  cmocka_unit_test(pulled_slab)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

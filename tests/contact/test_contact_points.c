@@ -1,5 +1,6 @@
 /* Points of contact: known ones, random pairs against alternating projections, what is refused.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "shapes.h"
 
 #include <stdlib.h>
@@ -188,7 +189,7 @@ static void random_pairs(void **unused)
     uint64_t seed = 3;
     int touching = 0, apart = 0, unsure = 0;
     const char *more = getenv("MBSR_CONTACT_PAIRS");
-    const int rounds = more ? atoi(more) : 60;
+    const int rounds = more ? atoi(more) : test_long() ? 6000 : 60; /* 62500: a million pairs */
     for (int pair = 0; pair < 16; ++pair) {
         const mbsr_shape shapes[2] = {sample_shape(kinds[pair / 4], 0),
                                       sample_shape(kinds[pair % 4], 0)};

@@ -5,14 +5,12 @@
 # Usage: function_length.sh LINES SOURCE_DIR
 set -eu
 find "$2" -name '*.[ch]' | grep -q . || { echo "no sources in $2"; exit 1; }
-find "$2" -name '*.[ch]' | sort | while read -r file; do
-    awk -v limit="$1" -v file="$file" '
-        /^{/ { start = NR }
-        /^}/ && start {
-            lines = NR - start + 1
-            if (lines > limit) printf "%s:%d: %d lines, %d allowed\n", file, start, lines, limit
-            start = 0
-        }' "$file"
-done | {
-    if grep .; then exit 1; fi
-}
+find "$2" -name '*.[ch]' | sort | xargs awk -v limit="$1" '
+    FNR == 1 { start = 0 }
+    /^{/ { start = FNR }
+    /^}/ && start {
+        lines = FNR - start + 1
+        if (lines > limit) { printf "%s:%d: %d lines, %d allowed\n", FILENAME, start, lines, limit; bad = 1 }
+        start = 0
+    }
+    END { exit bad }'

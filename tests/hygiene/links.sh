@@ -8,7 +8,7 @@ set -eu
 cd "$1"
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-documents="README.md CHANGELOG.md bench/README.md $(echo docs/*.md)"
+documents="README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md bench/README.md $(echo docs/*.md)"
 
 # "FILE#ANCHOR" of all headings, as GitHub makes them: small letters, digits, - and _; a hyphen for each space.
 # shellcheck disable=SC2086 # documents are several words

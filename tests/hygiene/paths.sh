@@ -13,9 +13,7 @@ fi
 # The brackets keep this file from matching itself.
 folders='(^|[^A-Za-z0-9_./])/([w]ork|[r]oot|[h]ome|[U]sers|[t]mp/bash)([^A-Za-z0-9_-]|$)'
 outside='(\.\./[s]hared|(^|[^A-Za-z0-9_./-])[s]hared)/|[T]HEORY\.md|[B]RIEF\.md'
-found=$(printf '%s\n' "$files" | while read -r file; do
-    if [ -f "$file" ]; then grep -HnIE "$folders|$outside" "$file" || true; fi
-done)
+found=$(printf '%s\n' "$files" | tr '\n' '\0' | xargs -0 grep -sHnIE "$folders|$outside" || true)
 if [ -n "$found" ]; then
     printf '%s\n' "$found"
     exit 1

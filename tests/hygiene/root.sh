@@ -6,5 +6,5 @@ set -eu
 cd "$1"
 git rev-parse --is-inside-work-tree >/dev/null 2>&1 || exit 77
 strangers=$(git ls-files | sed 's|/.*||' | sort -u | grep -vxE \
-    '\.ci|\.clang-format|\.gitignore|CHANGELOG\.md|CMakeLists\.txt|CMakePresets\.json|LICENSE|README\.md|bench|cmake|docs|examples|include|python|scripts|src|tests|web' || true)
+    '\.ci|\.clang-format|\.gitignore|CHANGELOG\.md|CITATION\.cff|CMakeLists\.txt|CMakePresets\.json|CONTRIBUTING\.md|LICENSE|README\.md|SECURITY\.md|bench|cmake|debian|docs|examples|include|packaging|python|scripts|src|tests|web' || true)
 [ -z "$strangers" ] || { echo "at the root, and not expected there: $strangers"; exit 1; }

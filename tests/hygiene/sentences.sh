@@ -67,4 +67,4 @@ awk -v limit="$limit" -v list="$list" '
         printf "all: %d sentences, %d longer than %d words\n", all, all_long, limit
         if (all == 0 || 100 * all_long > 2 * all) { print "    too many"; bad = 1 }
         exit bad
-    }' README.md CHANGELOG.md bench/README.md docs/*.md
+    }' README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md bench/README.md docs/*.md

@@ -362,6 +362,17 @@ if [ "$with_run" = 1 ]; then
     if grep -q '2 shapes touch' "$work/err"; then
         tail -n 1 "$work/ball.csv" | awk -F, '{ exit !($8 > 0.09 && $8 < 0.1) }' ||
             { echo 'a ball does not lie on the floor:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        "$program" run "$work/ball.xml" --t-end 2 --output contacts,body:world.contact -o "$work/ball.csv" 2>"$work/err"
+        grep -q "there is no body 'body'" "$work/err" || { echo 'contact of a body that is none'; failed=1; }
+        sed 's/<body /<body name="b" /' "$work/ball.xml" >"$work/named.xml"
+        "$program" run "$work/named.xml" --t-end 2 --output contacts,b:world.contact,b.pos -o "$work/ball.csv" 2>"$work/err" || failed=1
+        [ "$(head -n 1 "$work/ball.csv" | cut -d, -f1-8)" = \
+            t,b.contact.x,b.contact.y,b.contact.z,b.contact.px,b.contact.py,b.contact.pz,b:world.contact.x ] || failed=1
+        # in the air where the body is; at rest its weight, 9.81 of 4/3 pi 0.1^3 1000 kg
+        sed -n 2p "$work/ball.csv" | awk -F, '{ exit !($4 == 0 && $7 == 0.5 && $10 == 0) }' || { echo 'contact in the air'; failed=1; }
+        tail -n 1 "$work/ball.csv" | awk -F, '{ w = 41.0917; exit !($4 > w - 1e-3 && $4 < w + 1e-3 && $10 == $4 && $7 < 0) }' ||
+            { echo 'the floor does not carry a ball:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        ends 2 'nothing touches' run "$work/ball.xml" --t-end 1 --no-contacts --output contacts
         # massless fingers lift a box, which creeps by m g / (2 mu F) of the slip, 1e-3 m/s
         "$program" run "$models/gripper.xml" --t-end 3 --step 0.5 --inputs "$models/grip.csv" --output box,box.rate \
             -o "$work/grip.csv" 2>"$work/err" || { cat "$work/err"; failed=1; }

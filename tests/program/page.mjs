@@ -1,16 +1,16 @@
 // What pages of `mbsrank view` hold, without a browser: surfaces come back to what they were and take little, joints put
 // bodies where the library puts them.
 // SPDX-License-Identifier: BSD-3-Clause
-// Usage: node page.mjs PROGRAM PROJECT_DIR
+// Usage: node page.mjs PROGRAM PROJECT_DIR CONTACT (ON: the program has the component)
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-const [, , program, project] = process.argv, work = mkdtempSync(join(tmpdir(), "mbsrank-page-"));
+const [, , program, project, contact] = process.argv, work = mkdtempSync(join(tmpdir(), "mbsrank-page-"));
 const part = (name) => import(pathToFileURL(join(project, "src", "program", "viewer", name)));
-const { Motion, bytesOf, readData } = await part("data.js");
+const { Motion, bytesOf, contactArrows, readData } = await part("data.js");
 const { Kinematics, quaternionOf, vectorOf } = await part("kinematics.js");
 const { Loops } = await part("loops.js");
 const { unpack, withNormals } = await part("surface.js");
@@ -178,6 +178,18 @@ async function loopsByHand() {
     expect(loops.close(far, [3]) === null, "a loop closes over 5 m");
 }
 
+// A ball of 2 kg, drawn 1 mm deep in the floor: of both shapes 2 M / T^2 each, so M depth / T^2 between them.
+async function contactsAreArrows() {
+    const { data } = await pageOf(inWork("ball.xml", `<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+        <body pos="0.3 0 0.099"><freejoint/><geom size="0.1" mass="2" solref="0.1 1"/></body></worldbody></mujoco>`));
+    const place = [0, 0, 0], arrows = contactArrows(data, new Motion(data));
+    expect(data.contacts >= 1, "a ball in the floor touches nothing");
+    arrows.tail(0, place);
+    expect(Math.abs(place[0] - 0.3) < 1e-6 && Math.abs(place[2] + 0.0005) < 1e-6, `the point is at ${place}`);
+    const k = 1 / (0.1 ** 2 / 4 + 0.02 ** 2 / 4), force = arrows.values[arrows.first + 2];
+    expect(Math.abs(force - 0.001 * k) < 1e-3 * 0.001 * k, `the force is ${force}, not ${0.001 * k}`);
+}
+
 function rotationVectors() {
     for (const v of [[0, 0, 0], [1e-12, 0, 0], [0.3, -2, 1], [0, 0, 3.1]])
         for (const sign of [1, -1]) {
@@ -187,7 +199,7 @@ function rotationVectors() {
 }
 
 for (const test of [largeSurface, smallSurface, jointsOfEveryKind, mimickingJoints, loopsByHand,
-    rotationVectors]) {
+    rotationVectors, ...(contact === "ON" ? [contactsAreArrows] : [])]) {
     try {
         await test();
     } catch (error) {

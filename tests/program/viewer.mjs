@@ -160,6 +160,21 @@ async function suspension(browser) {
     await browser.picture(join(pictures, "suspension.png"));
 }
 
+// Pictures of docs/contact.md: what touches, with its forces.
+async function touching(browser) {
+    const pages = [["quadruped.xml", 0.8, ["--start", "standing", "--t-end", "1", "--step", "0.02"]],
+        ["gripper.xml", 0.9, ["--t-end", "3", "--step", "0.05", "--inputs", join(models, "grip.csv")]],
+        ["marbles.xml", 1, ["--t-end", "1", "--step", "0.02", "--rtol", "1e-4", "--atol", "1e-4"]]];
+    for (const [model, t, options] of pages) {
+        const run = await show(browser, model, "light", ...options, "--output", "state");
+        if (!run) return;
+        await browser.ask(`document.getElementById("show-contacts").click()`);
+        for (const id of ["shown", "joints-of", "bodies-of"]) await browser.ask(`document.getElementById("${id}").open = false`);
+        await browser.ask(slideTo(t));
+        await browser.picture(join(pictures, model.replace(".xml", "_page.png")));
+    }
+}
+
 // A bob of 2 kg hangs by a closure: where it hooks in, the force is what moves the bob, and gravity beside.
 async function hookedBob(browser) {
     const model = join(work, "bob.xml"), mass = 2;
@@ -365,6 +380,7 @@ try {
 await inBrowser(quarterCar, 900, 600);
 await inBrowser(robots, pictures ? 1280 : 640, pictures ? 800 : 400);
 if (pictures) await inBrowser(suspension, 1280, 800);
+if (pictures) await inBrowser(touching, 1000, 560);
 await inBrowser(hookedBob, 900, 600);
 await inBrowser(manyBodies, 320, 240);
 rmSync(work, { recursive: true });

@@ -133,6 +133,11 @@ function scriptsFor(viewer) {
             const at = 9 * (motion.sample * data.loops.length + k);
             return data.loopForces && Array.from(data.loopForces.subarray(at, at + 9));
         },
+        // points of contact at the sample before: where, m, and force, N, each
+        contacts: () => {
+            const size = 6 * data.contacts, at = size * motion.sample;
+            return data.contactForces ? Array.from(data.contactForces.subarray(at, at + size)) : [];
+        },
         // colours of what is shown of a body, and the corners of the box around that
         colours: (body) => itemsOf(body).filter(([b, , k]) => b.isShown(k, motion)).map(([, item]) => item.colour),
         reach: (body) => {

@@ -16,7 +16,7 @@ const floatsOf = async (text) => text && new Float32Array((await bytesOf(text)).
 // on the body.
 export async function readData(text) {
     const data = JSON.parse(text);
-    for (const name of ["coordinates", "poses", "reactions", "loopForces"]) data[name] = await floatsOf(data[name]);
+    for (const name of ["coordinates", "poses", "reactions", "loopForces", "contactForces"]) data[name] = await floatsOf(data[name]);
     for (const column of data.columns) column.values = await floatsOf(column.values);
     for (const b of data.bodies) {
         b.anchor = b.A.slice(0, 3);
@@ -53,6 +53,17 @@ export function loopArrows(data, motion) {
     const tail = (k, to) => {
         const at = stride * (count * motion.sample + k), next = motion.part > 0 ? at + stride * count : at;
         for (let l = 0; l < 3; ++l) to[l] = values[at + l] + motion.part * (values[next + l] - values[at + l]);
+    };
+    return { count, values, stride, first: 3, tail };
+}
+
+// What shapes exert where they touch: as many places in each sample as there are points at most, zeros where there are
+// fewer.
+export function contactArrows(data, motion) {
+    const count = data.contacts, values = data.contactForces, stride = 6;
+    const tail = (k, to) => {
+        const at = stride * (count * motion.sample + k);
+        for (let l = 0; l < 3; ++l) to[l] = values[at + l];
     };
     return { count, values, stride, first: 3, tail };
 }

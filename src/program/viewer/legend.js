@@ -11,7 +11,8 @@ function swatch(name) {
 
 const extras = { axes: ["joint", "axes of joints"], frames: ["x", "frames of bodies"], sites: ["z", "sites"],
                  forces: ["force", "forces of joints"], moments: ["moment", "moments of joints"],
-                 loops: ["loop", "forces of closures"], turns: ["turn", "moments of closures"] };
+                 loops: ["loop", "forces of closures"], turns: ["turn", "moments of closures"],
+                 contacts: ["contact", "forces of contact"] };
 
 // What `viewer` does not have cannot be shown, and data.without says why.
 export function addLegend(root, viewer) {
@@ -21,7 +22,8 @@ export function addLegend(root, viewer) {
     if (data.shapes.some((s) => s.contact !== s.visual)) root.append(shapesOf(viewer));
     if (viewer.drawing.drawn.size < data.bodies.length) root.append(linksOf(viewer));
     for (const [name, [colour, text]] of Object.entries(extras)) {
-        if ((name === "sites" && data.sites.length === 0) || (/loops|turns/.test(name) && data.loops.length === 0)) continue;
+        if ((name === "sites" && data.sites.length === 0) || (/loops|turns/.test(name) && data.loops.length === 0) ||
+            (name === "contacts" && data.contacts === 0)) continue;
         const there = viewer.extras[name];
         const box = element("input", { type: "checkbox", id: `show-${name}`, disabled: !there });
         const label = element("label", {}, box, swatch(colour), text);

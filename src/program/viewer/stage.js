@@ -16,7 +16,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-const names = ["ground", "body", "fixed", "massless", "picked", "joint", "force", "moment", "loop", "turn", "x", "y", "z",
+const names = ["ground", "body", "fixed", "massless", "picked", "joint", "force", "moment", "loop", "turn", "contact", "x", "y", "z",
     "grid", "grid-axis"];
 
 export function coloursOf(root) {

@@ -1,7 +1,7 @@
 // What is shown, and what can be done with it.
 // SPDX-License-Identifier: BSD-3-Clause
 import { Box3, Vector3 } from "three";
-import { Motion, jointArrows, loopArrows } from "./data.js";
+import { Motion, contactArrows, jointArrows, loopArrows } from "./data.js";
 import { $ } from "./dom.js";
 import { Drawing } from "./drawing.js";
 import { pictureOf, videoOf } from "./export.js";
@@ -40,6 +40,7 @@ export class Viewer {
         const joints = jointArrows(data, motion), loops = loopArrows(data, motion);
         extras.forces = new Arrows(joints, motion, longest, false, "force");
         extras.moments = new Arrows(joints, motion, longest, true, "moment");
+        if (data.contactForces) extras.contacts = new Arrows(contactArrows(data, motion), motion, longest, false, "contact");
         if (loops.count === 0) return extras;
         extras.loops = new Arrows(loops, motion, longest, false, "loop");
         extras.turns = new Arrows(loops, motion, longest, true, "turn");

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
+#include <string.h>
+
 static const double mass = 2.0, length = 1.5, gravity = 9.81, inertia = 0.3;
 
 static mbsr_model *model_with(const mbsr_body_def *bodies, int count,
@@ -226,10 +228,92 @@ static void what_is_wrong_is_refused(void **state)
     mbsr_model_destroy(unfinished);
 }
 
+/* (m l^2 + I) u' + m g l sin q = tau, in m, l and I; g; what has no derivatives, and what is wrong.
+ */
+static void in_parameters(void **state)
+{
+    (void)state;
+    const mbsr_body_def body = pendulum(mass);
+    mbsr_model *m = model_with(&body, 1, NULL);
+    mbsr_derivatives *d = derivatives_of(m);
+    mbsr_parameters *list;
+    assert_ok(mbsr_parameters_create(m, &list, NULL), NULL);
+    static const char *const names[] = {"bodies.pendulum.mass", "bodies.pendulum.com[2]",
+                                        "bodies.pendulum.I", "forces.force0.gy"};
+    int which[4];
+    for (int k = 0; k < 4; ++k) which[k] = mbsr_parameters_find(list, names[k]);
+    const double q = 0.7, u = 1.3, tau = 0.4, one = 1.0, J = mass * length * length + inertia,
+                 sine = sin(q), udot = (tau - mass * gravity * length * sine) / J;
+    double by[4], out;
+    assert_int_equal(mbsr_derivatives_parameter_adjoint(d, &one, NULL, by), MBSR_ERR_SEQUENCE);
+    assert_ok(mbsr_derivatives_parameters(d, list, 4, which), mbsr_derivatives_error(d));
+    assert_int_equal(mbsr_derivatives_parameter_tangent(d, by, &out, NULL), MBSR_ERR_SEQUENCE);
+    assert_ok(mbsr_derivatives_forward(d, 0.0, &q, &u, &tau, NULL, NULL), NULL);
+    assert_ok(mbsr_derivatives_parameter_adjoint(d, &one, NULL, by), mbsr_derivatives_error(d));
+    assert_close(by[0], -(length * gravity * sine + length * length * udot) / J, 1e-13);
+    assert_close(by[1], (mass * gravity * sine + 2.0 * mass * length * udot) / J, 1e-13);
+    assert_close(by[2], -udot / J, 1e-14);
+    assert_close(by[3], mass * length * sine / J, 1e-12);
+    for (int k = 0; k < 4; ++k) {
+        const double along[4] = {k == 0, k == 1, k == 2, k == 3};
+        assert_ok(mbsr_derivatives_parameter_tangent(d, along, &out, NULL), NULL);
+        assert_close(out, by[k], 1e-14);
+    }
+    const double bad[4] = {NAN, 0.0, 0.0, 0.0};
+    assert_int_equal(mbsr_derivatives_parameter_tangent(d, bad, &out, NULL), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_derivatives_parameter_tangent(d, bad, NULL, NULL), MBSR_ERR_NULL);
+    which[1] = 1000;
+    assert_int_equal(mbsr_derivatives_parameters(d, list, 2, which), MBSR_ERR_ID);
+    assert_non_null(strstr(mbsr_derivatives_error(d)->text, "which[1]"));
+    assert_int_equal(mbsr_derivatives_parameters(d, NULL, 2, which), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_derivatives_parameters(d, list, -1, which), MBSR_ERR_VALUE);
+    assert_ok(mbsr_derivatives_parameter_adjoint(d, &one, NULL, by), NULL); /* as it was */
+    const mbsr_body_def two[2] = {body, body};
+    mbsr_model *other = model_with(two, 2, NULL);
+    mbsr_derivatives *wrong = derivatives_of(other);
+    assert_int_equal(mbsr_derivatives_parameters(wrong, list, 1, which), MBSR_ERR_VALUE);
+    mbsr_derivatives_destroy(wrong);
+    mbsr_model_destroy(other);
+    assert_ok(mbsr_derivatives_parameters(d, NULL, 0, NULL), NULL);
+    assert_int_equal(mbsr_derivatives_parameter_adjoint(d, &one, NULL, by), MBSR_ERR_SEQUENCE);
+    mbsr_parameters_destroy(list);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+/* A spring that is a closure. */
+static void parameters_without_derivatives(void **state)
+{
+    (void)state;
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    mbsr_body_def body = pendulum(mass);
+    assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    mbsr_force_def spring = mbsr_force_joint_spring(0, 0, 3.0, 0.1, 0.0);
+    spring.name = "torsion";
+    spring.as_closure = MBSR_SPRING_LOOSE;
+    assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    mbsr_derivatives *d = derivatives_of(m);
+    mbsr_parameters *list;
+    assert_ok(mbsr_parameters_create(m, &list, NULL), NULL);
+    const int which = mbsr_parameters_find(list, "forces.torsion.stiffness");
+    assert_true(which >= 0);
+    assert_int_equal(mbsr_derivatives_parameters(d, list, 1, &which), MBSR_ERR_SPACE);
+    assert_non_null(strstr(mbsr_derivatives_error(d)->text, "forces.torsion.stiffness"));
+    mbsr_parameters_destroy(list);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_pendulum), cmocka_unit_test(springs_at_joints), cmocka_unit_test(a_top),
-        cmocka_unit_test(a_point_on_a_circle), cmocka_unit_test(what_is_wrong_is_refused)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_pendulum),
+                                       cmocka_unit_test(springs_at_joints),
+                                       cmocka_unit_test(a_top),
+                                       cmocka_unit_test(a_point_on_a_circle),
+                                       cmocka_unit_test(what_is_wrong_is_refused),
+                                       cmocka_unit_test(in_parameters),
+                                       cmocka_unit_test(parameters_without_derivatives)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -40,6 +40,27 @@ static int run_matrices(finite_subject *s)
     return mbsr_derivatives_matrices(s->object, s->out[0], s->out[1], s->out[2]);
 }
 
+/* As many parameters as the model has rates are chosen before. */
+static int run_parameter_tangent(finite_subject *s)
+{
+    return mbsr_derivatives_parameter_tangent(s->object, s->in[FINITE_R], s->out[0], NULL);
+}
+
+static int run_parameter_adjoint(finite_subject *s)
+{
+    return mbsr_derivatives_parameter_adjoint(s->object, s->in[FINITE_R], NULL, s->out[0]);
+}
+
+static int choose_and_run_forward(finite_subject *s)
+{
+    mbsr_parameters *list;
+    int which[MOST], status = mbsr_parameters_create(s->model, &list, NULL);
+    for (int k = 0; k < s->nu; ++k) which[k] = 3 * k;
+    if (!status) status = mbsr_derivatives_parameters(s->object, list, s->nu, which);
+    mbsr_parameters_destroy(list);
+    return status ? status : run_forward(s);
+}
+
 static int of_matrices(const finite_subject *s, int o)
 {
     (void)o;
@@ -70,6 +91,11 @@ static const finite_row rows[] = {
      of_all},
     {"mbsr_derivatives_matrices", run_matrices, run_forward, T | Q | U | TAU, 0, FINITE_OBJECT,
      of_matrices},
+    {"mbsr_derivatives_parameters", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_parameter_tangent", run_parameter_tangent, choose_and_run_forward,
+     T | Q | U | TAU, R, FINITE_OBJECT, of_rates},
+    {"mbsr_derivatives_parameter_adjoint", run_parameter_adjoint, choose_and_run_forward,
+     T | Q | U | TAU, R, FINITE_OBJECT, of_rates},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 

@@ -1,6 +1,8 @@
 /* Consistent starts of trees: directions on springs alone, many directions, masses that stay.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "expect.h"
+#include "units.h"
 
 #include <mbsrank/mbsrank.h>
 #include <mbsrank/driver.h>
@@ -197,12 +199,129 @@ static void what_has_mass_stays(void **state)
     }
 }
 
+/* A rod on a link without mass, a point of it on a spring to the link: the spin of the rod is on
+ * that spring alone, the link on a damper a hundred times as large. Positions are known no better
+ * than rounding of the damper's part leaves them; the ends of the rod stay where they are. */
+static void make_spin(const units *in, mbsr_model **model, mbsr_data **data, int *rod)
+{
+    const double L = in->length, M = in->mass, T = in->time;
+    const double axis[3] = {-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0};
+    const double one[3] = {0.7 * L, -0.4 * L, 0.75 * L}, end[3] = {-L, -0.4 * L, 0.5 * L};
+    const double here[3] = {0.0, 0.7 * L, 0.0}, there[3] = {0.75 * L, -0.4 * L, 0.0};
+    const mbsr_frame at = mbsr_frame_at(0.0, 0.7 * L, 0.0),
+                     up = mbsr_frame_at(0.5 * L, 0.75 * L, 0.5 * L);
+    assert_ok(mbsr_model_create(NULL, model, NULL), NULL);
+    const int link = test_add_body(*model, MBSR_GROUND, mbsr_joint_revolute(&at, NULL, axis),
+                                   mbsr_inertia_zero());
+    *rod = test_add_body(*model, link, mbsr_joint_free(&up, NULL),
+                         mbsr_inertia_rod(25.0 * M, one, end));
+    const mbsr_force_def spring = mbsr_force_point_spring(*rod, here, link, there,
+                                                          2.31 * M / (T * T), 0.0, L),
+                         damper = mbsr_force_joint_spring(link, 0, 0.03 * M * L * L / (T * T),
+                                                          212.0 * M * L * L / T, 2.0);
+    assert_ok(mbsr_model_add_force(*model, &spring, NULL), mbsr_model_error(*model));
+    assert_ok(mbsr_model_add_force(*model, &damper, NULL), mbsr_model_error(*model));
+    assert_ok(mbsr_model_finish(*model), mbsr_model_error(*model));
+    assert_ok(mbsr_data_create(*model, data, NULL), NULL);
+}
+
+static void a_spring_beside_a_large_damper(void **state)
+{
+    (void)state;
+    for (size_t l = 0; l < sizeof systems / sizeof *systems; ++l) {
+        const double L = systems[l].length, T = systems[l].time, end[3] = {-L, -0.4 * L, 0.5 * L},
+                     q[8] = {2.06, 0.4, -0.2, 0.8, 0.4, 0.0, -L, 0.7 * L};
+        double before[3], after[3];
+        int rod;
+        mbsr_model *model;
+        mbsr_data *data;
+        starts s;
+        make_spin(systems + l, &model, &data, &rod);
+        take(&s, model);
+        memcpy(s.q, q, sizeof q);
+        for (int k = 0; k < 7; ++k) s.u[k] = cos(2.0 * k) * (k > 3 ? L : 1.0) / T;
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, s.y),
+                  mbsr_data_error(data));
+        assert_ok(mbsr_stage_positions(model, data, 0.0, s.y), mbsr_data_error(data));
+        assert_ok(mbsr_body_point(model, data, rod, end, before, NULL, NULL), NULL);
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, 0.0, s.y, s.yp, NULL, NULL),
+                  mbsr_data_error(data));
+        assert_ok(mbsr_stage_positions(model, data, 0.0, s.y), mbsr_data_error(data));
+        assert_ok(mbsr_body_point(model, data, rod, end, after, NULL, NULL), NULL);
+        for (int k = 0; k < 3; ++k) assert_close(after[k], before[k], 1e-4 * L);
+        give_back(&s);
+        carts_free(model, data);
+    }
+}
+
+/* The largest balance of forces left a time h on along y'. */
+static double left_after(const starts *s, const mbsr_model *model, mbsr_data *data, double h)
+{
+    const int size = s->nq + 2 * s->nu;
+    double *y = calloc(2 * (size_t)size, sizeof *y), *F = y + size;
+    for (int k = 0; k < size; ++k) y[k] = s->y[k] + h * s->yp[k];
+    assert_ok(mbsr_dae_residual(model, data, MBSR_DAE_MOMENTUM, h, y, s->yp, F),
+              mbsr_data_error(data));
+    const double left = test_largest(s->nu, F + s->nq + s->nu);
+    free(y);
+    return left;
+}
+
+/* Two links on ball joints between one mass and the next, every other one without mass. */
+static void make_links(int count, bool damped, mbsr_model **model, mbsr_data **data)
+{
+    static const double stiffness[3] = {50.0, 60.0, 40.0}, damping[3] = {0.5, 0.6, 0.4},
+                        none[3] = {0.0}, tip[3] = {0.0, 0.0, -0.1};
+    const mbsr_force_def weight = mbsr_force_gravity(0.0, 0.0, -9.81);
+    assert_ok(mbsr_model_create(NULL, model, NULL), NULL);
+    for (int k = 0; k < count; ++k) {
+        const mbsr_frame at = mbsr_frame_at(0.0, 0.0, k ? -0.1 : 0.0);
+        const bool heavy = k % 2;
+        const int id =
+            test_add_body(*model, k - 1, mbsr_joint_spherical(&at, NULL),
+                          heavy ? mbsr_inertia_point_mass(0.1, tip) : mbsr_inertia_zero());
+        const mbsr_force_def spring =
+            mbsr_force_joint_rotation_spring(id, stiffness, damped && heavy ? damping : none, NULL);
+        assert_ok(mbsr_model_add_force(*model, &spring, NULL), mbsr_model_error(*model));
+    }
+    assert_ok(mbsr_model_add_force(*model, &weight, NULL), mbsr_model_error(*model));
+    assert_ok(mbsr_model_finish(*model), mbsr_model_error(*model));
+    assert_ok(mbsr_data_create(*model, data, NULL), NULL);
+}
+
+/* In a line but for 0.02 rad: directions turn within that, far sooner than the state changes. */
+static void links_nearly_in_line(void **state)
+{
+    (void)state;
+    for (int run = 0; run < 4; ++run) {
+        const int count = run < 2 ? 10 : 20;
+        mbsr_model *model;
+        mbsr_data *data;
+        starts s;
+        make_links(count, run % 2 > 0, &model, &data);
+        take(&s, model);
+        for (int k = 0; k < count; ++k) {
+            s.q[4 * k] = 1.0, s.q[4 * k + 1] = 0.02 * sin(3.0 * k);
+            for (int l = 0; l < 3; ++l) s.u[3 * k + l] = 0.3 * cos(k + l);
+        }
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, s.y),
+                  mbsr_data_error(data));
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, 0.0, s.y, s.yp, NULL, NULL),
+                  mbsr_data_error(data));
+        assert_less(left_after(&s, model, data, 1e-7), 1e-9); /* a velocity off by 1e-3: 1e-6 */
+        give_back(&s);
+        carts_free(model, data);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_direction_on_a_spring_alone_is_told),
         cmocka_unit_test(a_thousand_massless_carts_start),
         cmocka_unit_test(what_has_mass_stays),
+        cmocka_unit_test(a_spring_beside_a_large_damper),
+        cmocka_unit_test(links_nearly_in_line),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

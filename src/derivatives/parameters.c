@@ -1,0 +1,84 @@
+/* Derivatives in parameters of the model: entries.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "derivatives/record.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+
+static int refuse_seeds(mbsr_derivatives *w, int status, const char *function, const char *text)
+{
+    return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function, text);
+}
+
+int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parameters *list,
+                                int count, const int *which)
+{
+    static const char name[] = "mbsr_derivatives_parameters";
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    if (count < 0) return refuse_seeds(w, MBSR_ERR_VALUE, name, "count is negative");
+    if (count > 0 && (!list || !which))
+        return refuse_seeds(w, MBSR_ERR_NULL, name, "list or which is NULL");
+    for (int k = 0; k < count; ++k)
+        if (which[k] < 0 || which[k] >= mbsr_parameters_count(list))
+            return mbsri_fail(&w->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
+                              "%s: which[%d] is %d, but there are %d parameters", name, k, which[k],
+                              mbsr_parameters_count(list));
+    mbsri_seeds made = {.count = 0};
+    const int status =
+        count == 0 ? MBSR_OK
+                   : mbsri_seeds_create(&made, w->linear, list, count, which, name, &w->error);
+    if (status) return status;
+    mbsri_derivatives_forget(w);
+    mbsri_seeds_destroy(&w->seeds, w->model);
+    w->seeds = made;
+    return MBSR_OK;
+}
+
+static int check_seeds(mbsr_derivatives *w, const char *name)
+{
+    if (w->seeds.count == 0)
+        return refuse_seeds(w, MBSR_ERR_SEQUENCE, name, "call mbsr_derivatives_parameters first");
+    if (w->at == MBSRI_LINEARISED_NOT)
+        return refuse_seeds(w, MBSR_ERR_SEQUENCE, name,
+                            "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
+    return MBSR_OK;
+}
+
+int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const double *dtheta,
+                                       double *out, double *dlambda)
+{
+    static const char name[] = "mbsr_derivatives_parameter_tangent";
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    if (!dtheta || !out) return refuse_seeds(w, MBSR_ERR_NULL, name, "dtheta or out is NULL");
+    int status = check_seeds(w, name);
+    if (status) return status;
+    if (!mbsri_finite((size_t)w->seeds.count, dtheta))
+        return refuse_seeds(w, MBSR_NOT_FINITE, name, "dtheta is not finite");
+    mbsri_seeds_along(&w->seeds, dtheta);
+    w->seeds.active = true;
+    status = mbsr_derivatives_tangent(w, NULL, NULL, NULL, out, dlambda);
+    w->seeds.active = false;
+    return status;
+}
+
+int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const double *w_out,
+                                       const double *w_lambda, double *by_theta)
+{
+    static const char name[] = "mbsr_derivatives_parameter_adjoint";
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    if (!by_theta) return refuse_seeds(w, MBSR_ERR_NULL, name, "by_theta is NULL");
+    int status = check_seeds(w, name);
+    if (!status) status = mbsr_derivatives_adjoint(w, w_out, w_lambda, NULL, NULL, NULL);
+    if (status) return status;
+    const int *place = w->model->order.u_of;
+    const double *load = w->load; /* the weights, as the adjoint has left them */
+    for (int k = 0; k < w->model->nu; ++k) w->torque[k] = -load[place[k]];
+    const double *const gradient[MBSRI_SEED_PLACES] = {w->motion, w->mu, w->torque, load,
+                                                       w->lambda};
+    mbsri_seeds_back(&w->seeds, gradient, by_theta);
+    return MBSR_OK;
+}

@@ -1,0 +1,377 @@
+/* Values of seeds: what a parameter changes where it stands.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Inertias: forces are polynomials of second degree at most in mass, centre and tensor, so that one
+ * central difference is their derivative. Laws of elements are differenced, one at a time. Frames
+ * of joints: what rides behind the frame is displaced by dr, and in the plane turned by theta,
+ * against a frame c, that of the predecessor or of the body itself,
+ *
+ *   dr = s + theta x (r - pivot)       dv = omega_c x dr + theta x v_rel
+ *   da = alpha_c x dr + omega_c x (omega_c x dr) + 2 omega_c x (theta x v_rel) + theta x a_rel
+ *
+ * with v_rel, a_rel seen in c. The force of the joint on the predecessor moves by dr, and against
+ * the joint's axes. */
+#include "derivatives/seed_values.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/space3.h"
+#include "base/error.h"
+#include "joints/planar.h"
+#include "model/query.h"
+#include "recursion/closures.h"
+#include "recursion/elements.h"
+#include "recursion/inertia.h"
+#include "sweeps/embed.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- elements ---- */
+
+/* What the call of an element, defined as `def`, adds to f and tau of its bodies, `weight` times,
+ * into `to`, body after body; copies of f and tau stand in `work`. */
+static int sample_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                          const mbsr_force_def *def, int bodies, double weight, double *work,
+                          double *to)
+{
+    mbsr_force_args args = mbsri_force_args(d, force, bodies);
+    double *at = work, *ground;
+    args.force = def;
+    for (int j = 0; j < bodies; ++j) {
+        mbsr_force_body *body = d->element.bodies + j;
+        if (body->id == MBSR_GROUND) continue;
+        body->f = at;
+        body->tau = at + body->d;
+        at += body->d + body->n;
+    }
+    ground = at;
+    mbsri_zero((size_t)(at - work) + (size_t)m->root.d, work);
+    for (int j = 0; j < bodies; ++j)
+        if (d->element.bodies[j].id == MBSR_GROUND) d->element.bodies[j].f = ground;
+    const int status = force->def.table->evaluate(&args);
+    if (status) return mbsri_force_failed(m, d, force, status, "evaluate");
+    for (const double *x = work; x < at; ++x) *to++ += weight * *x;
+    return MBSR_OK;
+}
+
+/* The size of changes of a law's parameter. */
+static double span_of_law(const mbsr_model *m, const mbsri_parameter *p, double value)
+{
+    const bool way = strcmp(p->told.unit, "m") == 0;
+    return value != 0.0 ? fabs(value) : way && m->typical.length > 0.0 ? m->typical.length : 1.0;
+}
+
+/* One call of element `force`, for body i where it acts on every one. */
+static int differentiate_law(const mbsri_seeds *s, const mbsri_parameter *p, const mbsr_model *m,
+                             mbsr_data *d, const mbsri_force *force, int i, double *to)
+{
+    mbsr_force_def other = force->def;
+    double *x = other.param + p->place;
+    const double at = *x, h = mbsri_difference_step(at, span_of_law(m, p, at));
+    const int bodies = mbsri_force_bodies(m, d, force, i);
+    int status = MBSR_OK;
+    for (int l = 0; l < 4 && !status; ++l) {
+        *x = at + mbsri_difference_place(l) * h;
+        status = sample_element(m, d, force, &other, bodies,
+                                mbsri_difference_weight(l) / (12.0 * h), s->work, to);
+    }
+    return status;
+}
+
+static int law_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d)
+{
+    const mbsri_force *force = mbsri_force_at(m, (size_t)p->index);
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    double *value = s->value + s->seed[p->first].value;
+    int status = MBSR_OK;
+    if (mbsri_force_off(m, d, force)) return MBSR_OK;
+    for (int i = 1; i <= (every ? m->bodies : 1) && !status; ++i) {
+        status = differentiate_law(s, &p->parameter, m, d, force, i, value);
+        value += m->body[i].d + m->body[i].n;
+    }
+    return status;
+}
+
+/* ---- inertias ---- */
+
+static double size_of_inertia(const mbsr_model *m, const mbsr_inertia *inertia,
+                              mbsr_parameter_part part)
+{
+    const double length = m->typical.length > 0.0 ? m->typical.length : 1.0,
+                 typical = m->typical.mass > 0.0 ? m->typical.mass : 1.0,
+                 mass = inertia->mass > 0.0 ? inertia->mass : typical;
+    if (part == MBSR_PARAMETER_MASS) return mass;
+    if (part == MBSR_PARAMETER_COM) return length;
+    double moment = fabs(inertia->moment);
+    for (int k = 0; k < 6; ++k) moment = fmax(moment, fabs(inertia->tensor[k]));
+    return moment > 0.0 ? moment : mass * length * length;
+}
+
+static double *number_of_inertia(mbsr_inertia *inertia, const mbsri_parameter *p)
+{
+    switch (p->told.part) {
+    case MBSR_PARAMETER_MASS: return &inertia->mass;
+    case MBSR_PARAMETER_COM: return inertia->com + p->place;
+    case MBSR_PARAMETER_TENSOR: return inertia->tensor + p->place;
+    default: return &inertia->moment;
+    }
+}
+
+/* f - M A of a body like body i, `weight` times, into `to`, with tau of elements behind it. */
+static int sample_inertia(const mbsri_seeds *s, const mbsri_body *like, int i, const mbsr_model *m,
+                          mbsr_data *d, double weight, double *to)
+{
+    const size_t n = (size_t)like->d;
+    double *M = s->work + s->longest, *f = M + n * n, *h = f + n;
+    const double *p = d->p + like->p, *V = d->V + like->v;
+    mbsri_inertia_mass(like, p, M);
+    int status = mbsri_inertia_velocity(like, d->t, p, V, M, h);
+    mbsri_zero(n, f);
+    mbsri_inertia_times(like, p, M, -1.0, d->A + like->v, f);
+    for (size_t k = 0; k < n; ++k) to[k] += weight * (f[k] - h[k]);
+    for (int k = 0; k < m->elements.anywhere && !status; ++k) {
+        const mbsri_force *force = mbsri_force_at(m, (size_t)k);
+        if (force->def.table->flags & MBSR_FORCE_NO_MASS || mbsri_force_off(m, d, force)) continue;
+        const int bodies = mbsri_force_bodies(m, d, force, i);
+        d->element.bodies->M = M;
+        d->element.bodies->inertia = &like->inertia;
+        status = sample_element(m, d, force, &force->def, bodies, weight, s->work, to);
+    }
+    return status;
+}
+
+static int inertia_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d)
+{
+    mbsri_body like = m->body[p->index];
+    double *x = number_of_inertia(&like.inertia, &p->parameter);
+    const double at = *x, h = size_of_inertia(m, &like.inertia, p->parameter.told.part);
+    int status = MBSR_OK;
+    like.inertia.exact = 0;
+    for (int side = 1; side >= -1 && !status; side -= 2) {
+        *x = at + side * h;
+        status = sample_inertia(s, &like, p->index, m, d, side / (2.0 * h),
+                                s->value + s->seed[p->first].value);
+    }
+    return status;
+}
+
+/* ---- frames of joints ---- */
+
+/* Whether j stands on i, as they were added, by welded bodies alone. */
+static bool stands_on(const mbsr_model *m, int i, int j)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    while (j > 0 && j != i) {
+        j = mbsri_index(m, entry[m->body[j].id].parent);
+        if (j <= m->live) break;
+    }
+    return j == i;
+}
+
+bool mbsri_rides(const mbsr_model *m, int i, int j)
+{
+    if (i == j) return true;
+    return i > m->live && stands_on(m, i, j) && !stands_on(m, i, m->body[j].parent);
+}
+
+int mbsri_rate_as_given(const mbsri_body *b, int k)
+{
+    const double *at = b->lock.given_at;
+    int free = 0;
+    if (at && !isnan(at[k])) return -1;
+    for (int j = 0; j < k; ++j) free += !at || isnan(at[j]);
+    return free;
+}
+
+/* A body in space, as it is at the state: omega and v, alpha and a. */
+typedef struct riding {
+    double R[9], r[3], V[6], A[6];
+} riding;
+
+static int see_body(const mbsr_model *m, mbsr_data *d, int i, riding *out)
+{
+    const mbsri_body *b = m->body + i;
+    if (i == 0) return mbsri_embedded_root(m, d, out->R, out->r, out->V, out->A);
+    const int numbers = b->d < 6 ? b->d : 6;
+    mbsri_embedded_pose(b->joint.space, d->p + b->p, out->R, out->r);
+    mbsri_lift(numbers, d->V + b->v, out->V);
+    mbsri_lift(numbers, d->A + b->v, out->A);
+    return MBSR_OK;
+}
+
+/* How what rides behind a frame is moved against c. */
+typedef struct shift {
+    riding c;
+    double s[3], theta[3], pivot[3];
+    bool behind; /* the axes of the joint: B is moved, and c is the body itself */
+} shift;
+
+/* dr, and changes of pose, V and A of body j, angular parts first, as above. */
+static void move_riding(const shift *by, const riding *j, double dr[3], double x[18])
+{
+    const double *omega = by->c.V, *alpha = by->c.A;
+    double rho[3], v[3], a[3], w[3], e[3], turn[3], from[3];
+    for (int k = 0; k < 3; ++k) {
+        rho[k] = j->r[k] - by->c.r[k];
+        from[k] = j->r[k] - by->pivot[k];
+        w[k] = j->V[k] - omega[k];
+        e[k] = j->A[k] - alpha[k];
+        v[k] = j->V[3 + k] - by->c.V[3 + k];
+        a[k] = j->A[3 + k] - by->c.A[3 + k];
+        dr[k] = by->s[k];
+    }
+    mbsri_add_cross3(by->theta, from, dr);
+    double part[3];
+    mbsri_cross3(omega, rho, part);
+    mbsri_add3(-1.0, part, v);
+    mbsri_cross3(omega, part, turn);
+    mbsri_add3(-1.0, turn, a);
+    mbsri_cross3(alpha, rho, part);
+    mbsri_add3(-1.0, part, a);
+    mbsri_cross3(omega, v, part);
+    mbsri_add3(-2.0, part, a);
+    mbsri_cross3(omega, w, part);
+    mbsri_add3(-1.0, part, e);
+    memset(x, 0, 18 * sizeof *x);
+    memcpy(x, by->theta, sizeof by->theta);
+    memcpy(x + 3, dr, 3 * sizeof *dr);
+    double *dV = x + 6, *dA = x + 12;
+    mbsri_cross3(by->theta, w, turn); /* omega_rel turns */
+    mbsri_add3(1.0, turn, dV);
+    mbsri_add_cross3(omega, turn, dA);
+    mbsri_add_cross3(by->theta, e, dA);
+    mbsri_cross3(by->theta, v, turn); /* v_rel */
+    mbsri_cross3(omega, dr, part);
+    mbsri_add3(1.0, part, dV + 3);
+    mbsri_add3(1.0, turn, dV + 3);
+    mbsri_add_cross3(omega, part, dA + 3);
+    mbsri_add_cross3(alpha, dr, dA + 3);
+    mbsri_cross3(omega, turn, part);
+    mbsri_add3(2.0, part, dA + 3);
+    mbsri_add_cross3(by->theta, a, dA + 3);
+}
+
+/* What it is, from the place in param. */
+static int find_frame_shift(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, shift *by)
+{
+    const mbsri_body_entry *entry =
+        (const mbsri_body_entry *)m->entries.data + p->parameter.told.id;
+    const double *param = (const double *)m->stored.matrices.data + entry->param;
+    int free, place = p->parameter.place;
+    const bool flat = mbsri_planar_coordinates(entry->joint.table, entry->joint.option, &free);
+    const int B = flat ? 3 : MBSRI_B;
+    *by = (shift){.behind = place >= B};
+    if (by->behind) place -= B;
+    const double sign = by->behind ? -1.0 : 1.0, *origin = by->behind ? param + B : param;
+    const int status =
+        see_body(m, d, by->behind ? p->index : mbsri_index(m, entry->parent), &by->c);
+    if (status) return status;
+    const double *R = by->c.R;
+    if (flat && place == 2) {
+        by->theta[2] = sign;
+        for (int k = 0; k < 3; ++k)
+            by->pivot[k] = by->c.r[k] + R[k] * origin[0] + R[3 + k] * origin[1];
+    } else {
+        for (int k = 0; k < 3; ++k) by->s[k] = sign * R[3 * place + k];
+    }
+    return MBSR_OK;
+}
+
+/* Six numbers in space as those of a body of d. */
+static void lower_six(int d, const double lifted[6], double *x)
+{
+    mbsri_zero((size_t)d, x);
+    mbsri_lower(d < 6 ? d : 6, lifted, x);
+}
+
+/* Seeds of body j; returns where those behind it begin. */
+static size_t ride(mbsri_seeds *s, size_t seed, const shift *by, bool own, const mbsri_linear *l,
+                   mbsr_data *d, int j)
+{
+    const mbsri_body *b = l->model->body + j;
+    const int e = l->e[j], numbers = b->d < 6 ? b->d : 6;
+    riding at;
+    double dr[3], x[18], mu[6], moment[6] = {0.0};
+    (void)see_body(l->model, d, j, &at);
+    move_riding(by, &at, dr, x);
+    double *to = s->value + s->seed[seed++].value;
+    mbsri_zero((size_t)(e + 2 * b->d), to);
+    lower_six(e < b->d ? e : b->d, x, to);
+    lower_six(b->d, x + 6, to + e);
+    lower_six(b->d, x + 12, to + e + b->d);
+    mbsri_lift(numbers, d->mu + b->v, mu);
+    mbsri_cross3(dr, mu + 3, moment);
+    if (b->parent > 0) lower_six(b->pred.d, moment, s->value + s->seed[seed++].value);
+    if (b->n == 0) return seed;
+    double *load = s->value + s->seed[seed++].value;
+    for (int k = 0; k < b->n; ++k) {
+        double J[6], turned[3];
+        mbsri_lift(numbers, d->J + b->dn + (size_t)k * (size_t)b->d, J);
+        if (own && by->behind) {
+            load[k] = mbsri_dot3(J, moment);
+            continue;
+        }
+        mbsri_cross3(by->theta, J, turned);
+        load[k] = mbsri_dot3(turned, mu);
+        mbsri_cross3(by->theta, J + 3, turned);
+        load[k] += mbsri_dot3(turned, mu + 3);
+    }
+    return seed;
+}
+
+static int frame_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear *l, mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    shift by;
+    const int status = find_frame_shift(p, m, d, &by);
+    size_t seed = p->first;
+    for (int j = 1; j <= m->bodies && !status; ++j) {
+        if (mbsri_rides(m, p->index, j)) seed = ride(s, seed, &by, j == p->index, l, d, j);
+    }
+    return status;
+}
+
+/* ---- all ---- */
+
+static int spring_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d,
+                         double *value)
+{
+    const mbsri_closure *c = mbsri_closure_at(m, (size_t)p->index);
+    const int row = p->parameter.place;
+    double *rate = s->sum[MBSRI_SEED_SPRING];
+    int status = MBSR_OK;
+    if (p->parameter.told.part == MBSR_PARAMETER_STIFFNESS) {
+        status = mbsri_closure_gaps(m, d, rate);
+        *value = -rate[c->position_row + row];
+    } else {
+        status = mbsri_closure_rates(m, d, rate);
+        *value = -rate[c->row + row];
+    }
+    return status;
+}
+
+int mbsri_seed_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear *l, mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    double *value = s->value + s->seed[p->first].value;
+    for (size_t j = p->first; j < p->last; ++j)
+        mbsri_zero((size_t)s->seed[j].count, s->value + s->seed[j].value);
+    switch (p->parameter.told.part) {
+    case MBSR_PARAMETER_MASS:
+    case MBSR_PARAMETER_COM:
+    case MBSR_PARAMETER_TENSOR:
+    case MBSR_PARAMETER_MOMENT: return inertia_values(s, p, m, d);
+    case MBSR_PARAMETER_ARMATURE:
+        *value = d->udot[m->body[p->index].iu +
+                         mbsri_rate_as_given(m->body + p->index, p->parameter.place)];
+        return MBSR_OK;
+    case MBSR_PARAMETER_JOINT: return frame_values(s, p, l, d);
+    case MBSR_PARAMETER_LAW: return law_values(s, p, m, d);
+    case MBSR_PARAMETER_STIFFNESS:
+    case MBSR_PARAMETER_DAMPING: return spring_values(s, p, m, d, value);
+    case MBSR_PARAMETER_POINT:
+    case MBSR_PARAMETER_TABLE_VALUE: break;
+    }
+    return MBSR_OK;
+}

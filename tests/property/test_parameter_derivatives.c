@@ -1,0 +1,325 @@
+/* Derivatives of inverse and forward dynamics in parameters: against differences of models with
+ * other values, and tangent against adjoint.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
+#include "expect.h"
+#include "medley.h"
+#include "rigid_tree.h"
+
+#include <mbsrank/derivatives.h>
+#include <mbsrank/driver.h>
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LEVELS = 4, MOST = 24 };
+
+typedef struct scene {
+    medley s;
+    test_rigid_tree tree; /* whose model it then is */
+    test_rng rng;
+    bool forward;
+    mbsr_parameters *list;
+    mbsr_derivatives *w;
+    int which[MOST], count, n; /* n: numbers of a result */
+    double *load, *out, *table;
+    double size; /* of the result */
+} scene;
+
+typedef struct tally {
+    int parts[MBSR_PARAMETER_TABLE_VALUE + 1], refused, closed, forward;
+} tally;
+
+static double *numbers(int count)
+{
+    return calloc((size_t)count + 1, sizeof(double));
+}
+
+static void expect_near(const scene *z, const char *what, const char *name, double off,
+                        double limit)
+{
+    if (off <= limit) return;
+    print_error("seed %d (%d bodies, %d rows), %s dynamics: %s of %s off by %.3g > %.3g\n",
+                (int)z->s.c.seed, z->s.bodies, z->s.rows, z->forward ? "forward" : "inverse", what,
+                name, off, limit);
+    fail();
+}
+
+/* ---- what is differenced ---- */
+
+static int evaluate(const scene *z, int parameter, double value, double *out)
+{
+    const medley *s = &z->s;
+    mbsr_data *d;
+    int status = mbsr_parameters_data(z->list, 1, &parameter, &value, &d, NULL);
+    if (status) return status;
+    const mbsr_model *m = mbsr_data_model(d);
+    memset(out, 0, (size_t)z->n * sizeof *out);
+    if (!z->forward) {
+        status = mbsr_inverse_dynamics(m, d, s->t, s->q, s->u, z->load, NULL, out);
+    } else {
+        status = mbsr_forward_dynamics(m, d, s->t, s->q, s->u, z->load, out);
+        if (!status && s->rows > 0) status = mbsr_closures_lambda(m, d, out + s->nu);
+    }
+    mbsr_data_destroy(d);
+    return status;
+}
+
+/* Richardson's differences, into the last line of the table; how far its last orders disagree. */
+static int differences(const scene *z, const mbsr_parameter *p, int parameter, double span,
+                       double *doubt)
+{
+    double *sample = numbers(2 * z->n), factor = 1.0;
+    int status = MBSR_OK;
+    for (int level = 0; level < LEVELS && !status; ++level) {
+        const double h = 0x1p-5 * span / (double)(1 << level);
+        status = evaluate(z, parameter, p->value + h, sample);
+        if (!status) status = evaluate(z, parameter, p->value - h, sample + z->n);
+        for (int k = 0; k < z->n; ++k)
+            z->table[level * z->n + k] = (sample[k] - sample[z->n + k]) / (2.0 * h);
+    }
+    free(sample);
+    *doubt = 0.0;
+    for (int order = 1; order < LEVELS && !status; ++order) {
+        factor *= 4.0;
+        for (int level = LEVELS - 1; level >= order; --level) {
+            double *fine = z->table + level * z->n, *coarse = fine - z->n;
+            for (int k = 0; k < z->n; ++k) {
+                const double better = (factor * fine[k] - coarse[k]) / (factor - 1.0);
+                if (level == LEVELS - 1 && order >= LEVELS - 2 && k < z->s.nu)
+                    *doubt = fmax(*doubt, fabs(better - fine[k]));
+                fine[k] = better;
+            }
+        }
+    }
+    return status;
+}
+
+static double span_of(const mbsr_parameter *p)
+{
+    return p->value != 0.0 ? fabs(p->value) : 1.0;
+}
+
+/* ---- checks ---- */
+
+static void choose(scene *z, tally *all)
+{
+    const int count = mbsr_parameters_count(z->list);
+    for (int tries = 0; tries < 4 * MOST && z->count < MOST; ++tries) {
+        const int k = test_integer(&z->rng, 0, count - 1);
+        bool known = false;
+        for (int l = 0; l < z->count; ++l) known = known || z->which[l] == k;
+        if (known) continue;
+        const int status = mbsr_derivatives_parameters(z->w, z->list, 1, &k);
+        if (status) {
+            assert_int_equal(status, MBSR_ERR_SPACE);
+            ++all->refused;
+            continue;
+        }
+        z->which[z->count++] = k;
+    }
+    assert_ok(mbsr_derivatives_parameters(z->w, z->list, z->count, z->which),
+              mbsr_derivatives_error(z->w));
+}
+
+/* Springs of 1e10 cancel in differences, and closures that give nothing but gaps are differenced
+ * three times. */
+static double rough(const scene *z)
+{
+    double factor = 1.0;
+    for (int c = 0; c < mbsr_model_closures(z->s.m); ++c) {
+        mbsr_closure_def def;
+        int row, rows, gap, gaps;
+        assert_int_equal(mbsr_closure_definition(z->s.m, c, &def), MBSR_OK);
+        mbsr_closure_indices(z->s.m, c, &row, &rows, &gap, &gaps);
+        if (!def.table->bias) factor = 100.0;
+        for (int r = 0; r < rows; ++r)
+            if (mbsr_closure_stiffness(z->s.m, c, r) > 1e7) factor = 100.0;
+    }
+    return factor;
+}
+
+/* Column k of the matrix, times the size of the parameter; its largest entry. */
+static double column(scene *z, int k, double *out)
+{
+    mbsr_parameter p;
+    double *dtheta = numbers(z->count);
+    assert_int_equal(mbsr_parameter_get(z->list, z->which[k], &p), MBSR_OK);
+    dtheta[k] = span_of(&p);
+    assert_ok(mbsr_derivatives_parameter_tangent(z->w, dtheta, out, NULL),
+              mbsr_derivatives_error(z->w));
+    free(dtheta);
+    return test_largest(z->s.nu, out);
+}
+
+/* Each parameter by itself, beside differences, to 1e-9 of the largest entry of the matrix. */
+static void check_tangents(scene *z, tally *all)
+{
+    const medley *s = &z->s;
+    double size = z->size;
+    for (int k = 0; k < z->count; ++k) size = fmax(size, column(z, k, z->out));
+    for (int k = 0; k < z->count; ++k) {
+        mbsr_parameter p;
+        double doubt, off = 0.0;
+        assert_int_equal(mbsr_parameter_get(z->list, z->which[k], &p), MBSR_OK);
+        const double span = span_of(&p);
+        (void)column(z, k, z->out);
+        if (differences(z, &p, z->which[k], span, &doubt) != MBSR_OK) continue;
+        const double *expected = z->table + (LEVELS - 1) * z->n;
+        for (int j = 0; j < s->nu; ++j) off = fmax(off, fabs(z->out[j] - span * expected[j]));
+        expect_near(z, "tangent", p.name, off, 1e-9 * rough(z) * size + 3.0 * doubt * span);
+        ++all->parts[p.part];
+    }
+}
+
+/* <w, J v> = <J^T w, v>. */
+static void check_adjoint(scene *z, bool lambda)
+{
+    const medley *s = &z->s;
+    double *dtheta = numbers(2 * z->count), *by = dtheta + z->count, *dlambda = numbers(s->rows),
+           *w = numbers(s->nu + s->rows), *w_lambda = w + s->nu, left = 0.0, right = 0.0,
+           size = z->size;
+    test_fill(&z->rng, z->count, dtheta);
+    test_fill(&z->rng, s->nu + s->rows, w);
+    assert_ok(mbsr_derivatives_parameter_tangent(z->w, dtheta, z->out, lambda ? dlambda : NULL),
+              mbsr_derivatives_error(z->w));
+    assert_ok(mbsr_derivatives_parameter_adjoint(z->w, w, lambda ? w_lambda : NULL, by),
+              mbsr_derivatives_error(z->w));
+    for (int k = 0; k < s->nu; ++k) {
+        left += w[k] * z->out[k];
+        size += fabs(w[k] * z->out[k]);
+    }
+    for (int k = 0; k < s->rows && lambda; ++k) {
+        left += w_lambda[k] * dlambda[k];
+        size += fabs(w_lambda[k] * dlambda[k]);
+    }
+    for (int k = 0; k < z->count; ++k) {
+        right += by[k] * dtheta[k];
+        size += fabs(by[k] * dtheta[k]);
+    }
+    expect_near(z, "adjoint", "all", fabs(left - right), 1e-12 * size);
+    free(dtheta);
+    free(dlambda);
+    free(w);
+}
+
+/* ---- scenes ---- */
+
+static bool open_scene(scene *z, uint64_t seed, bool tree, bool forward)
+{
+    *z = (scene){.rng = test_seed(seed + 11), .forward = forward};
+    medley *s = &z->s;
+    if (tree) {
+        test_rng rng = test_seed(seed + 77);
+        const test_rigid_choice c = {.seed = seed,
+                                     .bodies = test_integer(&rng, 2, 14),
+                                     .massless = seed % 4 == 0 && !forward ? 0.2 : 0.0,
+                                     .many = seed % 2 == 0 ? 0.6 : 0.1,
+                                     .branching = 0.4,
+                                     .floating = seed % 5 == 0,
+                                     .length = 1.0,
+                                     .moving = seed % 7 == 0,
+                                     .shuffle = seed % 6 == 0,
+                                     .forces = seed % 3 == 1,
+                                     .held = seed % 2 == 0 ? 0.3 : 0.0,
+                                     .armature = seed % 4 == 1 ? 0.4 : 0.0};
+        test_rigid_tree *t = &z->tree;
+        test_rigid_tree_make(t, c);
+        *s = (medley){.c = {.seed = seed},
+                      .m = t->model,
+                      .d = t->data,
+                      .bodies = c.bodies,
+                      .nq = t->nq,
+                      .nu = t->nu,
+                      .t = t->t,
+                      .q = t->q,
+                      .u = t->u};
+    } else {
+        medley_choice c = medley_choose(seed);
+        if (seed % 3 == 0) c.closures = 0;
+        if (!medley_make(s, &c) || s->nu > 100) return false;
+    }
+    z->n = s->nu + s->rows;
+    z->load = numbers(s->nu);
+    z->out = numbers(s->nu);
+    z->table = numbers(LEVELS * z->n);
+    assert_ok(mbsr_parameters_create(s->m, &z->list, NULL), NULL);
+    return mbsr_derivatives_create(s->m, &z->w, NULL) == MBSR_OK;
+}
+
+static void close_scene(scene *z)
+{
+    mbsr_derivatives_destroy(z->w);
+    mbsr_parameters_destroy(z->list);
+    free(z->load);
+    free(z->out);
+    free(z->table);
+    if (z->tree.model)
+        test_rigid_tree_free(&z->tree);
+    else
+        medley_free(&z->s);
+}
+
+static void check(uint64_t seed, bool tree, bool forward, tally *all)
+{
+    scene z;
+    const bool opened = open_scene(&z, seed, tree, forward);
+    const medley *s = &z.s;
+    if (opened && mbsr_parameters_count(z.list) > 0) {
+        choose(&z, all);
+        test_fill(&z.rng, s->nu, z.load);
+        const int status =
+            forward ? mbsr_derivatives_forward(z.w, s->t, s->q, s->u, z.load, z.out, NULL)
+                    : mbsr_derivatives_inverse(z.w, s->t, s->q, s->u, z.load, z.out);
+        if (status == MBSR_OK && z.count > 0) {
+            z.size = fmax(1.0, test_largest(s->nu, z.out));
+            double *zero = numbers(z.count), *dlambda = numbers(s->rows);
+            const bool lambda =
+                forward && s->rows > 0 &&
+                mbsr_derivatives_parameter_tangent(z.w, zero, z.out, dlambda) == MBSR_OK;
+            free(zero);
+            free(dlambda);
+            /* rows that depend on others do not allow what a parameter moves */
+            if (lambda || !forward || s->rows == 0) {
+                check_tangents(&z, all);
+                check_adjoint(&z, lambda);
+                all->forward += forward;
+                all->closed += lambda;
+            }
+        }
+    }
+    close_scene(&z);
+}
+
+static void mechanisms_of_everything(void **state)
+{
+    (void)state;
+    tally all = {{0}, 0, 0, 0};
+    const int seeds = test_long() ? 150 : test_seeds(15, 30);
+    for (int seed = 1; seed <= seeds; ++seed) {
+        check((uint64_t)seed, false, false, &all);
+        check((uint64_t)seed, false, true, &all);
+    }
+    for (int part = 0; part <= MBSR_PARAMETER_DAMPING; ++part) assert_true(all.parts[part] > 0);
+    assert_true(all.refused > 0 && all.closed > 0);
+}
+
+static void rigid_trees(void **state)
+{
+    (void)state;
+    tally all = {{0}, 0, 0, 0};
+    const int seeds = test_long() ? 300 : test_seeds(10, 30);
+    for (int seed = 1; seed <= seeds; ++seed) {
+        check((uint64_t)seed, true, false, &all);
+        check((uint64_t)seed, true, true, &all);
+    }
+    assert_true(all.forward > seeds / 2);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(mechanisms_of_everything),
+                                       cmocka_unit_test(rigid_trees)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
