@@ -397,7 +397,7 @@ void study_try(study_work *w, mbsr_study_result *result)
     const double *q, *u;
     mbsr_error error;
     mbsr_model *model;
-    touching contacts = {NULL, NULL};
+    touching contacts = {.contacts = NULL};
     result->outcome = MBSR_RUN_DONE;
     result->status = MBSR_OK;
     result->steps = 0;

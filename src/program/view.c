@@ -116,7 +116,7 @@ static bool put_beside(FILE *to, const program_options *o, const char *path)
 }
 
 static void put_values(FILE *to, const char *name, int count, const char *const *key,
-                      const double *value)
+                       const double *value)
 {
     fprintf(to, ", \"%s\": {", name);
     for (int k = 0; k < count; ++k) {
@@ -135,9 +135,10 @@ static int write_source(FILE *to, const page *p)
     const program_model *m = p->model;
     fputs("{\"name\": ", to);
     put_json(to, o->path);
-    fprintf(to, ", \"options\": {\"floating\": %s, \"limits\": %s, \"friction\": %s",
+    fprintf(to,
+            ", \"options\": {\"floating\": %s, \"limits\": %s, \"friction\": %s, \"contacts\": %s",
             o->floating ? "true" : "false", o->limits ? "true" : "false",
-            o->friction ? "true" : "false");
+            o->friction ? "true" : "false", o->contacts ? "true" : "false");
     if (o->start) fputs(", \"start\": ", to), put_json(to, o->start);
     fputs(", \"packages\": {", to);
     for (int k = 0; k < o->packages; ++k) {
