@@ -63,6 +63,7 @@ try {
     assert.equal(await browser.ask(`${live}.simulation.report().damped`), 1);
     await browser.ask(`${live}.parameters.set("bodies.wheel.mass", 0)`);
     assert.equal(await browser.ask(`${live}.simulation.report().damped`), 2);
+    assert.equal(await browser.ask(`document.getElementById("counts").textContent`), "3 bodies, 2 without mass");
     await until(`/steps of the driver/.test(document.getElementById("cost").textContent)`);
     await keep("without_mass");
 

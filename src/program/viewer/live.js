@@ -1,7 +1,7 @@
 // The page that runs models: by `mbsrank view --live`, or of a file that is opened or dropped.
 // SPDX-License-Identifier: BSD-3-Clause
 import { load } from "mbsrank";
-import { show } from "./app.js";
+import { show, showCounts } from "./app.js";
 import { bytesOf, readData } from "./data.js";
 import { $, element, note } from "./dom.js";
 import { Hand } from "./hand.js";
@@ -88,6 +88,10 @@ async function open(text, name, files, options = {}) {
     const hand = new Hand(viewer, simulation), parameters = new Parameters($("parameters"), model, simulation);
     running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.end()) };
     simulation.changed = () => {
+        simulation.model.info.bodies.forEach(({ massless, mass }, k) => Object.assign(data.bodies[k], { massless, mass }));
+        viewer.drawing.weigh();
+        viewer.paint();
+        showCounts(data);
         $("report").replaceChildren();
         showReport($("report"), simulation.report());
     };
