@@ -20,6 +20,9 @@ from pathlib import Path
 #: The headers of the components that the package wraps.
 HEADERS = ("mbsrank/mbsrank.h", "mbsrank/driver.h", "mbsrank/simulation.h", "mbsrank/files.h")
 
+#: Headers of components that may be missing.
+OPTIONAL = {"contact": "mbsrank/contact.h", "linear": "mbsrank/linear.h", "fmu": "mbsrank/fmu.h"}
+
 #: What trampolines return to C where a function of the caller's raises.
 EXCEPTION = -32000
 
@@ -39,6 +42,7 @@ class Interface:
     """All that the headers declare."""
 
     declarations: str = ""
+    components: tuple[str, ...] = ()
     constants: dict[str, int] = field(default_factory=dict)
     functions: dict[str, Function] = field(default_factory=dict)
     callbacks: dict[str, str] = field(default_factory=dict)
@@ -48,26 +52,32 @@ def _compiler() -> list[str]:
     return os.environ.get("CC", "cc").split()
 
 
-def _source() -> str:
-    return "".join(f"#include <{name}>\n" for name in HEADERS)
+def headers(components: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Those that are wrapped where these components are there."""
+    return HEADERS + tuple(OPTIONAL[name] for name in components)
 
 
-def _preprocess(folders: list[str], flags: list[str]) -> str:
+def includes(components: tuple[str, ...] = ()) -> str:
+    """A source of C that has them."""
+    return "".join(f"#include <{name}>\n" for name in headers(components))
+
+
+def _preprocess(folders: list[str], flags: list[str], source: str) -> str:
     """The headers without those of the system, whose only type is size_t."""
     with tempfile.TemporaryDirectory() as stubs:
         Path(stubs, "stddef.h").write_text("")
         command = _compiler() + ["-E", "-P", "-nostdinc", "-D__attribute__(x)=", "-I", stubs]
         command += [f"-I{folder}" for folder in folders] + flags + ["-x", "c", "-"]
-        run = subprocess.run(command, input=_source(), capture_output=True, text=True, check=False)
+        run = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
     if run.returncode:
         raise RuntimeError(f"{' '.join(command)}:\n{run.stderr}")
     return run.stdout
 
 
-def _constants(folders: list[str]) -> dict[str, int]:
+def _constants(folders: list[str], source: str) -> dict[str, int]:
     """Macros that are whole numbers."""
     found = {}
-    for line in _preprocess(folders, ["-dM"]).splitlines():
+    for line in _preprocess(folders, ["-dM"], source).splitlines():
         match = re.fullmatch(r"#define (MBSR_\w+) \(?(-?\d+)u?\)?", line)
         if match:
             found[match[1]] = int(match[2])
@@ -139,11 +149,12 @@ TABLE_FUNCTIONS = {
 }
 
 
-def read(folders: list[str]) -> Interface:
-    """Reads the headers in these folders."""
-    text = _preprocess(folders, ["-DMBSR_API="])
+def read(folders: list[str], components: tuple[str, ...] = ()) -> Interface:
+    """Reads the headers in these folders, with those of these optional components."""
+    source = includes(components)
+    text = _preprocess(folders, ["-DMBSR_API="], source)
     text = re.sub(r"static inline [^{]*\{[^}]*\}", "", text)
-    interface = Interface(constants=_constants(folders), functions=_functions(text),
+    interface = Interface(components=components, constants=_constants(folders, source), functions=_functions(text),
                           callbacks=_trampolines(text))
     interface.callbacks.update(TABLE_FUNCTIONS)
     _texts(folders, interface.functions)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Builds the package against an installed libmbsrank.
 
-It is found by pkg-config, or in the folder that MBSRANK_PREFIX names. For a build tree
+Its components contact, linear and fmu are wrapped where they are there. It is found by pkg-config, or in the folder that MBSRANK_PREFIX names. For a build tree
 MBSRANK_INCLUDE and MBSRANK_LIBRARIES list folders.
 """
 import os
@@ -49,16 +49,18 @@ def folders() -> tuple[list[str], list[str]]:
 
 
 INCLUDE, LIBRARIES = folders()
-INTERFACE = declarations.read(INCLUDE)
+OPTIONAL = tuple(name for name in declarations.OPTIONAL for folder in LIBRARIES
+                 if any(Path(folder).glob(f"libmbsrank_{name}.*")))
+INTERFACE = declarations.read(INCLUDE, OPTIONAL)
 
 
 def module():
     """The extension mbsrank._c, which has the whole interface of C."""
     ffi = FFI()
     ffi.cdef(INTERFACE.declarations)
-    source = "".join(f"#include <{name}>\n" for name in declarations.HEADERS)
-    ffi.set_source("mbsrank._c", source, include_dirs=INCLUDE, library_dirs=LIBRARIES,
-                   runtime_library_dirs=LIBRARIES, libraries=COMPONENTS)
+    libraries = [f"mbsrank_{name}" for name in OPTIONAL] + COMPONENTS
+    ffi.set_source("mbsrank._c", declarations.includes(OPTIONAL), include_dirs=INCLUDE,
+                   library_dirs=LIBRARIES, runtime_library_dirs=LIBRARIES, libraries=libraries)
     return ffi.distutils_extension(os.environ.get("MBSRANK_BUILD", str(HERE / "build")))
 
 

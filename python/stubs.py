@@ -82,6 +82,7 @@ def write(interface, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "_interface.py").write_text(
         f'"""What the headers say."""\n{head}FUNCTIONS = {pprint.pformat(table, width=110)}\n'
+        f"COMPONENTS = {interface.components!r}\n"
         f"CALLBACKS = {pprint.pformat(interface.callbacks, width=110)}\n", encoding="utf-8")
     for module, ones in constructors(interface.functions.values()).items():
         by_name = {python_name(one.result, one.name): _stub(one) for one in ones}

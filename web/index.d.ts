@@ -72,8 +72,8 @@ export interface Info {
     /** kg, and the centre of mass in m, at the start. */
     mass: number;
     centre: [number, number, number];
-    /** `parent` -1: the ground; `mass` null: the body is not rigid. */
-    bodies: { name: string; parent: number; mass: number | null }[];
+    /** `parent` -1: the ground; `massless`: without moments of inertia too; `mass` null: the body is not rigid. */
+    bodies: { name: string; parent: number; massless: boolean; mass: number | null }[];
     /** `q` and `u`: where its coordinates begin. */
     joints: { name: string; type: "fixed" | "hinge" | "slide" | "ball" | "free"; body: number; q: number; u: number;
               range: [number, number] | null }[];

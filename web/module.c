@@ -243,7 +243,8 @@ static int write_page(FILE *to, const web_model *w, const program_model *m, cons
                       const double *u)
 {
     motion shown;
-    int code = motion_make(m, NULL, NULL, NULL, q, u, &shown);
+    touching none = {.contacts = NULL};
+    int code = motion_make(m, &none, NULL, NULL, NULL, q, u, &shown);
     if (!code) code = page_write(to, &(page){&w->source->options, m, &shown, NULL, q, u});
     motion_free(&shown);
     return code;

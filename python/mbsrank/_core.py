@@ -8,6 +8,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 
 from ._c import ffi, lib
+from ._interface import COMPONENTS
 
 F8 = np.dtype("f8")
 I4 = np.dtype("i4")
@@ -69,6 +70,12 @@ def fail(status: int, error=None) -> None:
         raise kind(status) from own
     body, force = (None if at == lib.MBSR_NONE else at for at in (error.body, error.force))
     raise kind(status, ffi.string(error.text).decode(errors="replace"), body, force) from own
+
+
+def needs(component: str) -> None:
+    """Says so where the package was built without a component."""
+    if component not in COMPONENTS:
+        raise ImportError(f"mbsrank was built without the component {component} of libmbsrank")
 
 
 # ---- handles ----

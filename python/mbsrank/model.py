@@ -150,8 +150,14 @@ class Model(Owner):
         pointer = self._get()
         if not self._finished:
             self._check(lib.mbsr_model_finish(pointer))
-            self._finished = True
-            self._sizes = (lib.mbsr_model_nq(pointer), lib.mbsr_model_nu(pointer))
+            self._is_finished()
+        return self
+
+    def _is_finished(self) -> "Model":
+        """Of one that the library has finished."""
+        pointer = self._get()
+        self._finished = True
+        self._sizes = (lib.mbsr_model_nq(pointer), lib.mbsr_model_nu(pointer))
         return self
 
     # ---- reading, once it is finished ----

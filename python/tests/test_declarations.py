@@ -10,7 +10,7 @@ import unittest
 from pathlib import Path
 
 import mbsrank as mb
-from mbsrank._interface import FUNCTIONS
+from mbsrank._interface import COMPONENTS, FUNCTIONS
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import declarations  # noqa: E402
@@ -21,7 +21,7 @@ FOLDERS = os.environ["MBSRANK_INCLUDE"].split(os.pathsep)
 def headers():
     """The texts of the headers that are wrapped, and of those that they include, without
     comments."""
-    texts, ahead = {}, list(declarations.HEADERS)
+    texts, ahead = {}, list(declarations.headers(COMPONENTS))
     while ahead:
         name = ahead.pop()
         if name in texts:
@@ -70,7 +70,7 @@ class Declarations(unittest.TestCase):
         self.assertGreater(len(structs), 30)
         lines = [f'printf("%lld\\n", (long long)({one}));' for one in constants]
         lines += [f'printf("%zu\\n", sizeof({one}));' for one in structs]
-        includes = "".join(f"#include <{one}>\n" for one in declarations.HEADERS)
+        includes = declarations.includes(COMPONENTS)
         printed = c_program(f"{includes}#include <stdio.h>\nint main(void) {{\n"
                             + "\n".join(lines) + "\nreturn 0;\n}\n").split()
         here = [getattr(mb.lib, one) for one in constants]

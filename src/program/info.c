@@ -150,8 +150,9 @@ static int print_json(FILE *to, const program_options *o, const program_model *m
         fprintf(to, "%s{\"name\": ", k > 0 ? ", " : "");
         put_json(to, f->body_name[k]);
         double own;
-        (void)mass_of(m, k, &own);
-        fprintf(to, ", \"parent\": %d, \"mass\": ", mbsr_body_parent(m->model, k));
+        const bool massless = mass_of(m, k, &own);
+        fprintf(to, ", \"parent\": %d, \"massless\": %s, \"mass\": ", mbsr_body_parent(m->model, k),
+                massless ? "true" : "false");
         if (isfinite(own))
             fprintf(to, "%.17g}", own);
         else

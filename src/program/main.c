@@ -129,10 +129,11 @@ static const command commands[] = {
      "  --title TEXT     above\n",
      run_plot},
     {"view", "write a page that shows a model, and a run of it",
-     "usage: mbsrank view FILE [RUN] [-o PAGE] [options]\n"
+     "usage: mbsrank view FILE [RUN] [--live] [-o PAGE] [options]\n"
      "The page is one file, which any browser opens: the model in 3-D, moving as in RUN, of\n"
      "mbsrank run with all joints; with their rates (--output state) also the joint reactions.\n"
      "Without RUN sliders move the joints.\n"
+     "  --live         the page runs the model: pull bodies, change parameters by sliders\n"
      "  -o PAGE        where to; - is standard output; default: NAME.html here for NAME.urdf\n"
      "  --inputs FILE  of the run, for the reactions\n" COMMON,
      run_view},

@@ -20,7 +20,7 @@ _mbsrank() {
         fmu) common="$common -o --fmi --kind --fixed-step --sources --order --rtol --atol --t-end --step --name" ;;
         plot) common="--columns --over --title -o --help" ;;
         convert) common="--floating --package --arg --set --folder --anywhere --strict --help" ;;
-        view) common="$common --inputs -o" ;;
+        view) common="$common --inputs --live -o" ;;
         modes) common="$common --count --mode -o --as-drawn --json" ;;
         linearise) common="$common --inputs --outputs --response -o --as-drawn --json" ;;
         static) common="$common --trim --hold --json" ;;

@@ -1,5 +1,6 @@
 /* Models from files, for every command.
  * SPDX-License-Identifier: BSD-3-Clause */
+#define _POSIX_C_SOURCE 200809L
 #include "program/folders.h"
 
 #include <errno.h>
@@ -116,6 +117,7 @@ enum { HULL_CORNERS = 32 };
 
 typedef struct loaded {
     const program_options *options;
+    program_model *model; /* which keeps their paths */
     char *text[4096];
     int count;
     bool told; /* that files elsewhere are not read */
@@ -124,6 +126,19 @@ typedef struct loaded {
 static char *read_allowed(const program_options *o, const char *path, size_t *size)
 {
     return may_read(o, path) ? read_file(path, size) : NULL;
+}
+
+/* False: no memory. */
+static bool keep_path(program_model *m, const char *path)
+{
+    char **more = realloc(m->other, ((size_t)m->others + 1) * sizeof *more), *copy = strdup(path);
+    if (more) m->other = more;
+    if (!more || !copy) {
+        free(copy);
+        return false;
+    }
+    m->other[m->others++] = copy;
+    return true;
 }
 
 static int load_file(void *user, const char *path, const char **text, size_t *size)
@@ -141,13 +156,14 @@ static int load_file(void *user, const char *path, const char **text, size_t *si
         return reason;
     }
     l->text[l->count++] = contents;
+    if (!keep_path(l->model, path)) return ENOMEM;
     *text = contents;
     return 0;
 }
 
 static int read_model(const program_options *o, program_model *m)
 {
-    loaded others = {.options = o};
+    loaded others = {.options = o, .model = m};
     mbsr_file_opt opt = mbsr_default_file_opt();
     mbsr_error error;
     m->text = read_file(o->path, &m->size);
@@ -218,6 +234,8 @@ void close_model(program_model *m)
 {
     mbsr_data_destroy(m->data);
     mbsr_file_destroy(m->file);
+    for (int k = 0; k < m->others; ++k) free(m->other[k]);
+    free(m->other);
     free(m->text);
 }
 

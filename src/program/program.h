@@ -53,6 +53,8 @@ typedef struct program_model {
     mbsr_file *file;
     mbsr_model *model; /* owned by the file until it is taken */
     mbsr_data *data;
+    int others;   /* files that were read besides, */
+    char **other; /* by their paths */
 } program_model;
 
 /* Options that every command has; texts point into the arguments. */

@@ -1,6 +1,7 @@
 /* mbsrank view: a page that shows a model, and a run of it.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
+#include "program/bytes.h"
 #include "program/page.h"
 #include "program/read_table.h"
 
@@ -12,6 +13,7 @@
 typedef struct view_options {
     program_options common;
     const char *run, *inputs, *file;
+    bool live;     /* the page runs the model itself */
     char own[256]; /* name of the page where -o says none */
 } view_options;
 
@@ -46,6 +48,8 @@ static int read_view_options(int argc, char **argv, view_options *o)
             return complain(USAGE, "view: one run at a time: '%s' is a second one", argv[at]);
         if (second)
             o->run = argv[at];
+        else if (strcmp(argv[at], "--live") == 0)
+            o->live = true;
         else if ((value = option_value(argc, argv, &at, "--inputs")))
             o->inputs = value;
         else if (at >= 0 && (value = option_value(argc, argv, &at, "-o")))
@@ -55,6 +59,8 @@ static int read_view_options(int argc, char **argv, view_options *o)
         if (at < 0) return USAGE;
     }
     if (!code && o->common.json) return complain(USAGE, "view: there is no option --json");
+    if (!code && o->live && (o->run || o->inputs))
+        return complain(USAGE, "view: --live runs the model in the page: no run, no --inputs");
     return !code && o->common.path && !o->file ? name_page(o) : code;
 }
 
@@ -71,11 +77,15 @@ static int read_run(const view_options *o, const program_model *m, table *run)
 
 /* ---- the bundle: the page without data ---- */
 
-/* Beside the program in a build tree, else where it is installed, seen from the program. */
-static char *read_bundle(void)
+/* viewer.html, or live.html of the package for JavaScript: beside the program in a build tree, else
+ * where it is installed, seen from the program. */
+static char *read_bundle(bool live)
 {
-    static const char *const places[] = {"viewer.html", MBSR_VIEWER_PLACE};
-    const char *given = getenv("MBSRANK_VIEWER");
+    static const char *const all[2][3] = {
+        {"viewer.html", MBSR_VIEWER_FOLDER "/viewer.html", MBSR_VIEWER_INSTALLED "/viewer.html"},
+        {"live.html", MBSR_VIEWER_FOLDER "/live.html", MBSR_VIEWER_INSTALLED "/live.html"}};
+    const char *const *places = all[live];
+    const char *given = getenv(live ? "MBSRANK_LIVE" : "MBSRANK_VIEWER");
     char program[1024], path[2048];
     size_t size;
     if (given) return read_file(given, &size);
@@ -88,25 +98,93 @@ static char *read_bundle(void)
         char *text = read_file(path, &size);
         if (text) return text;
     }
-    return read_file(MBSR_VIEWER_INSTALLED, &size);
+    return read_file(places[2], &size);
+}
+
+/* A file by its path; where it cannot be read the page is without. */
+static bool put_beside(FILE *to, const program_options *o, const char *path)
+{
+    size_t size;
+    char *bytes = read_beside(o, path, &size);
+    if (!bytes) return true;
+    fputs(",\n", to);
+    put_json(to, path);
+    fputs(": ", to);
+    const bool good = put_bytes(to, bytes, size);
+    free(bytes);
+    return good;
+}
+
+static void put_values(FILE *to, const char *name, int count, const char *const *key,
+                       const double *value)
+{
+    fprintf(to, ", \"%s\": {", name);
+    for (int k = 0; k < count; ++k) {
+        if (k > 0) fputs(", ", to);
+        put_json(to, key[k]);
+        fprintf(to, ": %.17g", value[k]);
+    }
+    fputs("}", to);
+}
+
+/* What a page that runs the model needs of it: options as `read` of the package for JavaScript has
+ * them, and all files. */
+static int write_source(FILE *to, const page *p)
+{
+    const program_options *o = p->options;
+    const program_model *m = p->model;
+    fputs("{\"name\": ", to);
+    put_json(to, o->path);
+    fprintf(to,
+            ", \"options\": {\"floating\": %s, \"limits\": %s, \"friction\": %s, \"contacts\": %s",
+            o->floating ? "true" : "false", o->limits ? "true" : "false",
+            o->friction ? "true" : "false", o->contacts ? "true" : "false");
+    if (o->start) fputs(", \"start\": ", to), put_json(to, o->start);
+    fputs(", \"packages\": {", to);
+    for (int k = 0; k < o->packages; ++k) {
+        if (k > 0) fputs(", ", to);
+        put_json(to, o->package[k].name), fputs(": ", to), put_json(to, o->package[k].folder);
+    }
+    fputs("}, \"arguments\": {", to);
+    for (int k = 0; k < o->arguments; ++k) {
+        if (k > 0) fputs(", ", to);
+        put_json(to, o->argument[k].name), fputs(": ", to), put_json(to, o->argument[k].value);
+    }
+    fputs("}", to);
+    put_values(to, "set", o->sets, o->set, o->value);
+    fputs("},\n\"files\": {", to);
+    put_json(to, o->path);
+    fputs(": ", to);
+    bool good = put_bytes(to, m->text, m->size);
+    for (int k = 0; k < m->others && good; ++k) good = put_beside(to, o, m->other[k]);
+    for (int k = 0; k < m->file->shapes && good; ++k) {
+        const char *mesh = new_mesh(m, k);
+        if (mesh) good = put_beside(to, o, mesh);
+    }
+    fputs("}}\n", to);
+    return good ? DONE : complain(FAILED, "no memory");
 }
 
 static int write_page(const view_options *o, const page *p)
 {
     static const char mark[] = "<!--data-->";
-    char *bundle = read_bundle(), *at = bundle ? strstr(bundle, mark) : NULL;
+    char *bundle = read_bundle(o->live), *at = bundle ? strstr(bundle, mark) : NULL;
     int code = DONE;
     if (!at) {
         free(bundle);
-        return complain(FAILED, "this installation has no viewer: it was built without npm "
-                                "(CMake option MBSR_VIEWER); MBSRANK_VIEWER may name one");
+        return o->live
+                   ? complain(FAILED, "this installation has no page that runs models: it was "
+                                      "built without the CMake option MBSR_WEB; MBSRANK_LIVE "
+                                      "may name one")
+                   : complain(FAILED, "this installation has no viewer: it was built without npm "
+                                      "(CMake option MBSR_VIEWER); MBSRANK_VIEWER may name one");
     }
     FILE *to = strcmp(o->file, "-") == 0 ? stdout : fopen(o->file, "w");
     if (to) {
         *at = '\0';
         fputs(bundle, to);
         fputs("<script type=\"application/json\" id=\"data\">", to);
-        code = page_write(to, p);
+        code = (o->live ? write_source : page_write)(to, p);
         fputs("</script>", to);
         fputs(at + strlen(mark), to);
     }

@@ -42,8 +42,8 @@ ends 0 'mass 7.7 kg' info "$models/arm.urdf"
 ends 0 "slide 'damper' q\[1\]" info "$models/quarter_car.xml"
 ends 0 '^    fore  1.2 kg  hinge' info "$models/arm.urdf"
 ends 0 '^      wrist_1  no mass  hinge' info "$models/arm.urdf"
-ends 0 '"name": "fore", "parent": 1, "mass": 1.2}' info --json "$models/arm.urdf"
-ends 0 '"name": "wrist_1", "parent": 2, "mass": 0}' info --json "$models/arm.urdf"
+ends 0 '"name": "fore", "parent": 1, "massless": false, "mass": 1.2}' info --json "$models/arm.urdf"
+ends 0 '"name": "wrist_1", "parent": 2, "massless": true, "mass": 0}' info --json "$models/arm.urdf"
 ends 0 '"name": "elbow", "type": "hinge", "body": 2, "q": 1, "u": 1, "range": \[-2.5, 2.5\]}' info --json "$models/arm.urdf"
 ends 0 '"nq": 7, "nu": 7, "rows": 1' info --json "$models/arm.urdf"
 ends 0 '^bodies.body.mass = 300 kg$' info --parameters "$models/quarter_car.xml"
@@ -233,6 +233,15 @@ ends 2 'arm.html is no page of mbsrank' view "$models/arm.urdf" # it has no bund
 printf '<!DOCTYPE html>\n<!-- A model of mbsrank and a run of it -->' >arm.html
 ends 0 'the page is arm.html' view "$models/arm.urdf"
 cd "$here" || exit 1
+ends 2 'no run, no --inputs' view --live "$models/arm.urdf" a.csv
+printf 'live<!--data-->' >"$work/live.html"
+export MBSRANK_LIVE="$work/live.html"
+ends 0 '^live<script.*"name": ".*arm.urdf", "options": {"floating": true, "limits": false' view --live --floating --no-limits "$models/arm.urdf" -o -
+ends 0 '"set": {"bodies.fore.mass": 2}},' view --live --set bodies.fore.mass=2 "$models/arm.urdf" -o -
+ends 0 '"files": {".*arm.urdf": "[z-][A-Za-z0-9+/=]*"}}' view --live "$models/arm.urdf" -o -
+export MBSRANK_LIVE="$work/none.html"
+ends 4 'no page that runs models' view --live "$models/arm.urdf" -o -
+unset MBSRANK_LIVE
 ends 2 'second one' view "$models/arm.urdf" a.csv b.csv
 ends 0 'before<script.*"title": "arm"' view "$models/arm.urdf" -o -
 ends 0 '"report": {"rows": 1.*}$' view "$models/arm.urdf" -o -

@@ -98,6 +98,8 @@ const chain = `<mujoco><worldbody>${link(link(link("")))}</worldbody></mujoco>`;
     assert.equal(mass.value, 300);
     assert.equal(mass.unit, "kg");
     const none = model.with({ "bodies.wheel.mass": 0 });
+    assert.deepEqual(none.info.bodies.map((b) => b.mass), [0, 0, 300]);
+    assert.deepEqual(none.info.bodies.map((b) => b.massless), [false, true, false], "it has moments of inertia");
     assert.deepEqual(none.ranks(q, u).map((r) => r.rank), [0, 0, 1]);
     assert.equal(model.ranks(q, u)[0].rank, 1, "the model stays as it is");
     const run = model.simulate({ rtol: 1e-9, atol: 1e-9 }), times = [0.25, 0.5], seen = [...run.states(times)];

@@ -23,11 +23,16 @@ async function readMeshes(data) {
 
 // ---- what is around the picture ----
 
+export function showCounts(data) {
+    const massless = data.bodies.filter((b) => b.massless).length;
+    $("counts").textContent = `${data.bodies.length} bodies` + (massless > 0 ? `, ${massless} without mass` : "");
+}
+
 function fill(viewer, trouble) {
-    const { data, start, end } = viewer, massless = data.bodies.filter((b) => b.massless).length;
+    const { data, start, end } = viewer;
     document.title = `${data.title} – mbsrank`;
     $("title").textContent = data.title;
-    $("counts").textContent = `${data.bodies.length} bodies` + (massless > 0 ? `, ${massless} without mass` : "");
+    showCounts(data);
     Object.assign($("slider"), { min: start, max: end, value: start });
     if (end === start) {
         $("player").style.display = "none";

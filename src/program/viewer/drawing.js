@@ -179,6 +179,13 @@ export class Drawing {
         if (this.sliding.length > 0) this.#moveSlides();
     }
 
+    // Of bodies that have gained or lost all mass.
+    weigh() {
+        for (const { items } of this.batches.values())
+            for (const item of items)
+                if (item.colour === "body" || item.colour === "massless") item.colour = this.#colour(item.body);
+    }
+
     paint(colours) {
         for (const batch of this.batches.values()) batch.paint(colours, this.picked);
         this.slideMaterial.color.copy(colours.joint);

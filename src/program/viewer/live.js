@@ -1,7 +1,7 @@
 // The page that runs models: by `mbsrank view --live`, or of a file that is opened or dropped.
 // SPDX-License-Identifier: BSD-3-Clause
 import { load } from "mbsrank";
-import { show } from "./app.js";
+import { show, showCounts } from "./app.js";
 import { bytesOf, readData } from "./data.js";
 import { $, element, note } from "./dom.js";
 import { Hand } from "./hand.js";
@@ -71,8 +71,8 @@ async function openFiles(files) {
 
 // ---- one model after the other ----
 
-async function open(text, name, files) {
-    const model = library.read(text, { name, files });
+async function open(text, name, files, options = {}) {
+    const model = library.read(text, { ...options, name, files });
     let data;
     try {
         data = await readData(model.page());
@@ -88,6 +88,10 @@ async function open(text, name, files) {
     const hand = new Hand(viewer, simulation), parameters = new Parameters($("parameters"), model, simulation);
     running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.end()) };
     simulation.changed = () => {
+        simulation.model.info.bodies.forEach(({ massless, mass }, k) => Object.assign(data.bodies[k], { massless, mass }));
+        viewer.drawing.weigh();
+        viewer.paint();
+        showCounts(data);
         $("report").replaceChildren();
         showReport($("report"), simulation.report());
     };
@@ -135,9 +139,9 @@ async function start() {
     const first = Object.keys(texts)[0];
     try {
         if (given) {
-            const { name, files } = JSON.parse(given.textContent), all = new Map();
+            const { name, options, files } = JSON.parse(given.textContent), all = new Map();
             for (const [path, text] of Object.entries(files)) all.set(path, await bytesOf(text));
-            await open(all.get(name), name, finder(all));
+            await open(all.get(name), name === "-" ? "model" : name, finder(all), options);
         } else if (first) {
             await open(texts[first], first);
         }

@@ -1,4 +1,4 @@
-// Sliders for the parameters of a model, and beside them what the driver takes for a second of its motion.
+// Sliders for the parameters of a model, those of masses, springs and dampers unless others are looked for, and beside them what the driver takes for a second of its motion.
 // SPDX-License-Identifier: BSD-3-Clause
 import { element, note } from "./dom.js";
 
@@ -7,8 +7,8 @@ const first = /[.](mass|stiffness|damping)$/;
 
 // The largest rate (1/s) at which the model swings about q, by iterations of the matrix of u' = A dq; NaN: none is found.
 export function fastest(model, q) {
-    const { nu, nq } = model, u = new Float64Array(nu), size = 1e-6;
-    if (nu !== nq || nu === 0) return NaN;
+    const { nu, nq, info } = model, u = new Float64Array(nu), size = 1e-6;
+    if (nu !== nq || nu === 0 || info.rows > 0) return NaN; // quaternions; loops
     const zero = model.forwardDynamics(q, u);
     let v = Float64Array.from({ length: nu }, (_, k) => Math.sin(1 + k)), square = 0;
     for (let k = 0; k < 60; ++k) {
@@ -36,7 +36,8 @@ export class Parameters {
     }
 
     #lines() {
-        const wanted = this.search.value.toLowerCase(), found = this.list.filter((p) => p.name.toLowerCase().includes(wanted));
+        const wanted = this.search.value.toLowerCase();
+        const found = this.list.filter((p) => (wanted ? p.name.toLowerCase().includes(wanted) : first.test(p.name)));
         this.lines.replaceChildren(...found.slice(0, most).map((p) => this.#line(p)));
         if (found.length > most) this.lines.append(note(`${found.length - most} more`));
     }

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Equilibria, trim, linear equations of motion and modes (component linear)."""
+from __future__ import annotations
+
+from typing import Mapping, Sequence
+
+import numpy as np
+
+from . import _values
+from ._c import ffi, lib
+from ._core import Handle, Owner, Record, fail, given, needs, plain, taken, view
+from .model import Data, Model, _create
+from .parameters import Parameters
+
+
+def _options(kind: str, values: Mapping, keep: list):
+    define = _values._box(f"mbsr_{kind}_opt", getattr(lib, f"mbsr_default_{kind}_opt")())
+    _values.fill(ffi.addressof(define), values, keep, kind)
+    return ffi.addressof(define)
+
+
+def equilibrium(model: Model, q: np.ndarray, t: float = 0.0,
+                **options) -> tuple[np.ndarray, np.ndarray, Record]:
+    """Positions (nq) near q at which the model rests, the forces of its loops (rows) there, and
+    what it took. options: fields of mbsr_equilibrium_opt. StateError: none is found; the text names
+    the joint whose forces are farthest from balance."""
+    needs("linear")
+    data, error, info = Data(model), ffi.new("mbsr_error *"), ffi.new("mbsr_equilibrium_info *")
+    rest, forces = np.empty(model.nq), np.empty(model.rows)
+    status = lib.mbsr_equilibrium(
+        model._get(), data._get(), t, given(q, (model.nq,), "q"),
+        _options("equilibrium", options, []), taken(rest, (model.nq,), "out"),
+        taken(forces, (model.rows,), "out"), info, error)
+    if status:
+        fail(status, error)
+    return rest, forces, plain(info)
+
+
+def trim(parameters: Parameters, q: np.ndarray, free: Sequence[str] = (),
+         hold: Sequence[int] | str = (), t: float = 0.0,
+         **options) -> tuple[np.ndarray, dict[str, float], Record]:
+    """Positions (nq) near q and values of the parameters `free` (names) at which the model of
+    `parameters` rests; along the joint rates `hold` (places in u, or "all") positions stay.
+    options: fields of mbsr_trim_opt."""
+    needs("linear")
+    error, info, keep = ffi.new("mbsr_error *"), ffi.new("mbsr_trim_info *"), []
+    chosen = {"held": -1} if hold == "all" else {"held": len(hold), "hold": list(hold)}
+    which = ffi.new("int[]", [parameters.find(name) for name in free] or 1)
+    rest, values = np.array(q), np.empty(len(free))
+    status = lib.mbsr_trim(parameters._get(), t, given(q, q.shape, "q"), len(free), which,
+                           _options("trim", {**chosen, **options}, keep),
+                           taken(rest, rest.shape, "out"), taken(values, values.shape, "out"), info,
+                           error)
+    if status:
+        fail(status, error)
+    return rest, dict(zip(free, values.tolist())), plain(info)
+
+
+class Linear(Owner):
+    """A model linearised at (t, q, u; u None: at rest). inputs: places in u of joint rates along
+    which w are joint forces; outputs: places along which y are displacements.
+
+        E x' = A x + B w,   x = (dq, dp, du, dlambda)         descriptor form
+        z' = Ar z + Br w,   y = Cr z + Dr w                   least number of states
+
+    E, A, B, Ar, Br, Cr and Dr are views (rows x columns) that keep the object alive."""
+
+    def __init__(self, model: Model, q: np.ndarray, u: np.ndarray | None = None, t: float = 0.0,
+                 inputs: Sequence[int] = (), outputs: Sequence[int] = ()):
+        needs("linear")
+        data, keep = Data(model), []
+        options = _options("linear", {"inputs": len(inputs), "input": list(inputs),
+                                      "outputs": len(outputs), "output": list(outputs)}, keep)
+        made = _create("mbsr_linear", lib.mbsr_linear_create, model._get(), data._get(), t,
+                       given(q, (model.nq,), "q"),
+                       ffi.NULL if u is None else given(u, (model.nu,), "u"), options)
+        self._handle = Handle(made, lib.mbsr_linear_destroy)
+        self._nu, self._ports = model.nu, (len(outputs), len(inputs))
+        info = ffi.new("mbsr_linear_info *")
+        lib.mbsr_linear_get_info(made, info)
+        self.info = plain(info)
+
+    def _matrix(self, part: int) -> np.ndarray:
+        shape = ffi.new("int[2]")
+        pointer = lib.mbsr_linear_matrix(self._get(), part, shape, shape + 1)
+        return view(self._handle, pointer, (shape[1], shape[0])).T
+
+    @property
+    def E(self) -> np.ndarray:
+        """Of the descriptor form."""
+        return self._matrix(lib.MBSR_LINEAR_E)
+
+    @property
+    def A(self) -> np.ndarray:
+        """Of the descriptor form."""
+        return self._matrix(lib.MBSR_LINEAR_A)
+
+    @property
+    def B(self) -> np.ndarray:
+        """Of the descriptor form."""
+        return self._matrix(lib.MBSR_LINEAR_B)
+
+    @property
+    def Ar(self) -> np.ndarray:
+        """Of the form with the least number of states."""
+        return self._matrix(lib.MBSR_LINEAR_AR)
+
+    @property
+    def Br(self) -> np.ndarray:
+        """Of the form with the least number of states."""
+        return self._matrix(lib.MBSR_LINEAR_BR)
+
+    @property
+    def Cr(self) -> np.ndarray:
+        """Of the form with the least number of states."""
+        return self._matrix(lib.MBSR_LINEAR_CR)
+
+    @property
+    def Dr(self) -> np.ndarray:
+        """Of the form with the least number of states."""
+        return self._matrix(lib.MBSR_LINEAR_DR)
+
+    def modes(self) -> list[Record]:
+        """Modes exp(s t) in the order of |s|: real, imaginary (1/s), frequency (Hz), damping, and
+        shape (nu, complex; the largest is 1)."""
+        room, count = ffi.new("mbsr_mode[]", self.info.states + 1), ffi.new("int *")
+        status = lib.mbsr_linear_modes(self._get(), room, count)
+        if status:
+            fail(status)
+        found = []
+        for k in range(count[0]):
+            re, im = np.empty(self._nu), np.empty(self._nu)
+            status = lib.mbsr_linear_shape(self._get(), k, taken(re, re.shape, "out"),
+                                           taken(im, im.shape, "out"))
+            if status:
+                fail(status)
+            found.append(_mode(room + k, re + 1j * im))
+        return found
+
+    def response(self, frequency: float) -> np.ndarray:
+        """Outputs over inputs (complex) at a frequency in Hz."""
+        re, im = np.empty(self._ports[::-1]), np.empty(self._ports[::-1])
+        status = lib.mbsr_linear_response(self._get(), frequency, taken(re, re.shape, "out"),
+                                          taken(im, im.shape, "out"))
+        if status:
+            fail(status)
+        return (re + 1j * im).T
+
+    def __repr__(self):
+        return "<Linear, closed>" if self.closed else f"<Linear: {self.info.states} states>"
+
+
+def _mode(struct, shape: np.ndarray) -> Record:
+    one = plain(struct)
+    vars(one)["shape"] = shape
+    return one
+
+
+def modes_near(model: Model, q: np.ndarray, count: int = 20, shift: float = 0.0, t: float = 0.0,
+               **options) -> list[Record]:
+    """A few modes of a large model about rest at (t, q), nearest to shift (1/s; 0: the slowest), as
+    Linear.modes has them; without matrices, in O(N). options: fields of mbsr_near_opt."""
+    needs("linear")
+    data, error, found = Data(model), ffi.new("mbsr_error *"), ffi.new("int *")
+    room, re, im = ffi.new("mbsr_mode[]", count), np.empty((count, model.nu)), None
+    im = np.empty_like(re)
+    status = lib.mbsr_modes_near(
+        model._get(), data._get(), t, given(q, (model.nq,), "q"),
+        _options("near", {"count": count, "shift": shift, **options}, []), room, found,
+        taken(re, re.shape, "out"), taken(im, im.shape, "out"), error)
+    if status:
+        fail(status, error)
+    return [_mode(room + k, re[k] + 1j * im[k]) for k in range(found[0])]
+
+
+def participation(model: Model, q: np.ndarray, mode: Record,
+                  t: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where the energy of a mode about rest at (t, q) is: shares of bodies in the kinetic energy,
+    of force elements in the potential energy and in what is dissipated."""
+    needs("linear")
+    data, error = Data(model), ffi.new("mbsr_error *")
+    struct = ffi.new("mbsr_mode *", {name: getattr(mode, name) for name in
+                                     ("real", "imaginary", "frequency", "damping")})
+    re, im = (np.ascontiguousarray(part) for part in (mode.shape.real, mode.shape.imag))
+    outs = np.zeros(model.bodies), np.zeros(model.forces), np.zeros(model.forces)
+    status = lib.mbsr_mode_participation(
+        model._get(), data._get(), t, given(q, (model.nq,), "q"), struct,
+        given(re, (model.nu,), "mode.shape"), given(im, (model.nu,), "mode.shape"),
+        *(taken(one, one.shape, "out") for one in outs), error)
+    if status:
+        fail(status, error)
+    return outs
