@@ -100,7 +100,7 @@ class Newton(Owner):
 
     def __init__(self, dae: Dae, **options):
         define = _values._box("mbsr_newton_opt", lib.mbsr_default_newton_opt())
-        _values.fill(ffi.addressof(define), options, [], "newton")
+        _values.fill(ffi.addressof(define), options, (keep := []), "newton")
         made = _create("mbsr_newton", lib.mbsr_newton_create, dae._model, dae.form,
                        ffi.addressof(define))
         self._handle = Handle(made, lib.mbsr_newton_destroy, dae._handle)

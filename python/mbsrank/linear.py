@@ -14,9 +14,9 @@ from .parameters import Parameters
 
 
 def _options(kind: str, values: Mapping, keep: list):
-    define = _values._box(f"mbsr_{kind}_opt", getattr(lib, f"mbsr_default_{kind}_opt")())
-    _values.fill(ffi.addressof(define), values, keep, kind)
-    return ffi.addressof(define)
+    made = ffi.new(f"mbsr_{kind}_opt *", getattr(lib, f"mbsr_default_{kind}_opt")())
+    _values.fill(made, values, keep, kind)
+    return made
 
 
 def equilibrium(model: Model, q: np.ndarray, t: float = 0.0,
@@ -29,7 +29,7 @@ def equilibrium(model: Model, q: np.ndarray, t: float = 0.0,
     rest, forces = np.empty(model.nq), np.empty(model.rows)
     status = lib.mbsr_equilibrium(
         model._get(), data._get(), t, given(q, (model.nq,), "q"),
-        _options("equilibrium", options, []), taken(rest, (model.nq,), "out"),
+        _options("equilibrium", options, (keep := [])), taken(rest, (model.nq,), "out"),
         taken(forces, (model.rows,), "out"), info, error)
     if status:
         fail(status, error)
@@ -56,9 +56,25 @@ def trim(parameters: Parameters, q: np.ndarray, free: Sequence[str] = (),
     return rest, dict(zip(free, values.tolist())), plain(info)
 
 
+def _signals(model: Model, parameters: Parameters | None, names: Sequence[int | str]):
+    """mbsr_signal[]: places in u, and names of mbsr_signal_find."""
+    made = ffi.new("mbsr_signal[]", len(names) or 1)
+    error = ffi.new("mbsr_error *")
+    for k, name in enumerate(names):
+        if not isinstance(name, str):
+            made[k].kind, made[k].id = lib.MBSR_SIGNAL_JOINT, int(name)
+            continue
+        listed = parameters._get() if parameters is not None else ffi.NULL
+        status = lib.mbsr_signal_find(model._get(), listed, name.encode(), made + k, error)
+        if status:
+            fail(status, error)
+    return made
+
+
 class Linear(Owner):
-    """A model linearised at (t, q, u; u None: at rest). inputs: places in u of joint rates along
-    which w are joint forces; outputs: places along which y are displacements.
+    """A model linearised at (t, q, u; u None: at rest). inputs: names, "bodies.rod.tau" or one of
+    the parameters, or places in u of joint rates along which w are joint forces; outputs: names,
+    "bodies.rod.q", "bodies.rod.x", "forces.spring.f", or places along which y are displacements.
 
         E x' = A x + B w,   x = (dq, dp, du, dlambda)         descriptor form
         z' = Ar z + Br w,   y = Cr z + Dr w                   least number of states
@@ -66,11 +82,18 @@ class Linear(Owner):
     E, A, B, Ar, Br, Cr and Dr are views (rows x columns) that keep the object alive."""
 
     def __init__(self, model: Model, q: np.ndarray, u: np.ndarray | None = None, t: float = 0.0,
-                 inputs: Sequence[int] = (), outputs: Sequence[int] = ()):
+                 inputs: Sequence[int | str] = (), outputs: Sequence[int | str] = (),
+                 parameters: Parameters | None = None):
         needs("linear")
-        data, keep = Data(model), []
-        options = _options("linear", {"inputs": len(inputs), "input": list(inputs),
-                                      "outputs": len(outputs), "output": list(outputs)}, keep)
+        data = Data(model)
+        if parameters is None and any(isinstance(name, str) for name in inputs):
+            parameters = Parameters(model)
+        listed = parameters._get() if parameters is not None else ffi.NULL
+        signals = _signals(model, parameters, inputs), _signals(model, parameters, outputs)
+        options = _options("linear", {"inputs": len(inputs), "input": signals[0],
+                                      "outputs": len(outputs), "output": signals[1],
+                                      "list": listed},
+                           (keep := []))
         made = _create("mbsr_linear", lib.mbsr_linear_create, model._get(), data._get(), t,
                        given(q, (model.nq,), "q"),
                        ffi.NULL if u is None else given(u, (model.nu,), "u"), options)

@@ -23,7 +23,7 @@ class SmallMasses(Owner):
                  **options):
         model.finish()
         define = _values._box("mbsr_small_masses_opt", lib.mbsr_default_small_masses_opt())
-        _values.fill(ffi.addressof(define), {"duration": duration, **options}, [], "SmallMasses")
+        _values.fill(ffi.addressof(define), {"duration": duration, **options}, (keep := []), "SmallMasses")
         made = _create("mbsr_small_masses", lib.mbsr_small_masses_create, model._get(),
                        ffi.addressof(define))
         self._handle = Handle(made, lib.mbsr_small_masses_destroy, model._handle)

@@ -19,7 +19,7 @@ class Stepper(Owner):
                  t: float = 0.0, h: float = 1e-3, **options):
         self.data, self.model = Data(model), model
         define = _values._box("mbsr_stepper_opt", lib.mbsr_default_stepper_opt())
-        _values.fill(ffi.addressof(define), {"h": h, **options}, [], "Stepper")
+        _values.fill(ffi.addressof(define), {"h": h, **options}, (keep := []), "Stepper")
         made = _create("mbsr_stepper", lib.mbsr_stepper_create, model._get(), self.data._get(),
                        ffi.addressof(define))
         self._handle = Handle(made, lib.mbsr_stepper_destroy, self.data._handle)

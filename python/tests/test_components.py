@@ -67,6 +67,12 @@ class Linear(unittest.TestCase):
         self.assertEqual(forces.size, 0)
         self.assertGreater(info.iterations, 0)
         one = mb.linear.Linear(model, rest, inputs=[0], outputs=[0])
+        named = mb.linear.Linear(model, rest, inputs=["bodies.rod.tau", "bodies.rod.mass"],
+                                 outputs=["bodies.rod.q"])
+        self.assertTrue(np.allclose(named.response(0.3)[:, :1], one.response(0.3), atol=0))
+        self.assertLess(abs(named.response(0.3)[0, 1]), 1e-12)  # it hangs at rest
+        with self.assertRaisesRegex(mb.Error, "there is none|no "):
+            mb.linear.Linear(model, rest, inputs=["bodies.rod.colour"])
         # m l^2 q'' + d q' + m g l q = w
         inertia, damping, stiffness = 0.5, 0.2, 2.0 * 9.81 * 0.5
         s = np.roots([inertia, damping, stiffness])
