@@ -277,6 +277,7 @@ static int push(start *s)
                              .rate = s->rate,
                              .wanted = s->wanted,
                              .missing = s->missing,
+                             .speed = speed_of(s, s->u_given, s->span),
                              .size = s->size};
     int status = MBSR_OK;
     if (!momentum) {

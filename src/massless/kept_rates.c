@@ -16,7 +16,8 @@
  *   A (dq, dp, du) = (0, c e_k, -c dF_u/dtau_k)      R e_k = dp
  *   A (dq, dp, du) = (0, c R e_k, 0)                 S' X e_k = du
  *
- * two times with c and 10 c, so that what decays within 1 / c can be taken off. Of all velocities
+ * two times with c and 10 c, so that what decays within 1 / c can be taken off. Where springs pass
+ * impulses on, rounding grows with c^2: c goes down until two in a row agree. Of all velocities
  * that closures, balances and kept rates allow, u is then the one nearest to u_0 in the metric of
  * the masses (where dampers are symmetric). */
 #include "massless/kept_rates.h"
@@ -43,7 +44,9 @@
 #include <math.h>
 
 static const char function[] = "mbsr_dae_consistent";
-static const double large = 1e8;      /* 1/s */
+static const double fastest = 1e8;    /* c over the speed of the model, at first */
+static const double slowest = 1e2;    /* and at last */
+static const double agree = 1e-3;     /* R e_k by c and by c / 100, relative */
 static const double unmoved = 1e-11;  /* of the mobility that a rate has without loops */
 static const double dependent = 1e-9; /* of singular values of the equations for the impulses */
 static const double fits = 1e-8;      /* of what is missing */
@@ -55,6 +58,7 @@ typedef struct push {
     mbsri_fronts system;
     bool massless;   /* some motions move no mass */
     double *X;       /* nu x count: impulses, momenta, velocities */
+    double *last;    /* nu x count: X of the c before */
     double *B;       /* count x count: E S' X */
     double *A, *pi;  /* count x count, count: scaled */
     double *scale;   /* count: inverse square roots of inertias; 0: the rate cannot be moved */
@@ -62,6 +66,7 @@ typedef struct push {
     double *rows;    /* rows */
     double *r, *x;   /* size of y */
     double *balance; /* nu x count: dF_u/dtau_k */
+    double *weight;  /* nu: of momenta in R e_k, inverse square roots of inertias */
     double *work;
     int lwork, *pivots;
     void *memory;
@@ -73,11 +78,11 @@ static int open_push(push *p)
     const size_t nu = (size_t)m->nu, count = (size_t)p->k->count, rows = (size_t)m->rows,
                  size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
     p->lwork = mbsri_lapack_gelsy_work(p->k->count, p->k->count);
-    double **const array[] = {&p->X,    &p->B, &p->A, &p->pi,      &p->scale, &p->g,
-                              &p->rows, &p->r, &p->x, &p->balance, &p->work};
+    double **const array[] = {&p->last, &p->X, &p->B, &p->A,       &p->pi,     &p->scale, &p->g,
+                              &p->rows, &p->r, &p->x, &p->balance, &p->weight, &p->work};
     const size_t length[] = {
-        nu * count, count * count, count * count, count,      count,           nu,
-        rows,       size,          size,          nu * count, (size_t)p->lwork};
+        nu * count, nu * count, count * count, count * count, count, count,           nu,
+        rows,       size,       size,          nu * count,    nu,    (size_t)p->lwork};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
     p->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + count * sizeof(int));
@@ -193,6 +198,52 @@ static int pass_on(push *p, mbsr_newton *newton, double c, bool last)
     return status;
 }
 
+static int pass_twice(push *p, mbsr_newton *newton, double c)
+{
+    const int status = pass_on(p, newton, c, false);
+    return status ? status : pass_on(p, newton, 10.0 * c, true);
+}
+
+/* By how much X and the last one differ, beside the largest of each column. */
+static double apart(const push *p)
+{
+    double largest = 0.0;
+    for (int l = 0; l < p->k->count; ++l) {
+        const double *X = column(p, p->X, l), *last = column(p, p->last, l);
+        double off = 0.0, most = 0.0;
+        for (int j = 0; j < p->m->nu; ++j) {
+            off = fmax(off, fabs(X[j] - last[j]) * p->weight[j]);
+            most = fmax(most, fabs(X[j]) * p->weight[j]);
+        }
+        if (off > 0.0) largest = fmax(largest, off / most);
+    }
+    return largest;
+}
+
+/* With the first c at which it is as at the one before, or the one at which it is most so. */
+static int pass_by_best(push *p, mbsr_newton *newton)
+{
+    const size_t numbers = (size_t)p->m->nu * (size_t)p->k->count;
+    double c = fastest * p->k->speed, best = c, least = INFINITY;
+    int status = pass_twice(p, newton, c);
+    while (!status && c > slowest * p->k->speed) {
+        mbsri_copy(numbers, p->X, p->last);
+        c *= 0.01;
+        status = pass_twice(p, newton, c);
+        const double off = status ? INFINITY : apart(p);
+        if (off < least) least = off, best = c;
+        if (least <= agree) return status;
+    }
+    return pass_twice(p, newton, best);
+}
+
+static void find_weights(push *p)
+{
+    mbsri_inverse_inertias(p->m, p->d, p->x);
+    mbsri_scatter(p->m, p->x, p->weight);
+    for (int j = 0; j < p->m->nu; ++j) p->weight[j] = sqrt(p->weight[j]);
+}
+
 static int pass_massless(push *p)
 {
     mbsr_newton_opt opt = mbsr_default_newton_opt();
@@ -205,9 +256,9 @@ static int pass_massless(push *p)
         p->d->error = error;
         return status;
     }
+    find_weights(p);
     status = find_balances(p);
-    if (!status) status = pass_on(p, newton, large, false);
-    if (!status) status = pass_on(p, newton, 10.0 * large, true);
+    if (!status) status = pass_by_best(p, newton);
     if (status) p->d->error = *mbsr_newton_error(newton);
     mbsr_newton_get_info(newton, &info);
     mbsr_newton_destroy(newton);

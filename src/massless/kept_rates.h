@@ -13,6 +13,7 @@ typedef struct mbsri_kept_rates {
     const int *rate;      /* their places in u */
     const double *wanted; /* count: what they are to be */
     double *missing;      /* count: what they lack of that */
+    double speed;         /* 1/s: how fast the model moves */
     double *size;         /* count: of what is added up in them; of changes too, afterwards */
 } mbsri_kept_rates;
 
