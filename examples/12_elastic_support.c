@@ -16,7 +16,7 @@
 #include <math.h>
 
 static const double rod = 0.5, arm = 0.2, weight = 1.0, T = 2.0; /* m, m, kg, s */
-enum { SAMPLES = 20000 };
+enum { SAMPLES = 5000 };
 
 /* stiffness 0: a rigid support. */
 static mbsr_model *pendulum(double stiffness)

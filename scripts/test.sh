@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Installs what is missing, then builds and tests libmbsrank in three ways, in build trees below
 # build/: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
-# Release, without LAPACK). Warnings are errors in all of them. The numerical tests of the first run with OpenBLAS
-# too. What the first build tests in full, the others test with fewer random trees and without the
-# longest runs. Where no compiler has sanitizers there is a clang Debug build in their place.
+# Release, without LAPACK and vector code). Warnings are errors in all of them. The numerical tests of
+# the first run with the other LAPACK too. What the first build tests in full, the others test with
+# fewer random trees and without the longest runs. Where no compiler has sanitizers there is a clang
+# Debug build in their place.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: test.sh [--long]
 #     --long    all seeds and whole runs in every build (tests/support/duration.h), and clang Debug
@@ -91,6 +92,8 @@ other_lapacks() {
 }
 
 set -o pipefail
+# Threads of a BLAS that wait for work take the other test's core.
+export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 # Long runs, and long tests in which LAPACK has little part.
@@ -119,11 +122,12 @@ if command -v clang >/dev/null; then
 else
     echo "==== clang: left out, not found"
 fi
-# by the other compiler, which no other Release build is made with, and without LAPACK
+# by the other compiler, which no other Release build is made with, without LAPACK and without vector
+# code, which takes clang as long as half of all else
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
 MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF \
-    -DMBSR_LAPACK=OFF -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF \
+    -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF \
     -DMBSR_TEST_WITHOUT="$long_tests|unit\.loops_tree_start" -- -E "^($long_tests|unit\.loops_tree_start|package\.(core_static|optimisation))\$"
 
 echo "==== closing lines"

@@ -171,7 +171,12 @@ static void a_pendulum_on_a_bead(void **unused)
     const double q[3] = {0.02, -0.05, 0.3}, u[3] = {0.0, 0.0, 1.0};
     const mbsr_small_part bead = {0, MBSR_MASS};
     for (int damped = 0; damped < 2; ++damped) {
-        for (int e = -2; e >= (damped ? -8 : -6); e -= test_long() ? 1 : 2) {
+        for (int e = -2; e >= (damped        ? -8
+                               : test_long() ? -6
+                                             : -4);
+             e -= test_long() ? 1
+                  : damped    ? 3
+                              : 2) {
             const double damping = damped ? 15.0 : 0.0;
             mbsr_model *m = empty();
             add(m, "bead", MBSR_GROUND, mbsr_joint_point_free(),

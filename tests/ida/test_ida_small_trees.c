@@ -165,7 +165,7 @@ static void zeros_are_as_good_as_predicted(void **unused)
 {
     (void)unused;
     tally sum = {0};
-    const int seeds = test_long() ? 300 : test_seeds(3, 12);
+    const int seeds = test_long() ? 300 : test_seeds(3, 6);
     for (int seed = 1; seed <= seeds; ++seed) check_tree((uint64_t)seed, systems, &sum);
     print_message(
         "%d trees: %d with zeros, %d of which the runs are exact enough: measured at most %.2f of "
@@ -199,7 +199,7 @@ static int judge_in(const units *in, uint64_t seed, mbsr_small_verdict *verdict,
 static void verdicts_do_not_depend_on_units(void **unused)
 {
     (void)unused;
-    const int seeds = test_long() ? 300 : test_seeds(3, 12);
+    const int seeds = test_long() ? 300 : test_seeds(3, 6);
     for (int seed = 1; seed <= seeds; ++seed) {
         mbsr_small_verdict verdict[SYSTEMS][BODIES];
         double share[SYSTEMS][BODIES];

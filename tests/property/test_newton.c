@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define TREES (test_long() ? 80 : test_seeds(16, 40))
+#define TREES (test_long() ? 80 : test_seeds(12, 24))
 
 /* ---- one tree ---- */
 
