@@ -49,7 +49,7 @@ static int check_seeds(mbsr_derivatives *w, const char *name)
 /* ---- seeds that are forces, by the stages' H and J ---- */
 
 /* What they add to J^T mu - tau. */
-static void add_loads(mbsr_derivatives *w, double *load)
+static void sum_seed_loads(mbsr_derivatives *w, double *load)
 {
     const mbsr_model *m = w->model;
     const mbsr_data *d = w->data;
@@ -85,7 +85,7 @@ static int seed_tangent_by_sweeps(mbsr_derivatives *w, double *out, double *dlam
 {
     const size_t nu = (size_t)w->model->nu;
     double *load = w->right;
-    add_loads(w, load);
+    sum_seed_loads(w, load);
     if (w->at == MBSRI_LINEARISED_FORWARD) {
         for (size_t k = 0; k < nu; ++k) load[k] = -load[k];
         return mbsr_derivatives_tangent(w, NULL, NULL, load, out, dlambda);

@@ -13,27 +13,30 @@ mbsr_sensitivity_opt mbsr_default_sensitivity_opt(void)
     return (mbsr_sensitivity_opt){.cookie = MBSRI_COOKIE, .ida = mbsr_default_ida_opt()};
 }
 
-static int refuse(mbsr_error *error, int status, const char *text)
+static int refuse_sensitivity(mbsr_error *error, int status, const char *text)
 {
     return mbsri_ida_refuse(error, status, "mbsr_sensitivity_create: %s", text);
 }
 
-static int check_options(const mbsr_model *model, const mbsr_sensitivity_opt *opt,
-                         mbsr_error *error)
+static int check_sensitivity(const mbsr_model *model, const mbsr_sensitivity_opt *opt,
+                             mbsr_error *error)
 {
     if (opt->cookie != MBSRI_COOKIE)
-        return refuse(error, MBSR_ERR_NO_DEFAULT,
-                      "opt was not made by mbsr_default_sensitivity_opt");
+        return refuse_sensitivity(error, MBSR_ERR_NO_DEFAULT,
+                                  "opt was not made by mbsr_default_sensitivity_opt");
     if (!opt->list || !opt->which)
-        return refuse(error, MBSR_ERR_NULL, opt->list ? "which is NULL" : "list is NULL");
-    if (opt->parameters < 1) return refuse(error, MBSR_ERR_VALUE, "parameters must be positive");
+        return refuse_sensitivity(error, MBSR_ERR_NULL,
+                                  opt->list ? "which is NULL" : "list is NULL");
+    if (opt->parameters < 1)
+        return refuse_sensitivity(error, MBSR_ERR_VALUE, "parameters must be positive");
     if (opt->ida.form != MBSR_DAE_MOMENTUM)
-        return refuse(error, MBSR_ERR_VALUE, "form must be MBSR_DAE_MOMENTUM");
+        return refuse_sensitivity(error, MBSR_ERR_VALUE, "form must be MBSR_DAE_MOMENTUM");
     if (opt->ida.events != 0)
-        return refuse(error, MBSR_ERR_VALUE,
-                      "events must be 0: what a run does at an event is not known here");
+        return refuse_sensitivity(
+            error, MBSR_ERR_VALUE,
+            "events must be 0: what a run does at an event is not known here");
     if (mbsr_dae_size(model, MBSR_DAE_MOMENTUM) < 0)
-        return refuse(error, MBSR_ERR_UNFINISHED, "the model is not finished");
+        return refuse_sensitivity(error, MBSR_ERR_UNFINISHED, "the model is not finished");
     return MBSR_OK;
 }
 
@@ -83,7 +86,8 @@ static int prepare_run(mbsr_sensitivity *s, mbsr_error *error)
     s->work = mbsri_sensitivity_take(4 * (size_t)s->size + (size_t)s->parameters);
     s->given =
         mbsri_sensitivity_take(2 * (size_t)s->nq + 4 * (size_t)s->nu + 2 * (size_t)s->parameters);
-    return s->work && s->given ? MBSR_OK : refuse(error, MBSR_ERR_NO_MEMORY, "no memory");
+    return s->work && s->given ? MBSR_OK
+                               : refuse_sensitivity(error, MBSR_ERR_NO_MEMORY, "no memory");
 }
 
 int mbsr_sensitivity_create(const mbsr_model *model, const mbsr_sensitivity_opt *opt,
@@ -91,11 +95,11 @@ int mbsr_sensitivity_create(const mbsr_model *model, const mbsr_sensitivity_opt 
 {
     if (sensitivity) *sensitivity = NULL;
     if (!model || !opt || !sensitivity)
-        return refuse(error, MBSR_ERR_NULL, "model, opt or sensitivity is NULL");
-    int status = check_options(model, opt, error);
+        return refuse_sensitivity(error, MBSR_ERR_NULL, "model, opt or sensitivity is NULL");
+    int status = check_sensitivity(model, opt, error);
     if (status) return status;
     mbsr_sensitivity *s = malloc(sizeof *s);
-    if (!s) return refuse(error, MBSR_ERR_NO_MEMORY, "no memory");
+    if (!s) return refuse_sensitivity(error, MBSR_ERR_NO_MEMORY, "no memory");
     *s = (mbsr_sensitivity){.model = model, .opt = *opt};
     status = prepare_run(s, error);
     s->opt.list = NULL, s->opt.which = NULL; /* the caller's, and read */
