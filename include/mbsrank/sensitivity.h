@@ -50,13 +50,14 @@ MBSR_API int mbsr_sensitivity_create(const mbsr_model *model, const mbsr_sensiti
                                      mbsr_sensitivity **sensitivity, mbsr_error *error);
 MBSR_API void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity); /* NULL is allowed */
 
-/* Runs from the state that mbsr_dae_consistent makes of q (nq) and u (nu) at t0, over time[0 ..
- * times-1], increasing and not before t0. q_at (times x nq) and u_at (times x nu): the states
- * there, one behind the other; may be NULL. Steps are kept, 16 bytes for each number of y and step,
- * and solvers for forward and adjoint made: from the model's allocator. What the equations read
- * must be functions of time and state alone: it is read again later. Kinks that the model's tables
- * name, and those of opt.ida.kink, are passed with the right changes of what springs alone hold; a
- * force that jumps where a state passes a border without being named is not.
+/* Runs from the state that mbsr_dae_consistent makes of q (nq; NULL: all coordinates zero,
+ * quaternions 1) and u (nu; NULL: at rest) at t0, over time[0 .. times-1], increasing and not
+ * before t0. q_at (times x nq) and u_at (times x nu): the states there, one behind the other; may
+ * be NULL. Steps are kept, 16 bytes for each number of y and step, and solvers for forward and
+ * adjoint made, by malloc and the model's allocator. What the equations read must be functions of
+ * time and state alone: it is read again later. Forces may jump at times that the model's tables or
+ * opt.ida.kink name. Where a state passes a border they must be continuous, as those of all stock
+ * elements are; jumps there are not noticed.
  *
  * MBSR_ERR_NULL, MBSR_ERR_VALUE (times), MBSR_NOT_FINITE; MBSR_ERR_SPACE: a mass, moment or
  * armature of zero is chosen where directions without mass are, which another value would take

@@ -1,6 +1,7 @@
 /* Sensitivities of runs: the run, of which the ends of the steps are kept.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/error.h"
+#include "ida/given.h"
 #include "ida/record.h"
 #include "ida/sensitivity_record.h"
 #include "ida/stops.h"
@@ -98,12 +99,10 @@ int mbsri_sensitivity_driver(mbsr_sensitivity *s, mbsr_error *error)
 
 /* ---- the run ---- */
 
-static int check_run(mbsr_sensitivity *s, double t0, const double *q, const double *u, int times,
-                     const double *time)
+static int check_run(mbsr_sensitivity *s, double t0, int times, const double *time)
 {
-    if (!q || !u || !time)
-        return mbsri_ida_refuse(&s->error, MBSR_ERR_NULL,
-                                "mbsr_sensitivity_run: q, u or time is NULL");
+    if (!time)
+        return mbsri_ida_refuse(&s->error, MBSR_ERR_NULL, "mbsr_sensitivity_run: time is NULL");
     if (times < 1)
         return mbsri_ida_refuse(&s->error, MBSR_ERR_VALUE,
                                 "mbsr_sensitivity_run: times is %d, must be positive", times);
@@ -129,7 +128,13 @@ static int start_run(mbsr_sensitivity *s, double t0, const double *q, const doub
     const mbsr_model *m = s->model;
     double *y = s->work, *yp = y + s->size;
     mbsr_consistent_info info;
-    int status = mbsr_dae_pack(m, s->data, MBSR_DAE_MOMENTUM, t0, q, u, y);
+    const size_t nq = (size_t)s->nq, nu = (size_t)s->nu;
+    double *found = s->given + nq + nu;
+    mbsri_given_nothing(m, s->given);
+    memset(s->given + nq, 0, nu * sizeof *u);
+    if (q) memcpy(s->given, q, nq * sizeof *q);
+    if (u) memcpy(s->given + nq, u, nu * sizeof *u);
+    int status = mbsr_dae_pack(m, s->data, MBSR_DAE_MOMENTUM, t0, s->given, s->given + nq, y);
     if (!status)
         status = mbsr_dae_consistent(m, s->data, MBSR_DAE_MOMENTUM, t0, y, yp, NULL, &info);
     if (status) return mbsri_sensitivity_fail(s, status, mbsr_data_error(s->data), name);
@@ -138,10 +143,6 @@ static int start_run(mbsr_sensitivity *s, double t0, const double *q, const doub
                                 "mbsr_sensitivity_run: %s is zero, and there are %d directions "
                                 "without mass, which another value may take away",
                                 s->named, info.null_directions);
-    const size_t nq = (size_t)s->nq, nu = (size_t)s->nu;
-    double *found = s->given + nq + nu;
-    memcpy(s->given, q, nq * sizeof *q);
-    memcpy(s->given + nq, u, nu * sizeof *u);
     memcpy(found, y, nq * sizeof *y);
     memcpy(found + nq, y + nq + nu, nu * sizeof *y);
     s->plain = info.null_directions == 0 && mbsr_model_closures(m) == 0;
@@ -195,7 +196,7 @@ int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, const double 
     mbsr_sensitivity *s = sensitivity;
     if (!s) return MBSR_ERR_NULL;
     s->ready = false;
-    int status = check_run(s, t0, q, u, times, time);
+    int status = check_run(s, t0, times, time);
     if (status) return status;
     s->step.count = s->state.count = s->time.count = 0;
     s->start = t0;

@@ -373,6 +373,22 @@ static void a_force_jumps(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A load falls on a stop and is thrown back. */
+static void a_stop_is_hit(void **state)
+{
+    (void)state;
+    mbsr_model *m = run_model();
+    const int a = run_cart(m, "a", MBSR_GROUND, 1.5);
+    run_force(m, mbsr_force_joint_spring(a, 0, 3.0, 0.2, 1.0));
+    run_force(m, mbsr_force_joint_stop(a, 0, -INFINITY, 0.3, 500.0, 5.0));
+    run_finish(m);
+    subject s = begin(m, 1.0);
+    s.u[0] = 0.5;
+    choose_all(&s, "mass"), choose_all(&s, "stiffness"), choose_all(&s, "damping");
+    check("stop", &s);
+    mbsr_model_destroy(m);
+}
+
 enum { CLOSED = 3 };
 
 /* Derivatives of the paper's upper problem, x' = A x + b, times the parameter, by its matrix
@@ -510,7 +526,8 @@ int main(void)
         cmocka_unit_test(the_papers_problems), cmocka_unit_test(a_tree_in_space),
         cmocka_unit_test(closed_models),       cmocka_unit_test(flexible_bodies),
         cmocka_unit_test(a_force_jumps),       cmocka_unit_test(the_closed_form),
-        cmocka_unit_test(options_are_checked), cmocka_unit_test(calls_are_checked),
+        cmocka_unit_test(a_stop_is_hit),       cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(calls_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
