@@ -127,7 +127,7 @@ static int run_back(adjoint_run *a, mbsri_formula *at, double *by)
     return status;
 }
 
-static bool finite(size_t count, const double *w)
+static bool weights_are_finite(size_t count, const double *w)
 {
     for (size_t k = 0; k < count && w; ++k)
         if (!isfinite(w[k])) return false;
@@ -145,7 +145,8 @@ int mbsr_sensitivity_adjoint(mbsr_sensitivity *sensitivity, const double *w_q, c
         return mbsri_ida_refuse(&s->error, MBSR_ERR_SEQUENCE, "%s: call mbsr_sensitivity_run first",
                                 name);
     const size_t times = s->time.count;
-    if (!finite(times * (size_t)s->nq, w_q) || !finite(times * (size_t)s->nu, w_u))
+    if (!weights_are_finite(times * (size_t)s->nq, w_q) ||
+        !weights_are_finite(times * (size_t)s->nu, w_u))
         return mbsri_ida_refuse(&s->error, MBSR_NOT_FINITE, "%s: a weight is not finite", name);
     const size_t nodes = (size_t)MBSRI_NODES * (size_t)s->size, nu = (size_t)s->nu,
                  count = nodes + nu + 2 * (size_t)s->parameters;
