@@ -91,6 +91,7 @@ if(MBSR_IDA)
     mbsr_link_flags(mbsr_ida_private ${mbsr_sundials_targets} m)
     mbsr_install_library(mbsrank_ida ida)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/ida.h"
+                  "${PROJECT_SOURCE_DIR}/include/mbsrank/sensitivity.h"
                   "${PROJECT_SOURCE_DIR}/include/mbsrank/simulation.h"
                   "${PROJECT_SOURCE_DIR}/include/mbsrank/sundials.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT ida)

@@ -32,7 +32,7 @@ endfunction()
 # mbsr_add_program(target source): links what the file includes. Sets mbsr_program_added to OFF in
 # the caller's scope when the file needs a component, SUNDIALS or PETSc and this build has none.
 function(mbsr_add_program target source)
-    file(STRINGS "${source}" uses_ida REGEX "^#include [<\"]mbsrank/(ida|simulation|sundials)\\.h")
+    file(STRINGS "${source}" uses_ida REGEX "^#include [<\"]mbsrank/(ida|sensitivity|simulation|sundials)\\.h")
     file(STRINGS "${source}" uses_files REGEX "^#include [<\"]mbsrank/files\\.h")
     file(STRINGS "${source}" uses_sundials
          REGEX "^#include [<\"](ida|cvode|sundials|nvector|sunmatrix|sunlinsol)/")

@@ -22,6 +22,10 @@ extern "C" {
  * negative one ends the fit. */
 typedef int (*mbsr_fit_fn)(void *user, const double *p, double *r);
 
+/* Writes d r / d p at p (residuals x parameters, column-major). Returns as mbsr_fit_fn does, but
+ * that after a positive status the derivatives are differences of residuals this time. */
+typedef int (*mbsr_fit_slopes_fn)(void *user, const double *p, double *J);
+
 /* How far a fit is, for a progress function. */
 typedef struct mbsr_fit_progress {
     int iteration, evaluations;
@@ -39,6 +43,7 @@ typedef struct mbsr_fit_opt {
     const double *low, *high;  /* bounds, low < high; NULL: none */
     const double *scale;       /* of each parameter, > 0; NULL: |start|, or 1 where that is 0 */
     mbsr_fit_fn residual;
+    mbsr_fit_slopes_fn slopes; /* NULL (default): central differences */
     void *user;
     double step;        /* of central differences, over scale; default 1e-3 */
     double tolerance;   /* of the last change, over scale; default 1e-8 */

@@ -135,6 +135,15 @@ MBSR_API int mbsr_newton_multiply_torque(mbsr_newton *newton, const double *tau,
  * same statuses as mbsr_newton_multiply; x and v may be the same. */
 MBSR_API int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double *v);
 
+/* Parts of the matrix, at the state linearised: r = dF/dy' x and x = (dF/dy')^T r (mbsr_dae_size
+ * numbers each), which on a tree is the unit matrix of q and p; tau (nu) = (dF/dtau)^T r, the
+ * transpose of mbsr_newton_multiply_torque. For sensitivities of runs (sensitivity.h). Arguments
+ * may be the same. Statuses of mbsr_newton_multiply. */
+MBSR_API int mbsr_newton_multiply_rate(mbsr_newton *newton, const double *x, double *r);
+MBSR_API int mbsr_newton_multiply_rate_transposed(mbsr_newton *newton, const double *r, double *x);
+MBSR_API int mbsr_newton_multiply_torque_transposed(mbsr_newton *newton, const double *r,
+                                                    double *tau);
+
 /* How the systems are solved, and what that has cost. MBSR_ERR_NULL. */
 MBSR_API int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info);
 

@@ -36,6 +36,9 @@ typedef enum mbsr_sampling {
     MBSR_SAMPLING_SOBOL   /* Sobol' points */
 } mbsr_sampling;
 
+/* "grid", "list", ...: the word of study files; NULL for another number. */
+MBSR_API const char *mbsr_sampling_name(mbsr_sampling sampling);
+
 /* Where the values of a parameter are. */
 typedef enum mbsr_spread {
     MBSR_SPREAD_UNIFORM, /* low + z (high - low) */

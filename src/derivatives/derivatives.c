@@ -13,6 +13,7 @@
 #include "recursion/backward.h"
 #include "recursion/closure_differences.h"
 #include "recursion/closures.h"
+#include "recursion/elements.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/refine.h"
@@ -191,15 +192,30 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     return status;
 }
 
+/* Seeds that are forces need no more than the stages. */
+static int find_forces(mbsr_derivatives *w, double t, const double *q, const double *u,
+                       const double *udot)
+{
+    const mbsr_model *m = w->model;
+    mbsr_data *d = w->data;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_forces(m, d, NULL, NULL);
+    if (status) return status;
+    mbsri_inverse(m, d, udot);
+    return mbsri_seeds_find(&w->seeds, w->linear, d);
+}
+
 /* At accelerations that the data has found, or has found torques for. */
 static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
                      const double *udot, bool forward)
 {
     const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
-    if (w->rigid && w->data->pending == kept && w->seeds.count == 0) {
+    if (w->rigid && w->data->pending == kept && (w->seeds.count == 0 || w->seeds.forces)) {
         w->by_sweeps = true;
-        const int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
-        return status || !w->rigid->elements ? status : mbsri_rigid_elements_keep(w);
+        int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
+        if (!status && w->rigid->elements) status = mbsri_rigid_elements_keep(w);
+        return status || w->seeds.count == 0 ? status : find_forces(w, t, q, u, udot);
     }
     if (forward) mbsri_copy((size_t)w->model->rows, w->data->loop_lambda, w->lambda);
     return linearise_inverse(w, t, q, u, udot, forward ? w->lambda : NULL);

@@ -46,6 +46,57 @@ static int check_seeds(mbsr_derivatives *w, const char *name)
     return MBSR_OK;
 }
 
+/* ---- seeds that are forces, by the stages' H and J ---- */
+
+/* What they add to J^T mu - tau. */
+static void sum_seed_loads(mbsr_derivatives *w, double *load)
+{
+    const mbsr_model *m = w->model;
+    const mbsr_data *d = w->data;
+    double *const *sum = w->seeds.sum;
+    mbsri_copy(m->size.v, sum[MBSRI_SEED_REACTION], w->mu);
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i;
+        const double *mu = w->mu + b->v;
+        for (int k = 0; k < b->n; ++k)
+            load[b->u + k] = sum[MBSRI_SEED_LOAD][b->u + k] - sum[MBSRI_SEED_TORQUE][b->iu + k];
+        mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, load + b->u);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mu, w->mu + b->pred.v);
+    }
+}
+
+/* The gradient of mu, of weights of the load. */
+static void spread_weights(mbsr_derivatives *w, const double *load)
+{
+    const mbsr_model *m = w->model;
+    const mbsr_data *d = w->data;
+    mbsri_zero((size_t)m->root.d, w->mu);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        double *mu = w->mu + b->v;
+        mbsri_zero((size_t)b->d, mu);
+        mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, load + b->u, mu);
+        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, w->mu + b->pred.v, mu);
+    }
+}
+
+/* The tangent of a tree of rigid bodies: the load, or what it accelerates. */
+static int seed_tangent_by_sweeps(mbsr_derivatives *w, double *out, double *dlambda)
+{
+    const size_t nu = (size_t)w->model->nu;
+    double *load = w->right;
+    sum_seed_loads(w, load);
+    if (w->at == MBSRI_LINEARISED_FORWARD) {
+        for (size_t k = 0; k < nu; ++k) load[k] = -load[k];
+        return mbsr_derivatives_tangent(w, NULL, NULL, load, out, dlambda);
+    }
+    if (!mbsri_finite(nu, load))
+        return refuse_seeds(w, MBSR_NOT_FINITE, "mbsr_derivatives_parameter_tangent",
+                            "it overflows");
+    mbsri_copy(nu, load, out);
+    return MBSR_OK;
+}
+
 int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const double *dtheta,
                                        double *out, double *dlambda)
 {
@@ -58,6 +109,7 @@ int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const doub
     if (!mbsri_finite((size_t)w->seeds.count, dtheta))
         return refuse_seeds(w, MBSR_NOT_FINITE, name, "dtheta is not finite");
     mbsri_seeds_along(&w->seeds, dtheta);
+    if (w->by_sweeps && !dlambda) return seed_tangent_by_sweeps(w, out, dlambda);
     w->seeds.active = true;
     status = mbsr_derivatives_tangent(w, NULL, NULL, NULL, out, dlambda);
     w->seeds.active = false;
@@ -75,7 +127,12 @@ int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const doub
     if (!status) status = mbsr_derivatives_adjoint(w, w_out, w_lambda, NULL, NULL, NULL);
     if (status) return status;
     const int *place = w->model->order.u_of;
-    const double *load = w->load; /* the weights, as the adjoint has left them */
+    double *load = w->load; /* the weights, as the adjoint has left them */
+    if (w->by_sweeps) {
+        for (int k = 0; k < w->model->nu && w->at == MBSRI_LINEARISED_FORWARD; ++k)
+            load[k] = -w->right[k];
+        spread_weights(w, load);
+    }
     for (int k = 0; k < w->model->nu; ++k) w->torque[k] = -load[place[k]];
     const double *const gradient[MBSRI_SEED_PLACES] = {w->motion, w->mu, w->torque, load,
                                                        w->lambda};

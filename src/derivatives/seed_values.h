@@ -42,6 +42,7 @@ typedef struct mbsri_seeds {
     double *sum[MBSRI_SEED_PLACES]; /* along a change of all parameters */
     size_t length[MBSRI_SEED_PLACES];
     bool active; /* whether products take `sum` in */
+    bool forces; /* no seed stands in motions or springs */
     void *memory;
 } mbsri_seeds;
 

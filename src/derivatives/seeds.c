@@ -240,6 +240,10 @@ int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, const mbsr_paramet
             (void)place_seeds(&made, longest, memory);
             lay_out_seeds(&made, l);
             made.longest = longest;
+            made.forces = true;
+            for (size_t k = 0; k < made.seeds; ++k)
+                made.forces = made.forces && made.seed[k].place != MBSRI_SEED_MOTION &&
+                              made.seed[k].place != MBSRI_SEED_SPRING;
             *s = made;
             return MBSR_OK;
         }

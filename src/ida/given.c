@@ -78,3 +78,13 @@ void mbsri_given_free(mbsri_given *list)
         list = next;
     }
 }
+
+void mbsri_given_nothing(const mbsr_model *m, double *q)
+{
+    for (int k = 0; k < mbsr_model_nq(m); ++k) q[k] = 0.0;
+    for (int i = 0; i < mbsr_model_bodies(m); ++i) {
+        int at, nq, n;
+        mbsr_body_coordinates(m, i, &at, &nq, NULL, &n);
+        if (nq == n + 1) q[at] = 1.0;
+    }
+}

@@ -25,4 +25,7 @@ int mbsri_given_apply(const mbsri_given *list, const mbsr_model *model, double *
 
 void mbsri_given_free(mbsri_given *list);
 
+/* Coordinates zero; quaternions, which begin the q of joints with one number more, 1. */
+void mbsri_given_nothing(const mbsr_model *m, double *q);
+
 #endif

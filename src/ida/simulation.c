@@ -170,16 +170,6 @@ static int evaluate(mbsr_simulation *s)
     return note(s, status, mbsr_data_error(s->data));
 }
 
-/* Coordinates zero; quaternions, which begin the q of joints with one number more, 1. */
-static void set_zero(const mbsr_simulation *s)
-{
-    for (int i = 0; i < mbsr_model_bodies(s->model); ++i) {
-        int q, nq, n;
-        mbsr_body_coordinates(s->model, i, &q, &nq, NULL, &n);
-        if (nq == n + 1) s->q[q] = 1.0;
-    }
-}
-
 static int give(mbsr_simulation *s, mbsri_given given)
 {
     if (!s) return MBSR_ERR_NULL;
@@ -245,7 +235,7 @@ int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
     s->small = NULL;
     double *before = s->q; /* q and u may be there */
     const int prepared = prepare(s, opt->form);
-    if (!prepared) set_zero(s);
+    if (!prepared) mbsri_given_nothing(s->model, s->q);
     if (!prepared && q) memcpy(s->q, q, (size_t)mbsr_model_nq(s->model) * sizeof *q);
     if (!prepared && u) memcpy(s->u, u, (size_t)mbsr_model_nu(s->model) * sizeof *u);
     if (s->q != before) free(before);

@@ -1,6 +1,7 @@
 /* A run of the model without its small masses that watches what they would have done.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/error.h"
+#include "ida/stops.h"
 
 #include <mbsrank/ida.h>
 
@@ -65,21 +66,10 @@ static int follow(void *user, const mbsr_ida_progress *now)
     return status;
 }
 
-/* The next time beyond t at which forces or rates jump, or t_end. */
 static int next_jump(const follower *f, double t, double t_end, double *stop)
 {
-    const mbsr_model *m = mbsr_small_masses_reduced(f->small);
-    for (*stop = t; *stop < t_end;) {
-        mbsr_kink next = {INFINITY, 1}, other = {INFINITY, 1};
-        int status = mbsr_model_kink(m, *stop, 1, &next);
-        if (!status && f->kink) status = f->kink(f->kink_user, *stop, 1, &other);
-        if (status) return status;
-        if (other.t < next.t || (other.t == next.t && other.derivative < next.derivative))
-            next = other;
-        *stop = fmin(next.t, t_end);
-        if (next.derivative <= 1) break;
-    }
-    return MBSR_OK;
+    return mbsri_ida_next_jump(mbsr_small_masses_reduced(f->small), f->kink, f->kink_user, t, t_end,
+                               stop);
 }
 
 /* To t_end; the state before a jump is one that the report has to see. */

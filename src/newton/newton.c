@@ -200,10 +200,12 @@ static bool place_products(mbsr_newton *w)
     const mbsr_model *m = w->model;
     w->linear = mbsri_linear_create(m, true, NULL);
     if (!w->linear) return false;
-    const size_t size = mbsri_vectors_place(w->linear, NULL, &w->vectors) * sizeof(double);
+    const size_t vectors = mbsri_vectors_place(w->linear, NULL, &w->vectors),
+                 size = (vectors + (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM)) * sizeof(double);
     w->of_products = mbsri_allocate(&m->allocator, size);
     if (!w->of_products) return false;
     (void)mbsri_vectors_place(w->linear, w->of_products, &w->vectors);
+    w->other = (double *)w->of_products + vectors;
     w->info.bytes += w->linear->bytes + size;
     return true;
 }

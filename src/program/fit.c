@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/progress.h"
 #include "program/read_table.h"
-#include "program/study_run.h"
+#include "program/study_slopes.h"
 
 #include <mbsrank/fit.h>
 
@@ -35,6 +35,7 @@ typedef struct fit_work {
     study_work work;
     double *noise; /* of each column */
     bool known;    /* noise of all columns is given */
+    bool differs;  /* there are no sensitivities: runs are differenced */
     progress shown;
 } fit_work;
 
@@ -216,6 +217,20 @@ static bool reweigh(fit_work *w, const mbsr_fit *f)
     return changed;
 }
 
+/* By sensitivities of one run, as long as there are any. */
+static int compute_slopes(void *user, const double *p, double *J)
+{
+    fit_work *w = user;
+    if (interrupted) return -1;
+    if (w->differs) return 1;
+    memcpy(w->work.parameter, p, (size_t)w->study.parameters * sizeof *p);
+    w->differs = study_slopes(&w->work, J) != 0;
+    for (int k = 0; k < w->study.parameters && !w->differs; ++k)
+        for (int l = 0; l < w->study.numbers; ++l)
+            J[k * w->study.numbers + l] /= w->noise[l / w->data.lines];
+    return w->differs;
+}
+
 static int fit_once(fit_work *w, const double *start, mbsr_fit **f)
 {
     mbsr_error error;
@@ -226,6 +241,7 @@ static int fit_once(fit_work *w, const double *start, mbsr_fit **f)
     opt.low = w->o->low;
     opt.high = w->o->high;
     opt.residual = compute_residuals;
+    opt.slopes = compute_slopes;
     opt.user = w;
     opt.tolerance = 1e-5;
     opt.known_noise = w->known;

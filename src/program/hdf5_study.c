@@ -132,11 +132,6 @@ static void put_outcomes(study_file *f)
 
 static void put_study(study_file *f)
 {
-    static const char *const samplings[] = {[MBSR_SAMPLING_GRID] = "grid",
-                                            [MBSR_SAMPLING_LIST] = "list",
-                                            [MBSR_SAMPLING_RANDOM] = "random",
-                                            [MBSR_SAMPLING_LATIN] = "latin",
-                                            [MBSR_SAMPLING_SOBOL] = "sobol"};
     const study_work *w = f->results->work;
     char hash[MODEL_HASH], number[24];
     model_hash(&w->m, hash);
@@ -147,7 +142,7 @@ static void put_study(study_file *f)
     note_set(f, hdf5_put_text(f->file, "model_hash", hash));
     snprintf(number, sizeof number, "%016" PRIx64, w->key);
     note_set(f, hdf5_put_text(f->file, "key", number));
-    note_set(f, hdf5_put_text(f->file, "sampling", samplings[w->study->sampling]));
+    note_set(f, hdf5_put_text(f->file, "sampling", mbsr_sampling_name(w->study->sampling)));
     snprintf(number, sizeof number, "%" PRIu64, w->study->seed);
     note_set(f, hdf5_put_text(f->file, "seed", number));
     note_set(f, hdf5_put_text(f->file, "outcomes",

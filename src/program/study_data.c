@@ -21,12 +21,8 @@ bool study_data_is(const char *path)
 /* The columns before "outcome". */
 static int read_names(const char *path, char *line, table *t)
 {
-    int room = 1;
-    for (const char *s = line; *s; ++s) room += *s == ',';
-    t->name = malloc((size_t)room * sizeof *t->name);
-    if (!t->name) return complain(FAILED, "no memory");
-    for (char *cell; (cell = table_cell(&line)) && strcmp(cell, "outcome") != 0;)
-        t->name[t->columns++] = cell;
+    const int code = table_names(&line, "outcome", t);
+    if (code) return code;
     return line ? DONE : complain(NOT_READ, "%s:1: there is no column outcome", path);
 }
 

@@ -81,8 +81,7 @@ static int find_parameters(study_work *w)
     return code;
 }
 
-/* Whether a column is known where only positions and velocities are. */
-static bool needs_no_forces(const study_work *w, const column *c)
+bool study_needs_no_forces(const study_work *w, const column *c)
 {
     if (c->kind != COLUMN_SENSOR) return true;
     const mbsr_file_sensor_kind kind = w->m.file->sensor[c->at].kind;
@@ -101,7 +100,7 @@ static int check_output(study_work *w, const mbsr_study_output *o, const column 
     if (o->times > 0 && o->time[o->times - 1] > w->options.t_end * (1.0 + 1e-12))
         return complain(USAGE, "%s:%d: time %g of '%s' is behind --t-end %g", name, o->line,
                         o->time[o->times - 1], o->column, w->options.t_end);
-    if (crosses && !needs_no_forces(w, c))
+    if (crosses && !study_needs_no_forces(w, c))
         return complain(USAGE, "%s:%d: crossings are of positions and velocities, not of '%s'",
                         name, o->line, o->column);
     w->crossings += crosses;

@@ -43,6 +43,9 @@ void study_do(study_work *w, long run, mbsr_study_result *result);
 /* The same with w->parameter as it stands. */
 void study_try(study_work *w, mbsr_study_result *result);
 
+/* Whether a column is known where only positions and velocities are. */
+bool study_needs_no_forces(const study_work *w, const column *c);
+
 /* "damper at", "damper max", "damper rises 0.1": what output k is called. */
 enum { OUTPUT_NAME = 256 };
 void study_output_name(const study_work *w, int k, char name[OUTPUT_NAME]);

@@ -36,13 +36,21 @@ char *table_line(char **text)
     return line;
 }
 
-static int read_head(const char *path, char *line, table *t)
+int table_names(char **line, const char *stop, table *t)
 {
     int room = 1;
-    for (const char *s = line; *s; ++s) room += *s == ',';
+    for (const char *s = *line; *s; ++s) room += *s == ',';
     t->name = malloc((size_t)room * sizeof *t->name);
     if (!t->name) return complain(FAILED, "no memory");
-    for (char *cell; (cell = table_cell(&line));) t->name[t->columns++] = cell;
+    for (char *cell; (cell = table_cell(line)) && !(stop && strcmp(cell, stop) == 0);)
+        t->name[t->columns++] = cell;
+    return DONE;
+}
+
+static int read_head(const char *path, char *line, table *t)
+{
+    const int code = table_names(&line, NULL, t);
+    if (code) return code;
     if (t->columns == 0 || strcmp(t->name[0], "t") != 0)
         return complain(NOT_READ, "%s:1: the first column must be t", path);
     return DONE;

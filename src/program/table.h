@@ -22,6 +22,9 @@ void table_free(table *t);
 char *table_line(char **text);
 char *table_cell(char **line);
 
+/* Takes the names of columns off a line, up to `stop` (NULL: all of them), into t. A code. */
+int table_names(char **line, const char *stop, table *t);
+
 /* Of column k. */
 static inline double table_at(const table *t, int line, int k)
 {

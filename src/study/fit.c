@@ -135,9 +135,21 @@ static int difference_column(fitting *w, int k)
     return MBSR_OK;
 }
 
+/* By the caller's function; a positive status where it has none. */
+static int take_slopes(fitting *w)
+{
+    const int status = w->opt->slopes(w->opt->user, w->p, w->J);
+    if (status) return status;
+    for (int k = 0; k < w->n; ++k)
+        for (int i = 0; i < w->m; ++i) w->J[k * w->m + i] *= w->scale[k];
+    return isfinite(sum_of_squares(w->m * w->n, w->J)) ? MBSR_OK : 1;
+}
+
 static int differentiate_all(fitting *w)
 {
-    int status = MBSR_OK;
+    int status = w->opt->slopes ? take_slopes(w) : 1;
+    if (status <= 0) return status;
+    status = MBSR_OK;
     for (int k = 0; k < w->n && !status; ++k) status = difference_column(w, k);
     return status;
 }

@@ -160,19 +160,27 @@ static int read_limit(study_reader *r)
     return r->status;
 }
 
-static int read_sample(study_reader *r)
+const char *mbsr_sampling_name(mbsr_sampling sampling)
 {
     static const char *const names[] = {[MBSR_SAMPLING_GRID] = "grid",
                                         [MBSR_SAMPLING_LIST] = "list",
                                         [MBSR_SAMPLING_RANDOM] = "random",
                                         [MBSR_SAMPLING_LATIN] = "latin",
                                         [MBSR_SAMPLING_SOBOL] = "sobol"};
+    return sampling >= MBSR_SAMPLING_GRID && sampling <= MBSR_SAMPLING_SOBOL ? names[sampling]
+                                                                             : NULL;
+}
+
+static int read_sample(study_reader *r)
+{
     mbsr_study *s = r->study;
     int kind = 0;
     if (r->sample_line) return refuse_line(r, "there is a second line of sample", NULL);
     if (r->words < 2)
         return refuse_line(r, "sample needs grid, list, random, latin or sobol", NULL);
-    while (kind <= MBSR_SAMPLING_SOBOL && !says(r->word[1], names[kind])) ++kind;
+    while (kind <= MBSR_SAMPLING_SOBOL &&
+           !says(r->word[1], mbsr_sampling_name((mbsr_sampling)kind)))
+        ++kind;
     if (kind > MBSR_SAMPLING_SOBOL) return refuse_line(r, "there is no sampling", r->word[1]);
     if (s->parameters > 0) return refuse_line(r, "sample comes before vary", NULL);
     s->sampling = (mbsr_sampling)kind;

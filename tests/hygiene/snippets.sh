@@ -55,7 +55,7 @@ bad() {
 libraries=$*
 can_run() {
     [ -n "$libraries" ] || return 1
-    for component in ida:'ida|simulation|sundials' files:files contact:contact fe:'fe|sid' linear:linear fmu:fmu; do
+    for component in ida:'ida|sensitivity|simulation|sundials' files:files contact:contact fe:'fe|sid' linear:linear fmu:fmu; do
         if grep -qE "^#include <mbsrank/(${component#*:})\.h>" "$1"; then
             case "$libraries" in *mbsrank_"${component%%:*}".*) ;; *) return 1 ;; esac
         fi

@@ -3,6 +3,7 @@
 #include "finite.h"
 #include "problems.h"
 
+#include <mbsrank/sensitivity.h>
 #include <mbsrank/sundials.h>
 
 #include "ida/compat.h"
@@ -10,6 +11,7 @@
 #include <nvector/nvector_serial.h>
 
 enum { T = 1u << FINITE_T, C = 1u << FINITE_C, Y = 1u << FINITE_Y, YP = 1u << FINITE_YP };
+enum { Q = 1u << FINITE_Q, U = 1u << FINITE_U };
 enum { R = 1u << FINITE_R, OTHER = 1u << FINITE_OTHER, SIZE = 6 };
 
 static double y_good[SIZE], yp_good[SIZE];
@@ -145,6 +147,46 @@ static int run_product(finite_subject *s)
     return status;
 }
 
+/* ---- sensitivities: one parameter, one time ---- */
+
+static const mbsr_error *sensitivity_error(const finite_subject *s)
+{
+    return mbsr_sensitivity_error(s->object);
+}
+
+static int start_sensitivity(finite_subject *s)
+{
+    const double end = 0.4;
+    return mbsr_sensitivity_run(s->object, 0.0, s->in[FINITE_Q], s->in[FINITE_U], 1, &end, NULL,
+                                NULL);
+}
+
+static int run_sensitivity(finite_subject *s)
+{
+    const double end = 0.4;
+    return mbsr_sensitivity_run(s->object, time_of(s), s->in[FINITE_Q], s->in[FINITE_U], 1, &end,
+                                s->out[0], NULL);
+}
+
+static int run_sensitivity_forward(finite_subject *s)
+{
+    return mbsr_sensitivity_forward(s->object, s->out[0], NULL);
+}
+
+static int run_sensitivity_adjoint(finite_subject *s)
+{
+    double by[1];
+    const int status = mbsr_sensitivity_adjoint(s->object, s->in[FINITE_OTHER], NULL, by);
+    if (!status && s->out[0]) s->out[0][0] = s->out[0][1] = by[0];
+    return status;
+}
+
+static int of_gradient(const finite_subject *s, int o)
+{
+    (void)s;
+    return o == 0 ? 2 : 0;
+}
+
 static int of_run(const finite_subject *s, int o)
 {
     (void)s;
@@ -214,6 +256,20 @@ static const finite_row rows[] = {
     {"mbsr_ida_error", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_newton", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_memory", NULL, NULL, 0, 0, 0, NULL},
+};
+
+/* Bad times and weights are refused: test_ida_sensitivity.c. */
+static const finite_row sensitivity_rows[] = {
+    {"mbsr_default_sensitivity_opt", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sensitivity_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sensitivity_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sensitivity_steps", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sensitivity_error", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sensitivity_run", run_sensitivity, NULL, 0, T | Q | U, FINITE_OBJECT, of_gradient},
+    {"mbsr_sensitivity_forward", run_sensitivity_forward, start_sensitivity, 0, 0, FINITE_OBJECT,
+     of_gradient},
+    {"mbsr_sensitivity_adjoint", run_sensitivity_adjoint, start_sensitivity, 0, OTHER,
+     FINITE_OBJECT, of_gradient},
 };
 
 static const finite_row sundials_rows[] = {
@@ -314,10 +370,41 @@ static void the_solver_for_sundials(void **unused)
     problem_free(&p);
 }
 
+static void sensitivities(void **unused)
+{
+    (void)unused;
+    problem p;
+    mbsr_parameters *list;
+    mbsr_sensitivity *object;
+    mbsr_error error;
+    const int which = 0;
+    oscillator(&p);
+    assert_ok(mbsr_parameters_create(p.model, &list, &error), &error);
+    mbsr_sensitivity_opt opt = mbsr_default_sensitivity_opt();
+    opt.list = list, opt.which = &which, opt.parameters = 1;
+    opt.ida.max_steps = 500;
+    assert_ok(mbsr_sensitivity_create(p.model, &opt, &object, &error), &error);
+    finite_subject s = subject(&p);
+    finite_give(&s, FINITE_Q, 2, (double[]){1.0, 0.5});
+    finite_give(&s, FINITE_U, 2, (double[]){0.0, 0.3});
+    s.name = "sensitivities";
+    s.object = object;
+    s.error = sensitivity_error;
+    for (size_t l = 0; l < sizeof sensitivity_rows / sizeof sensitivity_rows[0]; ++l) {
+        const int served = finite_try(&s, sensitivity_rows + l);
+        if (sensitivity_rows[l].run) assert_int_equal(served, 1);
+    }
+    finite_free(&s);
+    mbsr_sensitivity_destroy(object);
+    mbsr_parameters_destroy(list);
+    problem_free(&p);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_driver),
+        cmocka_unit_test(sensitivities),
         cmocka_unit_test(the_solver_for_sundials),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -200,6 +200,49 @@ static void intervals_have_the_freedoms_of_the_noise(void **state)
     }
 }
 
+/* Derivatives of `compare`; none where p1 is larger. */
+static int slopes_of_oscillation(void *user, const double *p, double *J)
+{
+    (void)user;
+    if (p[1] > 0.4) return 1;
+    for (int k = 0; k < SAMPLES; ++k) {
+        const double t = 0.1 * k, e = exp(-p[1] * t) / 0.05, c = cos(p[2] * t), s = sin(p[2] * t);
+        J[k] = e * c;
+        J[SAMPLES + k] = -t * p[0] * e * c;
+        J[2 * SAMPLES + k] = -t * p[0] * e * s;
+        J[3 * SAMPLES + k] = 1.0 / 0.05;
+    }
+    return 0;
+}
+
+/* The caller's derivatives save the differences, and give the same; where there are none it is
+ * differences. */
+static void derivatives_are_taken(void **state)
+{
+    double y[SAMPLES];
+    mbsr_fit *f, *other;
+    mbsr_error error;
+    (void)state;
+    test_rng rng = test_seed(14);
+    measure(&rng, y);
+    mbsr_fit_opt opt = oscillation(y);
+    if (mbsr_fit_create(&opt, &f, &error)) fail_msg("%s", error.text);
+    opt.slopes = slopes_of_oscillation;
+    if (mbsr_fit_create(&opt, &other, &error)) fail_msg("%s", error.text);
+    assert_true(other->evaluations < f->evaluations / 4);
+    for (int k = 0; k < PARAMETERS; ++k) {
+        assert_true(fabs(f->value[k] - other->value[k]) < 1e-7);
+        close_to(other->deviation[k], f->deviation[k], 1e-4);
+    }
+    mbsr_fit_destroy(other);
+    const double start[PARAMETERS] = {1.0, 0.5, 4.2, 0.0};
+    opt.start = start;
+    if (mbsr_fit_create(&opt, &other, &error)) fail_msg("%s", error.text);
+    for (int k = 0; k < PARAMETERS; ++k) assert_true(fabs(f->value[k] - other->value[k]) < 1e-7);
+    mbsr_fit_destroy(other);
+    mbsr_fit_destroy(f);
+}
+
 /* r depends on p0 p1 and p2 alone. */
 static int product(void *user, const double *p, double *r)
 {
@@ -308,6 +351,7 @@ int main(void)
         cmocka_unit_test(intervals_hold_the_truth_as_often_as_they_say),
         cmocka_unit_test(a_bound_holds_a_parameter_and_the_others_are_fitted),
         cmocka_unit_test(intervals_have_the_freedoms_of_the_noise),
+        cmocka_unit_test(derivatives_are_taken),
         cmocka_unit_test(what_data_cannot_tell_apart_is_named),
         cmocka_unit_test(wrong_use_is_refused),
     };

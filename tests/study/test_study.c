@@ -59,6 +59,8 @@ static void a_file_says_what_is_varied_and_kept(void **state)
     assert_int_equal(s->max_steps, 1000);
     assert_true(s->max_time == 2.5);
     assert_int_equal(s->sampling, MBSR_SAMPLING_LATIN);
+    assert_string_equal(mbsr_sampling_name(s->sampling), "latin");
+    assert_null(mbsr_sampling_name((mbsr_sampling)17));
     assert_true(s->seed == UINT64_MAX);
     assert_int_equal(s->runs, 10);
     assert_int_equal(s->parameters, 3);

@@ -55,6 +55,7 @@ static const finite_row rows[] = {
     {"mbsr_journal_outcome", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_study_destroy", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_study_read", NULL, NULL, 0, 0, 0, NULL}, /* test_study.c */
+    {"mbsr_sampling_name", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_study_values", run_values, NULL, 0, 0, 0, of_study},
 };
 

@@ -183,6 +183,7 @@ struct mbsr_newton {
     /* for products; NULL: none are wanted */
     mbsri_linear *linear;
     mbsri_vectors vectors;
+    double *other; /* the size of y */
     void *of_products;
     bool linearised;
 };

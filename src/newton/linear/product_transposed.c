@@ -229,13 +229,10 @@ static void find_push(const mbsri_linear *w, mbsri_vectors *v, double *delta)
     }
 }
 
-void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
-                              double *delta)
+/* r_u, and L^-1 of its parts. */
+static void pass_to_leaves(const mbsri_linear *w, const double *r, mbsri_vectors *v)
 {
     const mbsr_model *m = w->model;
-    mbsri_zero((size_t)(m->nq + 2 * m->nu + m->rows + m->position_rows), delta);
-    mbsri_zero(w->motions, v->motion);
-    mbsri_zero(3 * m->size.v, v->action);
     mbsri_zero(m->size.v, v->mbar);
     mbsri_zero(m->size.v, v->fbar);
     for (int i = 1; i <= m->bodies; ++i) {
@@ -245,9 +242,31 @@ void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vect
         condense(w, i, v->momentum, v->mbar);
         condense(w, i, v->balance, v->fbar);
     }
+}
+
+void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
+                              double *delta)
+{
+    const mbsr_model *m = w->model;
+    mbsri_zero((size_t)(m->nq + 2 * m->nu + m->rows + m->position_rows), delta);
+    mbsri_zero(w->motions, v->motion);
+    mbsri_zero(3 * m->size.v, v->action);
+    pass_to_leaves(w, r, v);
     for (int i = 1; i <= m->bodies; ++i) act(w, i, r, v, delta);
     add_closures(w, r, v, delta);
     add_elements(w, v, delta);
     for (int i = m->bodies; i >= 1; --i) move(w, i, r, v, delta);
     if (m->rows > 0) find_push(w, v, delta);
+}
+
+void mbsri_product_of_torque_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
+                                        double *tau)
+{
+    const mbsr_model *m = w->model;
+    pass_to_leaves(w, r, v);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int l = 0; l < b->n; ++l)
+            tau[b->u + l] = -r[m->nq + b->u + l] - (w->deep[i] ? v->balance[b->group.iu + l] : 0.0);
+    }
 }

@@ -9,4 +9,8 @@
 void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
                               double *delta);
 
+/* tau (nu) = (dF/dtau)^T r, the transpose of mbsri_product_of_torque. */
+void mbsri_product_of_torque_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
+                                        double *tau);
+
 #endif

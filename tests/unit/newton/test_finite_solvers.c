@@ -75,6 +75,21 @@ static int run_multiply_torque(finite_subject *s)
     return mbsr_newton_multiply_torque(s->object, s->in[FINITE_TAU], s->out[0]);
 }
 
+static int run_multiply_rate(finite_subject *s)
+{
+    return mbsr_newton_multiply_rate(s->object, s->in[FINITE_R], s->out[0]);
+}
+
+static int run_multiply_rate_transposed(finite_subject *s)
+{
+    return mbsr_newton_multiply_rate_transposed(s->object, s->in[FINITE_R], s->out[0]);
+}
+
+static int run_torque_transposed(finite_subject *s)
+{
+    return mbsr_newton_multiply_torque_transposed(s->object, s->in[FINITE_R], s->out[0]);
+}
+
 static int run_linearise_and_multiply(finite_subject *s)
 {
     const int status = linearise(s);
@@ -142,6 +157,11 @@ static int of_y(const finite_subject *s, int o)
     return o == 0 ? s->nq + 2 * s->nu : 0;
 }
 
+static int of_u(const finite_subject *s, int o)
+{
+    return o == 0 ? s->nu : 0;
+}
+
 static int of_states(const finite_subject *s, int o)
 {
     return o == 0 ? STATES * s->nu : 0;
@@ -166,6 +186,11 @@ static const finite_row newton_rows[] = {
      FINITE_OBJECT | FINITE_DATA, of_y},
     {"mbsr_newton_multiply_torque", run_multiply_torque, linearise, T | C | Y, TAU, FINITE_OBJECT,
      of_y},
+    {"mbsr_newton_multiply_rate", run_multiply_rate, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
+    {"mbsr_newton_multiply_rate_transposed", run_multiply_rate_transposed, linearise, T | C | Y, R,
+     FINITE_OBJECT, of_y},
+    {"mbsr_newton_multiply_torque_transposed", run_torque_transposed, linearise, T | C | Y, R,
+     FINITE_OBJECT, of_u},
     {"mbsr_newton_multiply", run_multiply, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
     {"mbsr_newton_multiply_transposed", run_multiply_transposed, linearise, T | C | Y, R,
      FINITE_OBJECT, of_y},

@@ -1,0 +1,111 @@
+/* Sensitivities of runs: the record, and steps of the linearised equations.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Nodes 0 .. steps are the start and the ends of the steps. Backward differences of step k over the
+ * nodes k, k - 1 .. k - order,
+ *
+ *   (A_k + a_0 E_k) s_k = R_k T_k - E_k sum_{i >= 1} a_i s_{k-i}      A = dF/dy, E = dF/dy'
+ *
+ * with R = dF/dtau and T the derivatives of inverse dynamics in the parameters. p in s is less by
+ * what a parameter does to the mass matrix, dM u, which makes T all of the right-hand side
+ * (docs/study.md). At the beginning of a run, and behind a kink, the node before step k is replaced
+ * by a short step of implicit Euler from it with the matrices of step k: directions that springs
+ * alone hold jump there. */
+#ifndef MBSRI_IDA_SENSITIVITY_RECORD_H
+#define MBSRI_IDA_SENSITIVITY_RECORD_H
+
+#include <mbsrank/derivatives.h>
+#include <mbsrank/sensitivity.h>
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { MBSRI_NODES = 6 }; /* of the longest formula */
+
+/* A step of the run; `since`: how many steps of its segment are before it. */
+typedef struct mbsri_kept_step {
+    double t;
+    int order, since;
+} mbsri_kept_step;
+
+/* A growing array; `count` elements of it are in use. */
+typedef struct mbsri_kept {
+    void *data;
+    size_t count, capacity;
+} mbsri_kept;
+
+struct mbsr_sensitivity {
+    const mbsr_model *model;
+    mbsr_sensitivity_opt opt;
+    mbsr_data *data;
+    mbsr_ida *ida;
+    mbsr_derivatives *derivatives;
+    mbsr_newton *newton, *back; /* solves; solves transposed */
+    int size, nq, nu, parameters;
+    bool plain;       /* E is the unit matrix of q and p, and R less that of p */
+    bool restart;     /* behind a kink */
+    bool ready;       /* there is a run */
+    double start;     /* time */
+    mbsri_kept step;  /* mbsri_kept_step of node 1, 2, .. */
+    mbsri_kept state; /* y, y' of these */
+    mbsri_kept time;  /* of outputs */
+    double *given;    /* q, u that it was given; q, u of its consistent start; nu and parameters */
+    double *work;     /* 4 size + parameters: of the formulas below */
+    int zero;         /* the first parameter that is a mass of zero; MBSR_NONE */
+    char named[96];   /* its name */
+    mbsr_error error;
+};
+
+/* What step k does: its nodes besides its own, weights a_0 .. a_order; of an output at t the nodes
+ * node, node - 1 .. node - order and their weights. */
+typedef struct mbsri_formula {
+    long node;
+    int order;
+    double weight[MBSRI_NODES];
+} mbsri_formula;
+
+static inline const mbsri_kept_step *mbsri_kept_at(const mbsr_sensitivity *s, long node)
+{
+    return (const mbsri_kept_step *)s->step.data + (node - 1);
+}
+
+mbsri_formula mbsri_sensitivity_rate(const mbsr_sensitivity *s, long node);
+mbsri_formula mbsri_sensitivity_output(const mbsr_sensitivity *s, long from, double t);
+
+/* The factor c of the short step before node k. */
+double mbsri_sensitivity_short(const mbsr_sensitivity *s, long node);
+
+/* The matrices of step k in `newton`, with c; T in `derivatives`, where `sources`. A status. */
+int mbsri_sensitivity_at(mbsr_sensitivity *s, mbsr_newton *newton, long node, double c);
+int mbsri_sensitivity_sources(mbsr_sensitivity *s, long node);
+
+/* y and y' at a node from 1 on; time of any. */
+const double *mbsri_sensitivity_state(const mbsr_sensitivity *s, long node);
+double mbsri_sensitivity_time(const mbsr_sensitivity *s, long node);
+
+/* Step k begins a segment, and u jumps before it: p of s then jumps by minus dM times what u jumps
+ * by. For each parameter added to p, which is `stride` numbers behind that of the last one; or of
+ * the weights w (nu) of p, added to by (parameters). A status. */
+int mbsri_sensitivity_jump(mbsr_sensitivity *s, long node, double *p, size_t stride);
+int mbsri_sensitivity_jump_back(mbsr_sensitivity *s, long node, const double *w, double *by);
+
+/* r = E x and its transpose, r = R tau and its transpose; r and x not the same. */
+int mbsri_sensitivity_rates(mbsr_sensitivity *s, mbsr_newton *newton, bool transposed,
+                            const double *x, double *r);
+int mbsri_sensitivity_torque(mbsr_sensitivity *s, const double *tau, double *r);
+int mbsri_sensitivity_torque_back(mbsr_sensitivity *s, const double *r, double *tau);
+
+/* The driver whose steps are kept. A status, with *error. */
+int mbsri_sensitivity_driver(mbsr_sensitivity *s, mbsr_error *error);
+
+/* Room for `more` elements behind those in use, numbers that are zero, and their end. false and
+ * NULL: there is no memory. */
+bool mbsri_sensitivity_reserve(mbsri_kept *array, size_t more, size_t element);
+double *mbsri_sensitivity_take(size_t count);
+void mbsri_sensitivity_free(void *memory);
+
+/* Writes s->error and returns the status. */
+int mbsri_sensitivity_fail(mbsr_sensitivity *s, int status, const mbsr_error *why,
+                           const char *function);
+
+#endif
