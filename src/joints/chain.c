@@ -225,22 +225,25 @@ static void step_along(const mbsr_joint_args *args, const mbsr_joint_change *by,
     mbsri_add3(col->sd, a, w->omega);
 }
 
-/* The change of a rotation by the quaternion q, n along q: along the running frame's axes, `first`
- * and the next two columns, it turns by 2 vec(dq q*) / |q|^2 = 2 vec(dq n*) / n.q, which for dq =
- * q' dt is u dt. */
+void mbsri_chain_turn(const double q[4], const double n[4], const double dq[4], double turn[3])
+{
+    const double scale = 2.0 / (n[0] * q[0] + mbsri_dot3(n + 1, q + 1));
+    mbsri_cross3(n + 1, dq + 1, turn);
+    for (int k = 0; k < 3; ++k) turn[k] = scale * (turn[k] + n[0] * dq[1 + k] - dq[0] * n[1 + k]);
+}
+
+/* The change of a rotation by the quaternion q, n along q. Its columns are `first` and the next
+ * two. */
 static void change_quaternion(const mbsr_joint_args *args, const mbsr_joint_change *by,
                               const double n[4], const chain *w, chain_change *dw, int first)
 {
-    const double *q = args->q, *dq = by->q;
-    const double scale = 2.0 / (n[0] * q[0] + mbsri_dot3(n + 1, q + 1));
     double turn[3];
-    mbsri_cross3(n + 1, dq + 1, turn);
-    for (int k = 0; k < 3; ++k) turn[k] += n[0] * dq[1 + k] - dq[0] * n[1 + k];
+    mbsri_chain_turn(args->q, n, by->q, turn);
     for (int k = 0; k < 3; ++k) {
         const column *col = w->column + first + k;
         column_change *dcol = dw->column + first + k;
         dcol->sd = by->u ? by->u[k] : 0.0;
-        mbsri_add3(scale * turn[k], col->a, dw->turn);
+        mbsri_add3(turn[k], col->a, dw->turn);
         mbsri_add3(dcol->sd, col->a, dw->omega);
         mbsri_add3(col->sd, dcol->a, dw->omega);
     }
@@ -535,8 +538,7 @@ int mbsri_chain_axes(const mbsr_joint_args *args, mbsri_chain_axis *axes, int *c
     return MBSR_OK;
 }
 
-/* q' = 1/2 (0, u) q, along which the length of q stays. */
-static void quaternion_rate(const double q[4], const double u[3], double qdot[4])
+void mbsri_chain_quaternion_rate(const double q[4], const double u[3], double qdot[4])
 {
     qdot[0] = -0.5 * mbsri_dot3(u, q + 1);
     mbsri_cross3(u, q + 1, qdot + 1);
@@ -546,7 +548,7 @@ static void quaternion_rate(const double q[4], const double u[3], double qdot[4]
 /* For joints whose first coordinates are a quaternion; q' = u of all others. */
 int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot)
 {
-    quaternion_rate(args->q, args->u, qdot);
+    mbsri_chain_quaternion_rate(args->q, args->u, qdot);
     for (int k = 3; k < args->n; ++k) qdot[k + 1] = args->u[k];
     return MBSR_OK;
 }
@@ -555,8 +557,8 @@ static void change_coordinate_rates(const mbsr_joint_args *args, const mbsr_join
                                     double *dqdot)
 {
     double of_u[4];
-    quaternion_rate(by->q, args->u, dqdot);
-    quaternion_rate(args->q, by->u, of_u);
+    mbsri_chain_quaternion_rate(by->q, args->u, dqdot);
+    mbsri_chain_quaternion_rate(args->q, by->u, of_u);
     for (int k = 0; k < 4; ++k) dqdot[k] += of_u[k];
     for (int k = 3; k < args->n; ++k) dqdot[k + 1] = by->u[k];
 }

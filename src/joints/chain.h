@@ -50,6 +50,13 @@ typedef struct mbsri_chain_axis {
 /* Into axes (MBSRI_MAX_STEPS). What a prescribed motion returned. */
 int mbsri_chain_axes(const mbsr_joint_args *args, mbsri_chain_axis *axes, int *count);
 
+/* The small turn, along the axes of the frame before it, of a rotation by the quaternion q that
+ * changes by dq: 2 vec(dq n*) / n.q, n along q, which for dq = q' dt is u dt. */
+void mbsri_chain_turn(const double q[4], const double n[4], const double dq[4], double turn[3]);
+
+/* q' = 1/2 (0, u) q, along which the length of q stays. */
+void mbsri_chain_quaternion_rate(const double q[4], const double u[3], double qdot[4]);
+
 int mbsri_chain_normalise(const mbsr_joint_args *args, double *q);
 int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
                         double *dK, double *dH, double *dJ, double *dkI);

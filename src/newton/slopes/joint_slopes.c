@@ -17,6 +17,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/joint_turns.h"
 #include "newton/slopes/move.h"
+#include "newton/slopes/steady_joint.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
 #include "recursion/spans.h"
@@ -449,8 +450,16 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     }
     c.turns = mbsri_joint_turns_serve(b);
     if (c.turns) mbsri_joint_turns(m, d, i, accelerated, udot, s->x, s->below, s->own);
-    int status = pose_columns(&c, s);
-    if (!status) status = rate_columns(&c, s);
+    int status = MBSR_OK;
+    if (mbsri_steady_joint_serves(b)) {
+        const size_t rows = (size_t)(s->e + 2 * b->d), nq = (size_t)b->nq;
+        double *const x_own[] = {s->x + (size_t)s->q * rows, s->x + (size_t)s->u * rows},
+                      *const rate[] = {s->qdot + (size_t)s->q * nq, s->qdot + (size_t)s->u * nq};
+        mbsri_steady_joint(b, d, c.args.q, c.args.u, x_own, rate);
+    } else {
+        status = pose_columns(&c, s);
+        if (!status) status = rate_columns(&c, s);
+    }
     for (int k = 0; k < b->n && b->flexible.upright; ++k) steady_column(&c, k, s);
     if (!status) acceleration_columns(&c, s);
     if (!status) add_armature(b, accelerated, s);

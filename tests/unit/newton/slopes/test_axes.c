@@ -1,13 +1,15 @@
 /* Derivatives of joints that are sequences of axes, in formulas, against those of joints of any
  * kind, which go through the joint's functions `tangent` and `rate_tangent`; and which joints are
- * taken for such.
+ * taken for such. Free bodies likewise.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/linear/linear.h"
 #include "newton/slopes/axes.h"
 #include "newton/slopes/joint_slopes.h"
+#include "newton/slopes/steady_joint.h"
 #include "newton_scene.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { MOST = 400, COLUMNS = 24 };
 
@@ -117,11 +119,58 @@ static void joints_of_six_axes(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A free body, and a twin whose joint's frame is off its origin by nearly nothing, so that its
+ * slopes come from the joint's functions. */
+static void free_bodies_have_constant_axes(void **state)
+{
+    (void)state;
+    const double q[7] = {0.9, -0.5, 0.3, 0.7, 0.4, -1.2, 2.5},
+                 u[6] = {0.7, -1.1, 0.4, 2.0, 0.3, -0.8}, x[3] = {0.3, -0.2, 0.1},
+                 z[3] = {0.36, 0.48, 0.8}, nearly[3] = {1e-15, 0.0, 0.0}, none[3] = {0.0};
+    const mbsr_frame at = mbsr_frame_along(x, z);
+    double of_x[2][18 * 19], rate[2][7 * 19], twice[2][14], spare[40];
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    test_newton_state s;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), 0);
+    for (int k = 0; k < 2; ++k) {
+        const mbsr_frame own = mbsr_frame_along(k ? nearly : none, z);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.inertia = mbsr_inertia_sphere(900.0, 0.2);
+        body.joint = mbsr_joint_free(&at, &own);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        memcpy(twice[0] + (ptrdiff_t)(7 * k), q, sizeof q);
+        memcpy(twice[1] + (ptrdiff_t)(6 * k), u, sizeof u);
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(test_newton_start(&s, m, d, 0.0, twice[0], twice[1], NULL), mbsr_data_error(d));
+    double *memory = malloc(mbsri_joint_slopes_size(m) * sizeof *memory);
+    assert_int_equal(mbsri_linear_state(m, d, s.t, s.y, s.yp, spare), MBSR_OK);
+    for (int k = 0; k < 2; ++k) {
+        mbsri_joint_slopes to;
+        assert_true(mbsri_steady_joint_serves(m->body + 1 + k) == (k == 0));
+        mbsri_joint_slopes_place(&to, memory);
+        assert_int_equal(mbsri_joint_slopes_of(m, d, 1 + k, true, u, &to), MBSR_OK);
+        assert_int_equal(to.columns, 19);
+        memcpy(of_x[k], to.x, sizeof of_x[k]);
+        memcpy(rate[k], to.qdot, sizeof rate[k]);
+        for (int l = 0; l < 18 * 19; ++l) assert_true(k == 0 || fabs(to.own[l]) < 1e-11);
+    }
+    compare("motion", 18, 19, of_x[0], 18, 0, of_x[1], 18);
+    compare("q'", 7, 19, rate[0], 7, 0, rate[1], 7);
+    free(memory);
+    test_newton_free(&s);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(formulas_are_those_of_the_joint),
         cmocka_unit_test(joints_of_six_axes),
+        cmocka_unit_test(free_bodies_have_constant_axes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
