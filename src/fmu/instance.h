@@ -13,6 +13,7 @@
 #include "fmu/variables.h"
 
 #include <mbsrank/completion.h>
+#include <mbsrank/derivatives.h>
 #include <mbsrank/ida.h>
 #include <mbsrank/ode.h>
 #include <mbsrank/stepper.h>
@@ -93,6 +94,8 @@ struct mbsri_instance {
         mbsr_ida *ida;         /* driver of co-simulation with steps by the error */
         mbsr_stepper *stepper; /* with fixed ones */
         mbsr_ode *ode;         /* right-hand side of model exchange */
+        mbsr_newton *newton;   /* derivatives, made when they are asked for */
+        mbsr_derivatives *forward;
     } solver;
 
     struct {

@@ -91,6 +91,10 @@ static void drop_solver(mbsri_instance *in)
 void mbsri_drop_model(mbsri_instance *in)
 {
     drop_solver(in);
+    mbsr_newton_destroy(in->solver.newton);
+    mbsr_derivatives_destroy(in->solver.forward);
+    in->solver.newton = NULL;
+    in->solver.forward = NULL;
     mbsr_completion_destroy(in->solver.completion);
     mbsr_data_destroy(in->solver.data);
     mbsr_data_destroy(in->solver.event_data);
