@@ -21,7 +21,8 @@ from pathlib import Path
 HEADERS = ("mbsrank/mbsrank.h", "mbsrank/driver.h", "mbsrank/simulation.h", "mbsrank/files.h")
 
 #: Headers of components that may be missing.
-OPTIONAL = {"contact": "mbsrank/contact.h", "linear": "mbsrank/linear.h", "fmu": "mbsrank/fmu.h"}
+OPTIONAL = {"contact": ("mbsrank/contact.h",), "linear": ("mbsrank/linear.h",),
+            "fmu": ("mbsrank/fmu.h",), "fe": ("mbsrank/fe.h", "mbsrank/sid.h")}
 
 #: What trampolines return to C where a function of the caller's raises.
 EXCEPTION = -32000
@@ -54,7 +55,7 @@ def _compiler() -> list[str]:
 
 def headers(components: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Those that are wrapped where these components are there."""
-    return HEADERS + tuple(OPTIONAL[name] for name in components)
+    return HEADERS + tuple(one for name in components for one in OPTIONAL[name])
 
 
 def includes(components: tuple[str, ...] = ()) -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Builds the package against an installed libmbsrank.
 
-Its components contact, linear and fmu are wrapped where they are there. It is found by pkg-config, or in the folder that MBSRANK_PREFIX names. For a build tree
+Its components contact, linear, fmu and fe are wrapped where they are there. It is found by pkg-config, or in the folder that MBSRANK_PREFIX names. For a build tree
 MBSRANK_INCLUDE and MBSRANK_LIBRARIES list folders.
 """
 import os

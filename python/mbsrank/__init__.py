@@ -4,7 +4,7 @@
 Models are built by calls (Model, with the modules joint, inertia, force, closure) or read from
 files (read), and evaluated by Data, Batch, Derivatives, Dae, Newton, Ode; Simulation and Stepper
 integrate them. Parameters are values by name; linear has equilibria, linear equations and modes;
-Contacts are shapes that touch; export_fmu makes Functional Mock-up Units. All of C is in `lib` and `ffi`."""
+Contacts are shapes that touch, Flex bodies that bend; export_fmu makes Functional Mock-up Units. All of C is in `lib` and `ffi`."""
 from . import closure, force, inertia, joint, linear
 from ._c import ffi, lib
 from ._core import ClosedError, Error, ForceBody, Record, StateError, UseError
@@ -13,6 +13,7 @@ from .contacts import Contacts, touching
 from .dae import Dae, Newton, Ode
 from .derivatives import Derivatives
 from .driver import Run, Simulation, State
+from .flexible import Flex
 from .fmu import export_fmu
 from .files import File, read, to_mjcf
 from .model import GROUND, NONE, Batch, Data, IndexReport, Model
@@ -24,8 +25,8 @@ from .viewer import Page, view
 __version__ = ffi.string(lib.mbsr_version()).decode()
 
 __all__ = [
-    "Batch", "ClosedError", "Closure", "Contacts", "Dae", "Data", "Derivatives", "Error", "File", "Force",
-    "ForceBody", "Frame", "GROUND", "IndexReport", "Inertia", "Joint", "Model", "NONE", "Newton",
+    "Batch", "ClosedError", "Closure", "Contacts", "Dae", "Data", "Derivatives", "Error", "File",
+    "Flex", "Force", "ForceBody", "Frame", "GROUND", "IndexReport", "Inertia", "Joint", "Model", "NONE", "Newton",
     "Ode",
     "Page", "Parameters", "Record",
     "Run", "Simulation", "SmallMasses", "State", "StateError", "Stepper",

@@ -16,6 +16,7 @@ from ._c import ffi, lib
 from ._core import (F8, Handle, Owner, Record, encoded, evaluated, fail, given, given_ints,
                     numbers, plain, taken, text)
 from ._values import Closure, Force, FrameLike, Inertia, Joint
+from .flexible import Flex
 
 GROUND = lib.MBSR_GROUND
 NONE = lib.MBSR_NONE
@@ -100,6 +101,28 @@ class Model(Owner):
         made = ffi.new("int *")
         self._check(function(self._get(), value._box, made))
         self._hold(value._keep)
+        return made[0]
+
+    def add_flexible(self, name: str | None, flex: Flex, parent: int = GROUND, marker: int = 0,
+                     joint: Joint | None = None) -> int:
+        """Adds a flexible body, held at a marker of its data to a predecessor, by a joint or fast,
+        and returns its id. With a joint a body without mass stands between, its id one less."""
+        define = _values._box("mbsr_flexible_def", lib.mbsr_default_flexible_def())
+        keep: list = [flex._handle]
+        define.name = _values.to_c("const char *", "name", name, keep)
+        define.parent, define.flex, define.marker = parent, flex._get(), marker
+        if joint is not None:
+            define.joint = _values.to_c("mbsr_joint", "joint", joint, keep)
+        made = ffi.new("int *")
+        self._check(lib.mbsr_model_add_flexible(self._get(), ffi.addressof(define), made))
+        self._hold(keep)
+        return made[0]
+
+    def add_marker(self, name: str | None, body: int, marker: int) -> int:
+        """Adds a body without mass that moves with a marker of a flexible one; returns its id."""
+        made, keep = ffi.new("int *"), []
+        self._check(lib.mbsr_model_add_marker(
+            self._get(), body, marker, _values.to_c("const char *", "name", name, keep), made))
         return made[0]
 
     def add_loop_joint(self, name: str | None, body: int, joint: Joint, other: int,

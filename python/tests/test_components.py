@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameters, and the components contact, linear and fmu where they are there."""
+"""Parameters, flexible bodies; the components contact, linear, fmu and fe where they are there."""
 import math
 import os
 import tempfile
@@ -192,6 +192,81 @@ class Fmu(unittest.TestCase):
             mb.export_fmu(pendulum(), "/dev/null", version=4)
         with self.assertRaisesRegex(TypeError, "there is no 'format'"):
             mb.export_fmu(pendulum(), "/dev/null", format=2)
+
+
+
+def lattice(cells):
+    """A bar of cubes of springs along x: nodes, stiffness, masses."""
+    places = np.array([(x, y, z) for x in range(cells + 1) for y in (0, 1) for z in (0, 1)], float)
+    K = np.zeros((3 * len(places),) * 2)
+    for i, a in enumerate(places):
+        for j, b in enumerate(places[:i]):
+            along = a - b
+            if max(abs(along)) > 1.0:
+                continue
+            part = 500.0 * np.outer(along, along) / (along @ along)
+            for k, l, sign in ((i, i, 1), (j, j, 1), (i, j, -1), (j, i, -1)):
+                K[3 * k:3 * k + 3, 3 * l:3 * l + 3] += sign * part
+    return 0.3 * places, K, np.repeat(0.1 + 0.02 * np.arange(len(places)), 3)
+
+
+class Flexible(unittest.TestCase):
+    def frequencies(self, model, count):
+        model.finish()
+        q = np.zeros(model.nq)
+        if model.nq > model.nu:
+            q[0] = 1.0
+        found = [mode.frequency for mode in mb.linear.Linear(model, q).modes()]
+        return sorted(one for one in found if one > 1e-3)[:count]
+
+    @there("linear")
+    def test_a_beam_sways_as_euler_says(self):
+        beam = mb.Flex.beam(length=2.0, density=0.5, EI_y=30.0, modes=3)
+        self.assertEqual((beam.modes, beam.markers), (3, 16))
+        model = mb.Model()
+        body = model.add_flexible("beam", beam)
+        tip = model.add_marker("tip", body, 15)
+        roots = np.array([1.87510406871, 4.69409113297])
+        right = roots ** 2 * math.sqrt(30.0 / 0.5) / 4.0 / (2.0 * math.pi)
+        self.assertTrue(np.allclose(self.frequencies(model, 2), right, rtol=1e-5))
+        with self.assertRaisesRegex(ValueError, "s: expected 3"):
+            beam.mass_matrix([0.0])
+        M = beam.mass_matrix(np.zeros(3))
+        self.assertAlmostEqual(M[3, 3], 1.0, 9)
+        data = model.data()
+        data.forward_dynamics(np.zeros(3), np.zeros(3))
+        self.assertTrue(np.allclose(data.frame(tip).x, [2.0, 0.0, 0.0]))
+
+    @there("linear")
+    @there("fe")
+    def test_finite_elements_keep_their_frequencies(self):
+        nodes, K, masses = lattice(4)
+        markers = {"root": [0, 1, 2, 3], "tip": [16, 17, 18]}
+        flex = mb.Flex.elements(K, np.diag(masses), nodes, markers, ["tip"], modes=6, free=1,
+                                cutoff=math.inf)
+        self.assertGreaterEqual(flex.report.modes, 6)
+        self.assertAlmostEqual(flex.report.mass, masses.sum() / 3.0, 9)
+        model = mb.Model()
+        model.add_flexible("bar", flex, joint=mb.joint.free())
+        root = np.sqrt(masses)
+        omega2 = np.linalg.eigvalsh(K / np.outer(root, root))[6:10]
+        self.assertTrue(np.allclose(self.frequencies(model, 4), np.sqrt(omega2) / (2.0 * math.pi),
+                                    rtol=1e-7))
+
+    @there("fe")
+    def test_wrong_elements_are_refused(self):
+        nodes, K, masses = lattice(1)
+        markers = {"root": [0, 1, 2, 3]}
+        with self.assertRaisesRegex(ValueError, "square"):
+            mb.Flex.elements(K[:, :-1], np.diag(masses), nodes, markers)
+        with self.assertRaisesRegex(ValueError, "no marker 'tip'"):
+            mb.Flex.elements(K, np.diag(masses), nodes, markers, ["tip"])
+        with self.assertRaisesRegex(ValueError, "count x 3"):
+            mb.Flex.elements(K, np.diag(masses), nodes.T, markers)
+        with self.assertRaises(mb.UseError):
+            mb.Flex.elements(K + np.eye(24), np.diag(masses), nodes, markers)
+        with self.assertRaises(mb.UseError):
+            mb.Flex.sid(Path(__file__))
 
 
 if __name__ == "__main__":

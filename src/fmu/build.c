@@ -141,6 +141,7 @@ int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, m
         told(built, status, error);
     }
     if (!status) status = check_sizes(plan, built, error);
+    if (!status) status = mbsr_parameters_create(built->model, &built->list, error);
     if (status) mbsri_built_destroy(built);
     return status;
 }
@@ -148,6 +149,7 @@ int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, m
 void mbsri_built_destroy(mbsri_built *built)
 {
     mbsr_model_destroy(built->model);
+    mbsr_parameters_destroy(built->list);
     for (int k = 0; k < built->tables; ++k) mbsr_table_destroy(built->table[k]);
     for (int k = 0; k < built->flexes; ++k) mbsr_flex_destroy(built->flex[k]);
     free(built->table);

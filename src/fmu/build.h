@@ -5,6 +5,8 @@
 
 #include "fmu/plan.h"
 
+#include <mbsrank/parameters.h>
+
 /* A motion that follows the importer's numbers x, x', x'' of time t0, each coordinate by x + x' s +
  * x'' s^2 / 2, s = t - t0. */
 typedef struct mbsri_held_motion {
@@ -15,7 +17,8 @@ typedef struct mbsri_held_motion {
 
 /* A model with all that it uses. */
 typedef struct mbsri_built {
-    mbsr_model *model; /* finished */
+    mbsr_model *model;     /* finished */
+    mbsr_parameters *list; /* its parameters as the plan has them */
     int tables, flexes;
     mbsr_table **table;
     mbsr_flex **flex;

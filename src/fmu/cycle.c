@@ -28,7 +28,7 @@ mbsri_result mbsri_initialize(mbsri_instance *in)
 
 mbsri_result mbsri_initialized(mbsri_instance *in, const char *function, mbsri_mode next)
 {
-    mbsri_result result = in->started && !in->stale ? MBSRI_OK : mbsri_find_start(in);
+    mbsri_result result = in->started && !in->parameters.stale ? MBSRI_OK : mbsri_find_start(in);
     if (!result) result = mbsri_make_solver(in);
     if (result) return result;
     mbsri_tell(in, "%s: starts at t = %.9g", function, in->t);

@@ -1,10 +1,11 @@
 /* Derivatives of variables with respect to inputs and states: see values.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Central differences of the evaluation along the seed s of the knowns v, with steps h s, h = 1e-6
- * / max(|s_k| / (1 + |v_k|)); of the adjoint along one known after the other. Nothing is taken from
- * analytic derivatives. */
+ * By analytic products where these serve; else central differences of the evaluation along the seed
+ * s of the knowns v, with steps h s, h = 1e-6 / max(|s_k| / (1 + |v_k|)); of the adjoint along one
+ * known after the other. */
 #include "fmu/exchange.h"
+#include "fmu/products.h"
 #include "fmu/solve.h"
 #include "fmu/values.h"
 
@@ -30,6 +31,7 @@ typedef struct quotient {
     const unsigned *unknown, *known;
     size_t unknowns, knowns;
     double *base, *forth, *back; /* knowns; unknowns each */
+    double *unit, *column;       /* knowns; unknowns */
 } quotient;
 
 /* Unknowns with the knowns moved by h seed from where they were. */
@@ -58,17 +60,15 @@ static mbsri_result along_seed(const quotient *d, const double *seed, double *se
     return result;
 }
 
-/* One known after the other, against the seed of the unknowns. */
-static mbsri_result against(const quotient *d, const double *seed, double *sensitivity,
-                            double *unit, double *column)
+/* One known after the other, against the seed of the unknowns; added. */
+static mbsri_result against_seed(const quotient *d, const double *seed, double *sensitivity)
 {
     mbsri_result result = MBSRI_OK;
-    for (size_t k = 0; k < d->knowns && !result; ++k) {
-        memset(unit, 0, d->knowns * sizeof *unit);
-        unit[k] = 1.0;
-        result = along_seed(d, unit, column);
-        sensitivity[k] = 0.0;
-        for (size_t l = 0; l < d->unknowns; ++l) sensitivity[k] += seed[l] * column[l];
+    for (size_t k = 0; k < d->knowns && d->unknowns > 0 && !result; ++k) {
+        memset(d->unit, 0, d->knowns * sizeof *d->unit);
+        d->unit[k] = 1.0;
+        result = along_seed(d, d->unit, d->column);
+        for (size_t l = 0; l < d->unknowns; ++l) sensitivity[k] += seed[l] * d->column[l];
     }
     return result;
 }
@@ -80,32 +80,163 @@ static mbsri_result check_references(const quotient *d)
             return mbsri_say(d->in, MBSRI_ERROR,
                              "%s: value reference %u is neither an input nor a state", d->function,
                              d->known[k]);
+    for (size_t k = 0; k < d->unknowns; ++k)
+        if (d->unknown[k] >= (unsigned)d->in->variables.count)
+            return mbsri_say(d->in, MBSRI_ERROR,
+                             "%s: there is no variable with the value reference %u of a real",
+                             d->function, d->unknown[k]);
     return MBSRI_OK;
+}
+
+/* ---- by analytic products ---- */
+
+static const mbsri_variable *variable_of(const quotient *d, unsigned reference)
+{
+    return d->in->variables.list + reference;
+}
+
+static bool is_of_motion(const mbsri_instance *in, int input)
+{
+    for (int k = 0; k < in->plan.motions; ++k) {
+        const mbsri_plan_motion *m = in->plan.motion + k;
+        if (input >= m->input && input < m->input + 3 * m->count) return true;
+    }
+    return false;
+}
+
+/* Whether unknowns need accelerations, and knowns are numbers of motions. */
+static bool begin_products(const quotient *d, mbsri_products *p)
+{
+    bool accelerations = false, motions = false;
+    for (size_t k = 0; k < d->unknowns; ++k) {
+        const mbsri_variable_kind kind = variable_of(d, d->unknown[k])->kind;
+        accelerations = accelerations || kind == MBSRI_UDOT || kind == MBSRI_LOOP;
+    }
+    for (size_t k = 0; k < d->knowns; ++k) {
+        const mbsri_variable *v = variable_of(d, d->known[k]);
+        motions = motions || (v->kind == MBSRI_INPUT && is_of_motion(d->in, v->of));
+    }
+    return mbsri_products_begin(p, d->in, accelerations, motions);
+}
+
+static bool tell_along(const quotient *d, mbsri_products *p, const double *seed,
+                       double *sensitivity)
+{
+    for (size_t k = 0; k < d->knowns; ++k) {
+        const mbsri_variable *v = variable_of(d, d->known[k]);
+        double *to = v->kind == MBSRI_INPUT ? p->dw : v->kind == MBSRI_Q ? p->dx : p->dx + p->nq;
+        to[v->of] += seed[k];
+    }
+    if (!mbsri_products_along(p)) return false;
+    for (size_t k = 0; k < d->unknowns; ++k) {
+        const mbsri_variable *v = variable_of(d, d->unknown[k]);
+        if (mbsri_products_serve(p, v)) sensitivity[k] = mbsri_products_of(p, v);
+    }
+    return true;
+}
+
+static bool tell_against(const quotient *d, mbsri_products *p, const double *seed,
+                         double *sensitivity)
+{
+    for (size_t k = 0; k < d->unknowns; ++k) {
+        const mbsri_variable *v = variable_of(d, d->unknown[k]);
+        if (mbsri_products_serve(p, v)) mbsri_products_weigh(p, v, seed[k]);
+    }
+    if (!mbsri_products_against(p)) return false;
+    for (size_t k = 0; k < d->knowns; ++k)
+        if (!mbsri_products_gradient(p, variable_of(d, d->known[k]), sensitivity + k)) return false;
+    return true;
+}
+
+/* Unknowns that products do not serve, the others taken out: into `left`, where each stood into
+ * `at`. Of the adjoint, sensitivities are what products make of the rest. */
+static mbsri_result use_products(const quotient *d, bool adjoint, const double *seed,
+                                 double *sensitivity, unsigned *left, size_t *at, size_t *lefts)
+{
+    mbsri_products p;
+    const size_t results = adjoint ? d->knowns : d->unknowns;
+    if (!d->in->exchange) {
+        const mbsri_result result = mbsri_evaluate(d->in);
+        if (result) return result;
+    }
+    memset(sensitivity, 0, results * sizeof *sensitivity);
+    if (!begin_products(d, &p)) return mbsri_say(d->in, MBSRI_ERROR, "%s: no memory", d->function);
+    bool serve = p.states || p.accelerations;
+    if (serve) serve = (adjoint ? tell_against : tell_along)(d, &p, seed, sensitivity);
+    if (!serve) memset(sensitivity, 0, results * sizeof *sensitivity);
+    *lefts = 0;
+    for (size_t k = 0; k < d->unknowns; ++k) {
+        if (serve && mbsri_products_serve(&p, variable_of(d, d->unknown[k]))) continue;
+        left[*lefts] = d->unknown[k];
+        at[(*lefts)++] = k;
+    }
+    mbsri_products_end(&p);
+    return MBSRI_OK;
+}
+
+/* ---- both ---- */
+
+/* The rest by differences; seeds and results of the adjoint and of the other in their places. */
+static mbsri_result use_differences(quotient *d, bool adjoint, const double *seed,
+                                    double *sensitivity, const unsigned *left, const size_t *at,
+                                    size_t lefts, double *room)
+{
+    d->unknown = left;
+    d->unknowns = lefts;
+    if (lefts == 0) return MBSRI_OK;
+    if (adjoint) {
+        for (size_t k = 0; k < lefts; ++k) room[k] = seed[at[k]];
+        return against_seed(d, room, sensitivity);
+    }
+    const mbsri_result result = along_seed(d, seed, room);
+    for (size_t k = 0; k < lefts; ++k) sensitivity[at[k]] = room[k];
+    return result;
+}
+
+static mbsri_result differentiate(quotient *d, bool adjoint, const double *seed,
+                                  double *sensitivity, double *room)
+{
+    mbsri_instance *in = d->in;
+    const bool changed = in->inputs_changed;
+    const size_t unknowns = d->unknowns;
+    size_t *at = calloc(unknowns + 1, sizeof *at), lefts = 0;
+    unsigned *left = calloc(unknowns + 1, sizeof *left);
+    mbsri_result result =
+        at && left ? MBSRI_OK : mbsri_say(in, MBSRI_ERROR, "%s: no memory", d->function);
+    for (size_t k = 0; k < d->knowns; ++k) d->base[k] = *place_of_known(in, d->known[k]);
+    if (!result) result = use_products(d, adjoint, seed, sensitivity, left, at, &lefts);
+    if (!result) result = use_differences(d, adjoint, seed, sensitivity, left, at, lefts, room);
+    for (size_t k = 0; k < d->knowns; ++k) *place_of_known(in, d->known[k]) = d->base[k];
+    in->inputs_changed = changed;
+    in->evaluated = false;
+    free(at);
+    free(left);
+    return result;
 }
 
 mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool adjoint,
                                  const unsigned *unknown, size_t unknowns, const unsigned *known,
                                  size_t knowns, const double *seed, double *sensitivity)
 {
-    quotient d = {in, function, unknown, known, unknowns, knowns, NULL, NULL, NULL};
+    quotient d = {.in = in,
+                  .function = function,
+                  .unknown = unknown,
+                  .known = known,
+                  .unknowns = unknowns,
+                  .knowns = knowns};
     if ((unknowns > 0 && !unknown) || (knowns > 0 && !known) || !seed || !sensitivity)
         return mbsri_say(in, MBSRI_ERROR, "%s: an argument is NULL", function);
     mbsri_result result = in->started ? MBSRI_OK : mbsri_find_start(in);
     if (!result && in->exchange && !in->solver.ode) result = mbsri_make_solver(in);
     if (!result) result = check_references(&d);
     if (result) return result;
-    d.base = calloc(2 * knowns + 3 * unknowns + 1, sizeof *d.base);
+    d.base = calloc(2 * knowns + 4 * unknowns + 1, sizeof *d.base);
     if (!d.base) return mbsri_say(in, MBSRI_ERROR, "%s: no memory", function);
-    d.forth = d.base + knowns;
+    d.unit = d.base + knowns;
+    d.forth = d.unit + knowns;
     d.back = d.forth + unknowns;
-    for (size_t k = 0; k < knowns; ++k) d.base[k] = *place_of_known(in, known[k]);
-    const bool changed = in->inputs_changed;
-    result = adjoint
-                 ? against(&d, seed, sensitivity, d.back + unknowns + unknowns, d.back + unknowns)
-                 : along_seed(&d, seed, sensitivity);
-    for (size_t k = 0; k < knowns; ++k) *place_of_known(in, known[k]) = d.base[k];
-    in->inputs_changed = changed;
-    in->evaluated = false;
+    d.column = d.back + unknowns;
+    result = differentiate(&d, adjoint, seed, sensitivity, d.column + unknowns);
     free(d.base);
     return result;
 }

@@ -118,9 +118,16 @@ bool mbsri_next_event(const mbsri_instance *in, double *t)
     return isfinite(next.t);
 }
 
-/* From F(t, y, 0) of the momentum form, which is -q', -p', ... */
+/* Of co-simulation from F(t, y, 0) of the momentum form, which is -q', -p', ... */
 int mbsri_state_value(mbsri_instance *in, const mbsri_variable *v, double *value)
 {
+    if (in->solver.ode) { /* with quaternions of any length, as x has them */
+        const int at = (v->kind == MBSRI_QDOT ? 0 : in->plan.nq) + v->of;
+        const int found = v->kind == MBSRI_P ? MBSR_OK : find_derivatives(in, in->work);
+        in->evaluated = false;
+        *value = v->kind == MBSRI_P ? in->x[at] : in->work[at];
+        return found;
+    }
     const mbsr_model *m = in->built.model;
     double *y = in->work, *zero = y + in->size, *F = zero + in->size;
     int status = mbsr_dae_pack(m, in->solver.data, MBSR_DAE_MOMENTUM, in->t, in->q, in->u, y);

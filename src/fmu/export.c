@@ -240,7 +240,7 @@ static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_
             status = mbsri_fail_plain(error, MBSR_ERR_UNAVAILABLE,
                                       "mbsr_fmu_export: the library was built without the sources "
                                       "of FMUs");
-        else if (mbsri_list_variables(back, built.model, &variables) && d.identifier)
+        else if (mbsri_list_variables(back, &built, &variables) && d.identifier)
             status = zip_parts(made, &d, opt, bytes, size, error);
         else
             status = mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");

@@ -17,10 +17,11 @@ static int index_of_stop(const mbsri_instance *in, const mbsr_force_def *stop)
 
 static double distance_to_stop(const mbsri_instance *in, const mbsri_variable *v, const double *q)
 {
-    const mbsr_force_def *stop = &in->plan.force[v->of].def;
-    const int at = index_of_stop(in, stop);
+    mbsr_force_def stop;
+    mbsr_force_definition(in->built.model, v->of, &stop);
+    const int at = index_of_stop(in, &stop);
     if (at < 0) return 1.0;
-    return v->component == 0 ? q[at] - stop->param[0] : stop->param[1] - q[at];
+    return v->component == 0 ? q[at] - stop.param[0] : stop.param[1] - q[at];
 }
 
 int mbsri_indicate(mbsri_instance *in, mbsr_data *data, double t, const double *q, const double *u,

@@ -1,8 +1,8 @@
 /* One instance of an FMU, whatever version of the standard it is called by.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The plan is read from the resources. A model is built of it when the initialisation needs one,
- * and again where parameters have changed. From the start on the state is q and u at t (model
+ * The plan is read from the resources, and a model is built of it. The initialisation makes another
+ * one where parameters have changed. From the start on the state is q and u at t (model
  * exchange: x = (q, p) of ode.h); the data is evaluated when something is asked for. Functions
  * return MBSRI_OK or what is wrong, after a message. */
 #ifndef MBSRI_FMU_INSTANCE_H
@@ -13,6 +13,7 @@
 #include "fmu/variables.h"
 
 #include <mbsrank/completion.h>
+#include <mbsrank/derivatives.h>
 #include <mbsrank/ida.h>
 #include <mbsrank/ode.h>
 #include <mbsrank/stepper.h>
@@ -81,13 +82,20 @@ struct mbsri_instance {
     mbsri_variables variables;
 
     mbsri_built built;
-    bool stale; /* parameters have changed since */
+    struct {
+        double *value;   /* as they are set */
+        double *changed; /* scratch: values, and in `which` numbers, of those not as in the plan */
+        int *which;
+        bool stale; /* they have changed since the model was built */
+    } parameters;
     struct {
         mbsr_data *data, *event_data;
         mbsr_completion *completion;
         mbsr_ida *ida;         /* driver of co-simulation with steps by the error */
         mbsr_stepper *stepper; /* with fixed ones */
         mbsr_ode *ode;         /* right-hand side of model exchange */
+        mbsr_newton *newton;   /* derivatives, made when they are asked for */
+        mbsr_derivatives *forward;
     } solver;
 
     struct {

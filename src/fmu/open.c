@@ -24,6 +24,17 @@ static bool take_arrays(mbsri_instance *in)
     return true;
 }
 
+static bool take_parameters(mbsri_instance *in)
+{
+    const size_t count = (size_t)in->variables.parameters + 1;
+    in->parameters.value = calloc(2 * count, sizeof *in->parameters.value);
+    in->parameters.which = calloc(count, sizeof *in->parameters.which);
+    if (!in->parameters.value || !in->parameters.which) return false;
+    in->parameters.changed = in->parameters.value + count;
+    for (size_t k = 1; k < count; ++k) in->parameters.value[k - 1] = in->variables.list[k].start;
+    return true;
+}
+
 static bool open_plan(mbsri_instance *in)
 {
     const mbsr_allocator standard = {NULL, NULL, NULL};
@@ -43,7 +54,8 @@ static bool open_plan(mbsri_instance *in)
     }
     in->mode = MBSRI_INSTANTIATED;
     if (mbsri_make_model(in)) return false;
-    if (mbsri_list_variables(&in->plan, in->built.model, &in->variables)) return true;
+    if (mbsri_list_variables(&in->plan, &in->built, &in->variables) && take_parameters(in))
+        return true;
     mbsri_say(in, MBSRI_ERROR, "no memory for the variables");
     return false;
 }
@@ -51,6 +63,11 @@ static bool open_plan(mbsri_instance *in)
 static void close_plan(mbsri_instance *in)
 {
     mbsri_drop_model(in);
+    mbsri_built_destroy(&in->built);
+    free(in->parameters.value);
+    free(in->parameters.which);
+    in->parameters.value = in->parameters.changed = NULL;
+    in->parameters.which = NULL;
     free(in->input);
     free(in->start.q);
     in->input = in->start.q = in->start.u = NULL;
@@ -106,6 +123,7 @@ mbsri_result mbsri_instance_reset(mbsri_instance *in)
 {
     close_plan(in);
     in->t = in->start.t = in->tolerance = 0.0;
-    in->inputs_changed = in->started = in->evaluated = in->fresh = in->stale = false;
+    in->inputs_changed = in->started = in->evaluated = in->fresh = false;
+    in->parameters.stale = false;
     return open_plan(in) ? MBSRI_OK : MBSRI_FATAL;
 }

@@ -108,7 +108,9 @@ mbsri_result mbsri_save(mbsri_instance *in, const char *function, mbsri_saved **
                                  in->solver.ida || in->solver.stepper};
     memcpy(to->number, flags, sizeof flags);
     double *at = to->number + FLAGS;
-    for (int k = 1; k <= in->variables.parameters; ++k) *at++ = *in->variables.list[k].place;
+    const size_t parameters = (size_t)in->variables.parameters;
+    memcpy(at, in->parameters.value, parameters * sizeof *at);
+    at += parameters;
     pass_arrays(in, true, at);
     const int status = pass_dropped(in, true, to->number + count - in->rows);
     if (status) mbsri_failed(in, function, status, NULL);
@@ -121,7 +123,7 @@ static bool set_parameters(mbsri_instance *in, const double *value)
 {
     bool others = false;
     for (int k = 0; k < in->variables.parameters; ++k) {
-        double *place = in->variables.list[k + 1].place;
+        double *place = in->parameters.value + k;
         others = others || *place < value[k] || *place > value[k];
         *place = value[k];
     }
@@ -141,7 +143,7 @@ mbsri_result mbsri_restore(mbsri_instance *in, const char *function, const mbsri
         return mbsri_say(in, MBSRI_ERROR, "%s: the state is NULL or of another FMU", function);
     const double *flags = saved->number;
     const bool tolerance = in->tolerance < flags[2] || in->tolerance > flags[2];
-    if (set_parameters(in, saved->number + FLAGS) || in->stale || !in->q) {
+    if (set_parameters(in, saved->number + FLAGS) || in->parameters.stale || !in->q) {
         const mbsri_result made = mbsri_make_model(in);
         if (made) return made;
     }

@@ -13,14 +13,24 @@
 
 /* ---- the model ---- */
 
-/* Inertias whose tensors were changed have no digits beyond those given. */
-static void settle_tensors(mbsri_instance *in)
+/* That of the plan at first, then one in which changed parameters are as they are set. */
+static int renew_model(mbsri_instance *in, mbsr_error *error)
 {
-    for (int k = 1; k <= in->variables.parameters && in->variables.list; ++k) {
-        const mbsri_variable *v = in->variables.list + k;
-        if (v->of > 0 && (*v->place < v->start || *v->place > v->start))
-            in->plan.body[v->of - 1].def.inertia.exact = 0;
+    if (!in->built.list) return mbsri_build(&in->plan, in->input, in->t_motion, &in->built, error);
+    mbsr_model *made;
+    int changed = 0;
+    for (int k = 0; k < in->variables.parameters; ++k) {
+        const double start = in->variables.list[k + 1].start, value = in->parameters.value[k];
+        if (!(value < start || value > start)) continue;
+        in->parameters.which[changed] = k;
+        in->parameters.changed[changed++] = value;
     }
+    const int status = mbsr_parameters_model(in->built.list, changed, in->parameters.which,
+                                             in->parameters.changed, &made, error);
+    if (status) return status;
+    mbsr_model_destroy(in->built.model);
+    in->built.model = made;
+    return MBSR_OK;
 }
 
 static bool take_state(mbsri_instance *in)
@@ -59,14 +69,13 @@ mbsri_result mbsri_make_model(mbsri_instance *in)
 {
     mbsr_error error = {.text = ""};
     mbsri_drop_model(in);
-    settle_tensors(in);
-    const int status = mbsri_build(&in->plan, in->input, in->t_motion, &in->built, &error);
+    const int status = renew_model(in, &error);
     if (status) return mbsri_failed(in, "the model cannot be built", status, &error);
     const mbsri_result result = take_data(in);
     if (result)
         mbsri_drop_model(in);
     else
-        in->stale = false;
+        in->parameters.stale = false;
     return result;
 }
 
@@ -82,6 +91,10 @@ static void drop_solver(mbsri_instance *in)
 void mbsri_drop_model(mbsri_instance *in)
 {
     drop_solver(in);
+    mbsr_newton_destroy(in->solver.newton);
+    mbsr_derivatives_destroy(in->solver.forward);
+    in->solver.newton = NULL;
+    in->solver.forward = NULL;
     mbsr_completion_destroy(in->solver.completion);
     mbsr_data_destroy(in->solver.data);
     mbsr_data_destroy(in->solver.event_data);
@@ -89,7 +102,6 @@ void mbsri_drop_model(mbsri_instance *in)
     in->solver.data = in->solver.event_data = NULL;
     free(in->q);
     in->q = NULL;
-    mbsri_built_destroy(&in->built);
     in->started = in->evaluated = false;
 }
 
@@ -97,7 +109,7 @@ void mbsri_drop_model(mbsri_instance *in)
 
 mbsri_result mbsri_find_start(mbsri_instance *in)
 {
-    if (in->stale || !in->built.model) {
+    if (in->parameters.stale || !in->q) {
         const mbsri_result made = mbsri_make_model(in);
         if (made) return made;
     }

@@ -5,8 +5,7 @@
 
 #include "fmu/instance.h"
 
-/* The model of the plan as its parameters are, with data; and away with it and all that solves it.
- */
+/* The model as parameters are, with data; and away with the data and all that solves it. */
 mbsri_result mbsri_make_model(mbsri_instance *in);
 void mbsri_drop_model(mbsri_instance *in);
 

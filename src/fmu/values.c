@@ -95,7 +95,7 @@ static bool value_given(const mbsri_instance *in, const mbsri_variable *v, doubl
     const bool start = in->mode == MBSRI_INSTANTIATED;
     switch (v->kind) {
     case MBSRI_TIME: *value = in->t; return true;
-    case MBSRI_PARAMETER: *value = *v->place; return true;
+    case MBSRI_PARAMETER: *value = in->parameters.value[v->of]; return true;
     case MBSRI_INPUT: *value = in->input[v->of]; return true;
     case MBSRI_Q: *value = in->start.q[v->of]; return start;
     case MBSRI_U: *value = in->start.u[v->of]; return start;
@@ -167,8 +167,8 @@ static void set_one(mbsri_instance *in, const mbsri_variable *v, double value)
         in->input[v->of] = value;
         break;
     case MBSRI_PARAMETER:
-        *v->place = value;
-        in->stale = true;
+        in->parameters.value[v->of] = value;
+        in->parameters.stale = true;
         break;
     case MBSRI_Q: in->start.q[v->of] = value; break;
     default: in->start.u[v->of] = value; break;

@@ -11,8 +11,8 @@ mbsri_result mbsri_get(mbsri_instance *in, const char *function, const unsigned 
 mbsri_result mbsri_set(mbsri_instance *in, const char *function, const unsigned *reference,
                        size_t count, const double *value);
 
-/* sensitivity = (d unknowns / d knowns) seed, by central differences of the evaluation. adjoint:
- * its transpose times a seed of the unknowns. Knowns are inputs and, in model exchange, states. */
+/* sensitivity = (d unknowns / d knowns) seed. adjoint: its transpose times a seed of the unknowns.
+ * Knowns are inputs and, in model exchange, states. */
 mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool adjoint,
                                  const unsigned *unknown, size_t unknowns, const unsigned *known,
                                  size_t knowns, const double *seed, double *sensitivity);

@@ -5,8 +5,7 @@
 
 typedef enum mbsri_variable_kind {
     MBSRI_TIME,
-    MBSRI_PARAMETER, /* a number of the plan; `of`: 1 and the body whose tensor a change makes
-                        inexact, or 0 */
+    MBSRI_PARAMETER, /* `of`: its number in the model's list */
     MBSRI_INPUT,     /* `of`: its number */
     MBSRI_Q,         /* `of`: place in q, u */
     MBSRI_U,
@@ -30,7 +29,6 @@ typedef struct mbsri_variable {
     const char *name, *description;
     const char *unit;  /* "": none is known */
     double start;      /* start value of parameters, inputs, q and u */
-    double *place;     /* address of a parameter in the plan */
     int derivative_of; /* the number of its state; -1: it is no derivative */
 } mbsri_variable;
 

@@ -4,7 +4,6 @@
 
 #include "base/error.h"
 #include "fmu/names.h"
-#include "fmu/parameters.h"
 
 #include <mbsrank/closure.h>
 
@@ -15,6 +14,7 @@
 typedef struct lister {
     mbsri_plan *plan;
     const mbsr_model *model;
+    const mbsr_parameters *parameters;
     mbsri_list list;
 } lister;
 
@@ -49,7 +49,22 @@ static const char *part_label(lister *l, const char *part, const char *name, int
     return mbsri_fmu_label(&l->plan->arena, part, name, id);
 }
 
-/* ---- time, inputs, coordinates ---- */
+/* ---- time, parameters, inputs, coordinates ---- */
+
+static bool add_parameters(lister *l)
+{
+    for (int k = 0; k < mbsr_parameters_count(l->parameters); ++k) {
+        mbsri_variable *v = add_variable(l, MBSRI_PARAMETER, k, 0);
+        mbsr_parameter p;
+        if (!v) return false;
+        mbsr_parameter_get(l->parameters, k, &p);
+        v->name = p.name;
+        v->unit = p.unit;
+        v->description = p.description;
+        v->start = p.value;
+    }
+    return true;
+}
 
 static bool add_inputs(lister *l)
 {
@@ -271,7 +286,7 @@ static bool add_all_variables(lister *l, mbsri_variables *out)
     if (!time) return false;
     time->name = "time";
     time->unit = "s";
-    bool good = mbsri_list_parameters(l->plan, &l->list);
+    bool good = add_parameters(l);
     out->parameters = l->list.count - 1;
     out->inputs_at = l->list.count;
     good = good && add_inputs(l);
@@ -293,9 +308,9 @@ static bool add_all_variables(lister *l, mbsri_variables *out)
     return good;
 }
 
-bool mbsri_list_variables(mbsri_plan *plan, const mbsr_model *model, mbsri_variables *variables)
+bool mbsri_list_variables(mbsri_plan *plan, const mbsri_built *built, mbsri_variables *variables)
 {
-    lister l = {.plan = plan, .model = model};
+    lister l = {.plan = plan, .model = built->model, .parameters = built->list};
     *variables = (mbsri_variables){.list = NULL};
     if (!add_all_variables(&l, variables) || !make_unique(&l)) return false;
     variables->list = l.list.items;

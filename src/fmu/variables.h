@@ -7,7 +7,7 @@
 #ifndef MBSRI_FMU_VARIABLES_H
 #define MBSRI_FMU_VARIABLES_H
 
-#include "fmu/plan.h"
+#include "fmu/build.h"
 #include "fmu/variable.h"
 
 typedef struct mbsri_variables {
@@ -18,7 +18,8 @@ typedef struct mbsri_variables {
     int indicators_at, indicators;
 } mbsri_variables;
 
-/* In memory of the plan. `model` is that of the plan, finished. False: no memory. */
-bool mbsri_list_variables(mbsri_plan *plan, const mbsr_model *model, mbsri_variables *variables);
+/* In memory of the plan; `built` of that plan, whose list of parameters is to live as long. False:
+ * no memory. */
+bool mbsri_list_variables(mbsri_plan *plan, const mbsri_built *built, mbsri_variables *variables);
 
 #endif

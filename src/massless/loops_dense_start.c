@@ -138,6 +138,7 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
         if (!status) status = find_motion(s, t, q, u, udot, lambda, opt, info);
         if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);
         if (!status) status = mbsri_springs_load(w, t, q, lambda, follow, &changed);
+        if (status) break;
         const double left = mbsri_springs_left(w);
         idle = left > 0.5 * least && left <= known ? idle + 1 : 0;
         if (left <= 0.5 * least) least = left;

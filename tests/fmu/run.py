@@ -4,7 +4,7 @@ import ctypes as c
 import math
 import sys
 
-from importer import DISCARD, ERROR, OK, Instance, Refused, Unit
+from importer import DISCARD, ERROR, OK, Instance, Refused, Unit, doubles
 
 checks = 0
 
@@ -167,18 +167,58 @@ def inputs_act(unit):
     one.step(0.1, 0.1)
     refused(lambda: one.set([a], [0.0]), "an output that is set")
     one.free()
-    three = Instance(unit, True)
-    three.initialize()
-    knowns = d.states + [motor]
-    unknowns = d.derivatives + [a]
-    columns = [three.sensitivity(unknowns, knowns, [float(k == l) for l in range(len(knowns))])
+
+
+def far(a, b):
+    """The largest difference over the largest number."""
+    return max(abs(x - y) for x, y in zip(a, b)) / (1e-9 + max(abs(x) for x in a))
+
+
+def differences(ask, at, k):
+    """Column k of the derivative of ask(at), of order 6."""
+    h = 2.0 ** -7 * (1.0 + abs(at[k]))
+    column = None
+    for steps, weight in ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0)):
+        for sign in (1.0, -1.0):
+            value = ask([x + sign * steps * h * (k == l) for l, x in enumerate(at)])
+            part = [sign * weight / h * y for y in value]
+            column = part if column is None else [x + y for x, y in zip(column, part)]
+    return column
+
+
+def derivatives_are_right(unit, inputs, outputs, error):
+    """Of model exchange, in states and inputs: products along and against are transposes of each
+    other, and agree with differences of values."""
+    d = unit.description
+    one = Instance(unit, True)
+    one.initialize()
+    one.update_states()
+    one.call("EnterContinuousTimeMode")
+    knowns = d.states + [d.by_name[name] for name in inputs]
+    unknowns = d.derivatives + [v for v in d.outputs if v.name.startswith(outputs)]
+    n = len(d.states)
+    start = one.numbers("GetContinuousStates", n)
+    at = [x + 0.2 * math.sin(1.0 + 3.0 * k) for k, x in enumerate(start)] + [0.3] * len(inputs)
+
+    def ask(values):
+        one.call("SetContinuousStates", doubles(values[:n]), c.c_size_t(n))
+        one.set(knowns[n:], values[n:])
+        return one.get(unknowns)
+
+    ask(at)
+    columns = [one.sensitivity(unknowns, knowns, [float(k == l) for l in range(len(knowns))])
                for k in range(len(knowns))]
+    for k, column in enumerate(columns):
+        right = differences(ask, at, k)
+        need(far(right, column) < error,
+             f"derivatives in {knowns[k].name}: {far(right, column)}")
+    ask(at)
     seed = [math.sin(1.0 + k) for k in range(len(unknowns))]
-    if not three.two:
-        adjoint = three.sensitivity(unknowns, knowns, seed, adjoint=True)
+    if not one.two:
+        adjoint = one.sensitivity(unknowns, knowns, seed, adjoint=True)
         right = [sum(s * x for s, x in zip(seed, column)) for column in columns]
-        need(distance(adjoint, right) < 1e-6, "adjoint derivatives")
-    three.free()
+        need(far(right, adjoint) < 1e-11, f"adjoint derivatives: {far(right, adjoint)}")
+    one.free()
 
 
 # ---- events, updates, messages ----
@@ -295,6 +335,13 @@ def main(folder):
         starts_are_found_anew(arm)
         parameters_count_before_the_start(arm)
         inputs_act(arm)
+        derivatives_are_right(arm, ["inputs.motor"], ("joints.upper.u", "joints.flap.u"), 1e-10)
+        flyer = Unit(f"{folder}/flyer{version}.fmu")
+        derivatives_are_right(flyer, ["inputs.push[2]", "inputs.push[4]"], ("joints.",), 1e-9)
+        flyer.close()
+        wheel = Unit(f"{folder}/wheel{version}.fmu")
+        derivatives_are_right(wheel, ["motions.carrier.v"], ("joints.wheel.u",), 1e-9)
+        wheel.close()
         messages_have_categories(arm)
         wrong_tokens_are_refused(arm)
         if version == 3:
@@ -303,6 +350,7 @@ def main(folder):
         arm.close()
         beam = Unit(f"{folder}/beam{version}.fmu")
         both_ways_agree(beam, 0.05, 2e-4, 1e-3)  # accelerations of stiff modes
+        derivatives_are_right(beam, ["inputs.push[5]"], ("joints.beam.u",), 1e-8)
         beam.close()
         halves_approach_the_whole(folder, version)
     print(f"{checks} checks")

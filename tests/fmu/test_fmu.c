@@ -239,6 +239,65 @@ static void inputs_are_held_as_in_process(void **state)
     unload(&l);
 }
 
+/* ---- parameters: those of the library, by the same names ---- */
+
+static void set(const loaded *l, fmi3Instance c, const char *name, double value)
+{
+    const fmi3ValueReference vr = find(l, name);
+    assert_int_equal(FUNCTION(l, fmi3SetFloat64)(c, &vr, 1, &value, 1), fmi3OK);
+}
+
+/* All parameters are there; runs with some others are those of the library with these. */
+static void compare_parameters(void (*make)(unit_model *m), const char *const *names,
+                               const double *values, int count, const char *joint)
+{
+    loaded l;
+    mbsr_parameters *list;
+    mbsr_model *changed;
+    mbsr_error error;
+    int which[4];
+    char name[80];
+    load(&l, make, 0.0);
+    assert_ok(mbsr_parameters_create(l.model.s.model, &list, &error), &error);
+    fmi3Instance c = instantiate(&l);
+    for (int k = 0; k < mbsr_parameters_count(list); ++k) {
+        mbsr_parameter p;
+        mbsr_parameter_get(list, k, &p);
+        assert_true(get(&l, c, p.name) == p.value);
+    }
+    for (int k = 0; k < count; ++k) {
+        which[k] = mbsr_parameters_find(list, names[k]);
+        set(&l, c, names[k], values[k]);
+    }
+    assert_ok(mbsr_parameters_model(list, count, which, values, &changed, &error), &error);
+    initialize(&l, c);
+    step(&l, c, 0.0, 0.2);
+    mbsr_simulation s = mbsr_simulation_of(changed);
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-9;
+    assert_int_equal(mbsr_simulation_start(&s, &opt, 0.0, NULL, NULL), MBSR_OK);
+    assert_int_equal(mbsr_simulation_to(&s, 0.2), MBSR_OK);
+    snprintf(name, sizeof name, "joints.%s.q", joint);
+    assert_true(fabs(get(&l, c, name) - s.q[0]) < 1e-7);
+    assert_true(fabs(s.q[0]) > 1e-3);
+    mbsr_simulation_end(&s);
+    FUNCTION(&l, fmi3FreeInstance)(c);
+    mbsr_parameters_destroy(list);
+    unload(&l);
+}
+
+static void parameters_are_those_of_the_library(void **state)
+{
+    static const char *const of_arm[] = {"bodies.upper.joint_offset[1]", "bodies.upper.com[1]",
+                                         "bodies.upper.armature", "forces.spring.rest"},
+                             *const of_linkage[] = {"tables.table1.value[2]",
+                                                    "bodies.coupler.mass"};
+    static const double arm[] = {-0.1, 0.2, 0.05, 0.7}, linkage[] = {0.4, 3.0};
+    (void)state;
+    compare_parameters(make_arm, of_arm, arm, 4, "upper");
+    compare_parameters(make_linkage, of_linkage, linkage, 2, "coupler");
+}
+
 /* ---- threads, locale ---- */
 
 typedef struct runner {
@@ -483,6 +542,7 @@ int main(void)
         cmocka_unit_test(vehicle_runs_by_fixed_steps),
         cmocka_unit_test(ranks_change_within_a_step),
         cmocka_unit_test(inputs_are_held_as_in_process),
+        cmocka_unit_test(parameters_are_those_of_the_library),
         cmocka_unit_test(instances_run_in_threads),
         cmocka_unit_test(locale_stays),
         cmocka_unit_test(uris_are_read),

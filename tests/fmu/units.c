@@ -96,6 +96,23 @@ void make_beam(unit_model *m)
     named(m, "push", mbsr_force_wrench(end, NULL, 0, mbsr_held_force, m->motion.value));
 }
 
+void make_flyer(unit_model *m)
+{
+    static const double tensor[6] = {0.1, 0.2, 0.15, 0.01, 0.02, -0.01}, com[3] = {0.1, 0.0, 0.05},
+                        above[3] = {0.1, 0.0, 0.4};
+    *m = begin();
+    const mbsr_frame end = mbsr_frame_at(0.3, 0.0, 0.0);
+    const int first =
+                  mbsr_simulation_add_body(&m->s, "first", MBSR_GROUND, mbsr_joint_free(NULL, NULL),
+                                           mbsr_inertia_rigid(2.0, com, tensor)),
+              second =
+                  mbsr_simulation_add_body(&m->s, "second", first, mbsr_joint_spherical(&end, NULL),
+                                           mbsr_inertia_rigid(1.0, com, tensor));
+    named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));
+    named(m, "spring", mbsr_force_point_spring(first, above, MBSR_GROUND, NULL, 200.0, 3.0, 0.1));
+    named(m, "push", mbsr_force_wrench(second, NULL, 0, mbsr_held_force, m->motion.value));
+}
+
 void make_twins(unit_model *m)
 {
     static const double t[] = {0.0, 0.5, 1.0}, torque[] = {0.0, 0.0, 10.0};

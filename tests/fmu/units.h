@@ -24,6 +24,10 @@ void make_linkage(unit_model *m);
 /* A beam with massless modes on a hinge, a force at its tip that is an input. */
 void make_beam(unit_model *m);
 
+/* A body that flies with a second on a ball joint, a spring between them; a wrench on the second
+ * is an input. */
+void make_flyer(unit_model *m);
+
 /* Two pendulums on a bead without mass, side by side until a torque from a table parts them at 0.5
  * s: the bead has one massless direction, then none. */
 void make_twins(unit_model *m);

@@ -8,7 +8,8 @@ static const struct {
     const char *name;
     void (*make)(unit_model *m);
 } units[] = {{"arm", make_arm},         {"linkage", make_linkage}, {"beam", make_beam},
-             {"vehicle", make_vehicle}, {"body", make_body},       {"wheel", make_wheel}};
+             {"vehicle", make_vehicle}, {"body", make_body},       {"wheel", make_wheel},
+             {"flyer", make_flyer}};
 
 /* With sources, stepped by fixed steps. */
 static int write_sources(const char *name, void (*make)(unit_model *m), int version,

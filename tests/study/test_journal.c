@@ -22,7 +22,7 @@ typedef struct desk {
 static int lay_desk(void **state)
 {
     static desk d;
-    strcpy(d.folder, "/tmp/mbsrank_journal_XXXXXX");
+    strcpy(d.folder, "journal_XXXXXX");
     assert_non_null(mkdtemp(d.folder));
     for (int k = 0; k < 2; ++k)
         snprintf(d.path[k], sizeof d.path[k], "%s/%d.journal", d.folder, 2 * k);
