@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "derivatives/record.h"
 
+#include "derivatives/rigid_seeds.h"
+
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
@@ -9,6 +11,25 @@
 static int refuse_seeds(mbsr_derivatives *w, int status, const char *function, const char *text)
 {
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function, text);
+}
+
+/* The same parameters as `made`, for the sweeps where these serve them. */
+static int choose_swept(mbsr_derivatives *w, const mbsri_seeds *made, const mbsr_parameters *list,
+                        const int *which, const char *name, mbsri_seeds *swept,
+                        mbsri_rigid_seeds **room)
+{
+    *room = NULL;
+    *swept = (mbsri_seeds){.count = 0};
+    if (!w->rigid || made->count == 0 || !mbsri_rigid_seeds_serve(made, w->model)) return MBSR_OK;
+    const int numbers = sizeof(mbsri_rigid_frame) / sizeof(double),
+              status = mbsri_seeds_create(swept, w->linear, numbers, list, made->count, which, name,
+                                          &w->error);
+    if (status) return status;
+    *room = mbsri_rigid_seeds_create(w->model, swept);
+    if (*room) return MBSR_OK;
+    mbsri_seeds_destroy(swept, w->model);
+    return mbsri_fail(&w->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "%s: no memory for %d parameters", name, made->count);
 }
 
 int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parameters *list,
@@ -25,14 +46,21 @@ int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parame
             return mbsri_fail(&w->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
                               "%s: which[%d] is %d, but there are %d parameters", name, k, which[k],
                               mbsr_parameters_count(list));
-    mbsri_seeds made = {.count = 0};
-    const int status =
-        count == 0 ? MBSR_OK
-                   : mbsri_seeds_create(&made, w->linear, list, count, which, name, &w->error);
-    if (status) return status;
+    mbsri_seeds made = {.count = 0}, swept = {.count = 0};
+    mbsri_rigid_seeds *room = NULL;
+    int status = count == 0
+                     ? MBSR_OK
+                     : mbsri_seeds_create(&made, w->linear, 0, list, count, which, name, &w->error);
+    if (!status) status = choose_swept(w, &made, list, which, name, &swept, &room);
+    if (status) {
+        mbsri_seeds_destroy(&made, w->model);
+        return status;
+    }
     mbsri_derivatives_forget(w);
-    mbsri_seeds_destroy(&w->seeds, w->model);
+    mbsri_derivatives_unchoose(w);
     w->seeds = made;
+    w->swept = swept;
+    if (w->rigid) w->rigid->seeds = room;
     return MBSR_OK;
 }
 
@@ -57,11 +85,22 @@ int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const doub
     if (status) return status;
     if (!mbsri_finite((size_t)w->seeds.count, dtheta))
         return refuse_seeds(w, MBSR_NOT_FINITE, name, "dtheta is not finite");
-    mbsri_seeds_along(&w->seeds, dtheta);
-    w->seeds.active = true;
+    mbsri_seeds *seeds = w->by_sweeps ? &w->swept : &w->seeds;
+    mbsri_seeds_along(seeds, dtheta);
+    seeds->active = true;
+    if (w->by_sweeps) w->rigid->seeds->active = true;
     status = mbsr_derivatives_tangent(w, NULL, NULL, NULL, out, dlambda);
-    w->seeds.active = false;
+    seeds->active = false;
+    if (w->by_sweeps) w->rigid->seeds->active = false;
     return status;
+}
+
+static int give_gradient(mbsr_derivatives *w, const mbsri_seeds *s, const char *name, double *out)
+{
+    if (!mbsri_finite((size_t)s->count, s->by))
+        return refuse_seeds(w, MBSR_NOT_FINITE, name, "it overflows");
+    mbsri_copy((size_t)s->count, s->by, out);
+    return MBSR_OK;
 }
 
 int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const double *w_out,
@@ -76,9 +115,14 @@ int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const doub
     if (status) return status;
     const int *place = w->model->order.u_of;
     const double *load = w->load; /* the weights, as the adjoint has left them */
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    if (w->by_sweeps) {
+        mbsri_rigid_seeds_back(w, forward ? -1.0 : 1.0, forward ? w->right : load);
+        return give_gradient(w, &w->swept, name, by_theta);
+    }
     for (int k = 0; k < w->model->nu; ++k) w->torque[k] = -load[place[k]];
     const double *const gradient[MBSRI_SEED_PLACES] = {w->motion, w->mu, w->torque, load,
                                                        w->lambda};
-    mbsri_seeds_back(&w->seeds, gradient, by_theta);
-    return MBSR_OK;
+    mbsri_seeds_back(&w->seeds, gradient);
+    return give_gradient(w, &w->seeds, name, by_theta);
 }
