@@ -7,13 +7,13 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "derivatives/rigid_elements.h"
+#include "derivatives/rigid_seeds.h"
 #include "forms/momentum.h"
 #include "model/query.h"
 #include "newton/slopes/relation.h"
 #include "recursion/backward.h"
 #include "recursion/closure_differences.h"
 #include "recursion/closures.h"
-#include "recursion/elements.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/refine.h"
@@ -115,6 +115,14 @@ void mbsri_derivatives_forget(mbsr_derivatives *w)
     w->by_sweeps = false;
 }
 
+void mbsri_derivatives_unchoose(mbsr_derivatives *w)
+{
+    if (w->rigid) mbsri_rigid_seeds_destroy(w->rigid->seeds, w->model);
+    if (w->rigid) w->rigid->seeds = NULL;
+    mbsri_seeds_destroy(&w->seeds, w->model);
+    mbsri_seeds_destroy(&w->swept, w->model);
+}
+
 void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
 {
     mbsr_derivatives *w = derivatives;
@@ -122,8 +130,8 @@ void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
     const mbsr_allocator allocator = w->model->allocator;
     mbsri_derivatives_forget(w);
     mbsri_linear_destroy(w->linear);
+    mbsri_derivatives_unchoose(w);
     mbsri_rigid_destroy(w->rigid);
-    mbsri_seeds_destroy(&w->seeds, w->model);
     mbsr_data_destroy(w->data);
     if (w->memory) mbsri_release(&allocator, w->memory);
     mbsri_release(&allocator, w);
@@ -192,30 +200,17 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     return status;
 }
 
-/* Seeds that are forces need no more than the stages. */
-static int find_forces(mbsr_derivatives *w, double t, const double *q, const double *u,
-                       const double *udot)
-{
-    const mbsr_model *m = w->model;
-    mbsr_data *d = w->data;
-    int status = mbsri_positions(m, d, t, q);
-    if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_forces(m, d, NULL, NULL);
-    if (status) return status;
-    mbsri_inverse(m, d, udot);
-    return mbsri_seeds_find(&w->seeds, w->linear, d);
-}
-
 /* At accelerations that the data has found, or has found torques for. */
 static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
                      const double *udot, bool forward)
 {
     const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
-    if (w->rigid && w->data->pending == kept && (w->seeds.count == 0 || w->seeds.forces)) {
+    if (w->rigid && w->data->pending == kept && w->swept.count == w->seeds.count) {
         w->by_sweeps = true;
         int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
         if (!status && w->rigid->elements) status = mbsri_rigid_elements_keep(w);
-        return status || w->seeds.count == 0 ? status : find_forces(w, t, q, u, udot);
+        if (!status && w->swept.count > 0) status = mbsri_rigid_seeds_find(w, t, q, u, udot);
+        return status;
     }
     if (forward) mbsri_copy((size_t)w->model->rows, w->data->loop_lambda, w->lambda);
     return linearise_inverse(w, t, q, u, udot, forward ? w->lambda : NULL);
@@ -359,8 +354,11 @@ static int tangent_by_sweeps(mbsr_derivatives *w, const char *name, const double
     copy_or_zero(nu, dload, given);
     dq = dq ? dq : zero;
     du = du ? du : zero;
-    const size_t more = w->rigid->elements ? nu : 0;
-    if (more > 0) mbsri_rigid_elements_along(w, dq, du);
+    const bool seeded = w->swept.active;
+    const size_t more = w->rigid->elements || seeded ? nu : 0;
+    mbsri_zero(more, w->torque);
+    if (seeded) mbsri_rigid_seeds_along(w);
+    if (w->rigid->elements) mbsri_rigid_elements_along(w, dq, du);
     for (size_t k = 0; k < more && forward; ++k) given[place[k]] += w->torque[k];
     (forward ? kernels->forward_tangent : kernels->tangent)(w->rigid, dq, du, given, w->solution);
     for (size_t k = 0; k < more && !forward; ++k) w->solution[place[k]] -= w->torque[k];

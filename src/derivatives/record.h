@@ -22,7 +22,8 @@ struct mbsr_derivatives {
     mbsr_error error;
     mbsri_linear *linear; /* all bodies deep */
     mbsri_rigid *rigid;   /* NULL: the model is none */
-    mbsri_seeds seeds;    /* of parameters */
+    mbsri_seeds seeds;    /* of parameters, and for the sweeps */
+    mbsri_seeds swept;    /* with rigid->seeds; none where the sweeps do not serve them */
     mbsri_linearised at;
     bool by_sweeps; /* of `rigid` */
     bool open;      /* `fronts` have been factored */
@@ -42,6 +43,9 @@ struct mbsr_derivatives {
 
 /* No state is linearised any more. */
 void mbsri_derivatives_forget(mbsr_derivatives *w);
+
+/* No parameters are chosen any more. */
+void mbsri_derivatives_unchoose(mbsr_derivatives *w);
 
 /* Along dq (nq), du and du' (nu, by the caller's order), and what `seeds` add: the change of J^T mu
  * - tau into load, of second derivatives of the closures' rows into rows, of the forces of stiff

@@ -99,6 +99,7 @@ static void turn_rates(const mbsr_derivatives *w, bool back, const double *from,
 static void move_seen(const mbsri_rigid *r, int i, const double *dq, const double *du)
 {
     const mbsri_rigid_body *b = r->body + i;
+    const mbsri_rigid_seeds *s = r->seeds;
     const double *pred = r->seen[b->parent], *v_pred = r->own[b->parent].v;
     double *to = r->seen[i];
     memcpy(to, pred, sizeof r->seen[i]);
@@ -116,6 +117,12 @@ static void move_seen(const mbsri_rigid *r, int i, const double *dq, const doubl
             to[9 + l] += (c->T[4 + l] + drift[l]) * x + c->S[4 + l] * y;
         }
     }
+    if (!s || !s->active || s->frame[i] < 0) return;
+    const mbsri_rigid_frame *frame = s->sum + s->frame[i];
+    mbsri_add3(1.0, frame->seen[0], to);
+    mbsri_add3(1.0, frame->seen[1], to + 3);
+    mbsri_add3(1.0, frame->x[0], to + 6);
+    mbsri_add3(1.0, frame->seen[2], to + 9);
 }
 
 /* Pose and V of body i as elements see them. */
@@ -159,7 +166,6 @@ void mbsri_rigid_elements_along(mbsr_derivatives *w, const double *dq, const dou
     mbsri_rigid *r = w->rigid;
     const mbsri_sweeps *tree = r->tree;
     turn_rates(w, false, dq, w->dq);
-    mbsri_zero((size_t)m->nu, w->torque);
     for (int i = 1; i <= tree->bodies && tree->body_forces; ++i) {
         move_seen(r, i, dq, du);
         if (!(tree->body[i].flags & MBSRI_LOADED)) continue;
@@ -214,6 +220,12 @@ static void unmove_seen(const mbsri_rigid *r, int i)
     const mbsri_rigid_body *b = r->body + i;
     const double *x = r->seen[i], *v_pred = r->own[b->parent].v;
     double *pred = r->seen[b->parent];
+    if (r->seeds && r->seeds->frame[i] >= 0) {
+        mbsri_rigid_frame *frame = r->seeds->by + r->seeds->frame[i];
+        memcpy(frame->seen[0], x, 3 * sizeof *x);
+        memcpy(frame->seen[1], x + 3, 3 * sizeof *x);
+        memcpy(frame->seen[2], x + 9, 3 * sizeof *x);
+    }
     for (int k = 0; k < b->n; ++k) {
         const mbsri_rigid_column *c = r->column + b->first + k;
         double drift[3];

@@ -65,6 +65,23 @@ typedef struct mbsri_rigid_composite {
 } mbsri_rigid_composite;
 MBSRI_CHECK_LAYOUT(mbsri_rigid_composite);
 
+/* What the frame of a joint changes of the body: omega, alpha, a; C before and behind the joint's
+ * axes; what elements see: turn, displacement of the point, its velocity. Or gradients by them. */
+typedef struct mbsri_rigid_frame {
+    double x[3][4], C[2][8], seen[3][4];
+} mbsri_rigid_frame;
+MBSRI_CHECK_LAYOUT(mbsri_rigid_frame);
+
+/* Of parameters, see rigid_seeds.h; arrays of bodies + 1. */
+typedef struct mbsri_rigid_seeds {
+    int *frame;                  /* which frame is the body's, or -1 */
+    mbsri_rigid_frame *sum, *by; /* frames: along a change of all parameters; gradients */
+    double *load;                /* 8 a body: of loads about its point */
+    double (*own)[3], (*arm)[3]; /* from there to its own origin, in the body and in the world */
+    bool active;                 /* whether products take these in */
+    void *memory;
+} mbsri_rigid_seeds;
+
 /* Columns side by side in one solution. */
 enum { MBSRI_RIGID_SIDE = 16 };
 
@@ -107,11 +124,12 @@ struct mbsri_rigid {
     double (*side)[MBSRI_RIGID_SIDE];     /* nu */
     /* with other elements than gravity and those on one coordinate */
     bool elements;
-    mbsri_rigid_own *own; /* bodies + 1, of those with loads */
-    double (*seen)[12];   /* bodies + 1 */
-    double *load;         /* 8 a body: changes of loads, about its point; NULL: none */
-    double *G;            /* of joints with q' = G u, by columns */
-    double *by_q, *by_u;  /* nu: gradients by elements */
+    mbsri_rigid_own *own;     /* bodies + 1, of those with loads */
+    double (*seen)[12];       /* bodies + 1 */
+    double *load;             /* 8 a body: changes of loads, about its point; NULL: none */
+    double *G;                /* of joints with q' = G u, by columns */
+    double *by_q, *by_u;      /* nu: gradients by elements */
+    mbsri_rigid_seeds *seeds; /* NULL: none are chosen */
     void *memory;
 };
 

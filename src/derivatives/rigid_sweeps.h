@@ -222,6 +222,13 @@ static int rigid_prepare(mbsri_rigid *r, const mbsri_sweep_run *run, const doubl
 
 /* ---- tangents ---- */
 
+/* What the chosen parameters change of the frame of body i, or NULL. */
+MBSRI_INLINE const mbsri_rigid_frame *frame_along(const mbsri_rigid *r, int i)
+{
+    const mbsri_rigid_seeds *s = r->seeds;
+    return s && s->active && s->frame[i] >= 0 ? s->sum + s->frame[i] : NULL;
+}
+
 /* Root to leaves: changes of motion, and of the forces that own inertia takes. z: NULL is zero. */
 MBSRI_INLINE void change_motions(mbsri_rigid *r, const double *x, const double *y, const double *z)
 {
@@ -246,6 +253,12 @@ MBSRI_INLINE void change_motions(mbsri_rigid *r, const double *x, const double *
             alpha += S * splat(z[c->u]);
             a += load(c->S + 4) * splat(z[c->u]);
         }
+        const mbsri_rigid_frame *frame = frame_along(r, i);
+        if (frame) {
+            w += load(frame->x[0]);
+            alpha += load(frame->x[1]);
+            a += load(frame->x[2]);
+        }
         store(to->x[0], w);
         store(to->x[1], alpha);
         store(to->x[2], a);
@@ -259,6 +272,10 @@ MBSRI_INLINE void change_motions(mbsri_rigid *r, const double *x, const double *
         if (r->load && b->flags & MBSRI_LOADED) {
             L -= load(r->load + 8 * i);
             p -= load(r->load + 8 * i + 4);
+        }
+        if (r->seeds && r->seeds->active) {
+            L -= load(r->seeds->load + 8 * i);
+            p -= load(r->seeds->load + 8 * i + 4);
         }
         store(to->f, L);
         store(to->f + 4, p);
@@ -285,7 +302,9 @@ static void rigid_tangent(mbsri_rigid *r, const double *dq, const double *du, co
     change_motions(r, dq, du, dudot);
     for (int i = r->tree->bodies; i >= 1; --i) {
         const mbsri_rigid_body *b = r->body + i;
+        const mbsri_rigid_frame *frame = frame_along(r, i);
         pair f = load_pair(r->work[i].f);
+        if (frame) f = plus(f, 1.0, load_pair(frame->C[1]));
         for (int k = b->n - 1; k >= 0;) {
             const mbsri_rigid_column *c = r->column + b->first + k;
             f = turn_link(c, dq, f);
@@ -296,6 +315,7 @@ static void rigid_tangent(mbsri_rigid *r, const double *dq, const double *du, co
                           at->tau_u * du[u];
             }
         }
+        if (frame) f = plus(f, 1.0, load_pair(frame->C[0]));
         hand_force_on(r, b, f);
     }
 }
@@ -344,7 +364,9 @@ static void rigid_forward_tangent(mbsri_rigid *r, const double *dq, const double
     change_motions(r, dq, du, NULL);
     for (int i = r->tree->bodies; i >= 1; --i) {
         const mbsri_rigid_body *b = r->body + i;
+        const mbsri_rigid_frame *frame = frame_along(r, i);
         pair f = load_pair(r->work[i].f);
+        if (frame) f = plus(f, 1.0, load_pair(frame->C[1]));
         double *e = r->y + b->first;
         for (int k = b->n - 1; k >= 0;) {
             const mbsri_rigid_column *c = r->column + b->first + k;
@@ -356,6 +378,7 @@ static void rigid_forward_tangent(mbsri_rigid *r, const double *dq, const double
             }
         }
         f = give_way(r, b, e, f);
+        if (frame) f = plus(f, 1.0, load_pair(frame->C[0]));
         hand_force_on(r, b, f);
     }
     find_rates(r, dudot);
@@ -386,6 +409,18 @@ MBSRI_INLINE pair move_link(const mbsri_rigid_column *c, const double *by, pair 
     return Y;
 }
 
+/* Gradients by what the frame of body i changes: Y before its joint, and by its motion. */
+MBSRI_INLINE void keep_frame(const mbsri_rigid *r, int i, pair Y, v4 of_w, v4 of_alpha, v4 of_a)
+{
+    if (!r->seeds || r->seeds->frame[i] < 0) return;
+    mbsri_rigid_frame *to = r->seeds->by + r->seeds->frame[i];
+    store(to->x[0], of_w);
+    store(to->x[1], of_alpha);
+    store(to->x[2], of_a);
+    store_pair(to->C[0], Y);
+    store_pair(to->C[1], load_pair(r->work[i].f));
+}
+
 /* sign times the gradient of sum by_k dtau_k, where work has the motion Y = sum of S by: by dq, du
  * and, where it is not NULL, du'. x of the work becomes the gradient by omega, alpha, a; f is Y. */
 static void collect_gradients(mbsri_rigid *r, double sign, const double *by, double *dq, double *du,
@@ -406,6 +441,7 @@ static void collect_gradients(mbsri_rigid *r, double sign, const double *by, dou
         }
         pair Y = load_pair(pred->f);
         Y.v += cross(Y.w, rho);
+        keep_frame(r, i, Y, of_w, of_alpha, of_a);
         for (int k = 0; k < b->n; ++k) {
             const mbsri_rigid_column *c = r->column + b->first + k;
             const int u = c->u;

@@ -278,6 +278,20 @@ static int find_frame_shift(const mbsri_seeded *p, const mbsr_model *m, mbsr_dat
     return MBSR_OK;
 }
 
+int mbsri_frame_change(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, double x[18],
+                       bool *behind)
+{
+    shift by;
+    riding at;
+    double dr[3];
+    int status = find_frame_shift(p, m, d, &by);
+    if (!status) status = see_body(m, d, p->index, &at);
+    if (status) return status;
+    move_riding(&by, &at, dr, x);
+    *behind = by.behind;
+    return MBSR_OK;
+}
+
 /* Six numbers in space as those of a body of d. */
 static void lower_six(int d, const double lifted[6], double *x)
 {

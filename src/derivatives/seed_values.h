@@ -38,17 +38,23 @@ typedef struct mbsri_seeds {
     mbsri_seeded *of;
     mbsri_seed *seed;
     double *value;                  /* at the state */
+    double *by;                     /* a gradient in all */
     double *work;                   /* of one call of an element */
     double *sum[MBSRI_SEED_PLACES]; /* along a change of all parameters */
     size_t length[MBSRI_SEED_PLACES];
+    int frame;   /* of the sweeps: numbers of a frame; else 0 */
     bool active; /* whether products take `sum` in */
-    bool forces; /* no seed stands in motions or springs */
     void *memory;
 } mbsri_seeds;
 
 /* Values of one parameter where the data is at the state, with A and mu. A status, with the text in
  * the data. */
 int mbsri_seed_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear *l, mbsr_data *d);
+
+/* x: what moving a frame of the joint of body p->index changes of pose, V and A of that body, six
+ * numbers each, angular parts first, all else held; `behind`: the joint's axes stay. A status. */
+int mbsri_frame_change(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, double x[18],
+                       bool *behind);
 
 /* Whether body j moves along where a frame of the joint of body i is moved, by another way than
  * with its predecessor: i itself, or what stands rigidly on an i that is welded. By index. */

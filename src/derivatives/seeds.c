@@ -71,7 +71,12 @@ static void lay_out_seeds(mbsri_seeds *s, const mbsri_linear *l)
             if (u >= 0) add_seed(s, MBSRI_SEED_LOAD, (size_t)(m->body[p->index].u + u), 1);
             break;
         }
-        case MBSR_PARAMETER_JOINT: add_frame_seeds(s, l, p); break;
+        case MBSR_PARAMETER_JOINT:
+            if (s->frame > 0)
+                add_seed(s, MBSRI_SEED_MOTION, (size_t)p->index, s->frame);
+            else
+                add_frame_seeds(s, l, p);
+            break;
         case MBSR_PARAMETER_LAW:
             if (p->index >= 0) add_element_seeds(s, l, p->index);
             break;
@@ -198,10 +203,10 @@ static size_t place_seeds(mbsri_seeds *s, size_t longest, unsigned char *memory)
     size_t used = (size_t)s->count * sizeof *s->of;
     if (memory) s->seed = (mbsri_seed *)(void *)(memory + used);
     used += s->seeds * sizeof *s->seed;
-    double **const place[] = {&s->value,  &s->work,   s->sum,    s->sum + 1,
-                              s->sum + 2, s->sum + 3, s->sum + 4};
-    const size_t length[] = {s->values,    2 * longest,  s->length[0], s->length[1],
-                             s->length[2], s->length[3], s->length[4]};
+    double **const place[] = {&s->value,  &s->by,     &s->work,   s->sum,
+                              s->sum + 1, s->sum + 2, s->sum + 3, s->sum + 4};
+    const size_t length[] = {s->values,    (size_t)s->count, 2 * longest,  s->length[0],
+                             s->length[1], s->length[2],     s->length[3], s->length[4]};
     for (size_t k = 0; k < sizeof place / sizeof *place; ++k) {
         if (memory) *place[k] = (double *)(void *)(memory + used);
         used += length[k] * sizeof(double);
@@ -209,13 +214,15 @@ static size_t place_seeds(mbsri_seeds *s, size_t longest, unsigned char *memory)
     return used;
 }
 
-int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, const mbsr_parameters *list,
-                       int count, const int *which, const char *function, mbsr_error *error)
+int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, int frame,
+                       const mbsr_parameters *list, int count, const int *which,
+                       const char *function, mbsr_error *error)
 {
     const mbsr_model *m = l->model;
-    mbsri_seeds made = {
-        .count = count,
-        .length = {l->motions, m->size.v, (size_t)m->nu, (size_t)m->nu, (size_t)m->rows}};
+    mbsri_seeds made = {.count = count,
+                        .frame = frame,
+                        .length = {frame > 0 ? 0 : l->motions, m->size.v, (size_t)m->nu,
+                                   (size_t)m->nu, (size_t)m->rows}};
     *s = (mbsri_seeds){.count = 0};
     if (!is_of_model(list, m))
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
@@ -240,10 +247,6 @@ int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, const mbsr_paramet
             (void)place_seeds(&made, longest, memory);
             lay_out_seeds(&made, l);
             made.longest = longest;
-            made.forces = true;
-            for (size_t k = 0; k < made.seeds; ++k)
-                made.forces = made.forces && made.seed[k].place != MBSRI_SEED_MOTION &&
-                              made.seed[k].place != MBSRI_SEED_SPRING;
             *s = made;
             return MBSR_OK;
         }
@@ -284,14 +287,13 @@ void mbsri_seeds_along(mbsri_seeds *s, const double *theta)
     }
 }
 
-void mbsri_seeds_back(const mbsri_seeds *s, const double *const gradient[MBSRI_SEED_PLACES],
-                      double *by)
+void mbsri_seeds_back(mbsri_seeds *s, const double *const gradient[MBSRI_SEED_PLACES])
 {
     for (int k = 0; k < s->count; ++k) {
-        by[k] = 0.0;
+        s->by[k] = 0.0;
         for (size_t j = s->of[k].first; j < s->of[k].last; ++j) {
             const mbsri_seed *seed = s->seed + j;
-            by[k] +=
+            s->by[k] +=
                 mbsri_dot(seed->count, s->value + seed->value, gradient[seed->place] + seed->at);
         }
     }

@@ -5,10 +5,12 @@
 
 #include "derivatives/seed_values.h"
 
-/* Chooses parameters which[k] of the list, which is of this model or of one with other values.
- * Memory is the model's allocator's. A status; *s is empty then. */
-int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, const mbsr_parameters *list,
-                       int count, const int *which, const char *function, mbsr_error *error);
+/* Chooses parameters which[k] of the list, which is of this model or of one with other values;
+ * `frame` > 0: for the sweeps, which want so many numbers of a frame of a joint, at the index of
+ * its body. Memory is the model's allocator's. A status; *s is empty then. */
+int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, int frame,
+                       const mbsr_parameters *list, int count, const int *which,
+                       const char *function, mbsr_error *error);
 void mbsri_seeds_destroy(mbsri_seeds *s, const mbsr_model *m);
 
 /* mbsri_seed_values of all. */
@@ -17,8 +19,7 @@ int mbsri_seeds_find(mbsri_seeds *s, const mbsri_linear *l, mbsr_data *d);
 /* sum: that of all seeds times theta (count). */
 void mbsri_seeds_along(mbsri_seeds *s, const double *theta);
 
-/* by (count): their products with gradients, vectors of each place. */
-void mbsri_seeds_back(const mbsri_seeds *s, const double *const gradient[MBSRI_SEED_PLACES],
-                      double *by);
+/* `by`: their products with gradients, vectors of each place. */
+void mbsri_seeds_back(mbsri_seeds *s, const double *const gradient[MBSRI_SEED_PLACES]);
 
 #endif

@@ -234,6 +234,7 @@ static int settle(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
     const double least = 1e-5 * w->rate;
     double c = fmax(sqrt(largest_acceleration(w) / longest), 1e-3 * w->rate),
            force = imbalance(w, w->F, NULL);
+    const double most = 1e4 * fmax(c, w->rate); /* steps along massless directions stay long */
     int idle = 0;
     if (!(c > 0.0)) return MBSR_OK; /* no forces, here and nearby */
     while (w->info.iterations < opt->max_iterations) {
@@ -246,14 +247,16 @@ static int settle(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
         }
         if (status) return status;
         const double left = imbalance(w, w->delta, NULL);
-        if (left > 2.0 * force && left > 1e-9 * w->force && length > 1e-6) {
+        if (left > 2.0 * force && left > 1e-9 * w->force && length > 1e-6 && c < most) {
             c *= 4.0;
             continue;
         }
         accept(w);
         memcpy(w->F, w->delta, (size_t)w->size * sizeof *w->F);
         w->info.step = length;
-        if (length <= opt->tolerance) return MBSR_OK;
+        /* a large c makes any step short: it is to be short at the model's own rate too */
+        const double over = w->rate > 0.0 ? fmax(1.0, c / w->rate) : 1.0;
+        if (length * over * over <= opt->tolerance) return MBSR_OK;
         idle = c <= least && left > 0.5 * force && left <= 1e-11 * w->force ? idle + 1 : 0;
         if (idle > 3) return MBSR_OK; /* what is left is rounding, along what nothing holds */
         c = fmax(least, c * fmin(1.0, fmax(0.05, force > 0.0 ? left / force : 0.05)));

@@ -35,6 +35,15 @@ void hdf5_number(hdf5_run *run, const char *name, double number);
 /* Writes what is left, and frees the run. A code. */
 int hdf5_close(hdf5_run *run);
 
+/* Matrices, by columns in memory and rows x columns in the file; each a data set of its name. A
+ * code. */
+typedef struct hdf5_matrix {
+    const char *name;
+    int rows, columns;
+    const double *x;
+} hdf5_matrix;
+int hdf5_matrices(const char *path, int count, const hdf5_matrix *list);
+
 /* As table_read_csv. */
 int hdf5_read(const char *path, table *t);
 

@@ -13,6 +13,12 @@ int hdf5_create(const char *path, const columns *c, double lines, hdf5_run **run
     return complain(FAILED, missing, path);
 }
 
+int hdf5_matrices(const char *path, int count, const hdf5_matrix *list)
+{
+    (void)count, (void)list;
+    return complain(FAILED, missing, path);
+}
+
 int hdf5_read(const char *path, table *t)
 {
     *t = (table){.text = NULL};

@@ -170,3 +170,36 @@ int hdf5_close(hdf5_run *run)
     free(run);
     return code;
 }
+
+/* ---- matrices ---- */
+
+static bool put_matrix(hid_t file, const hdf5_matrix *m)
+{
+    const size_t rows = (size_t)m->rows, width = (size_t)m->columns;
+    const hsize_t size[2] = {rows, width};
+    double *by_rows = calloc(rows * width + 1, sizeof *by_rows);
+    if (!by_rows) return false;
+    for (size_t i = 0; i < rows; ++i)
+        for (size_t j = 0; j < width; ++j) by_rows[i * width + j] = m->x[j * rows + i];
+    const hid_t space = H5Screate_simple(2, size, NULL),
+                set = H5Dcreate2(file, m->name, H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT,
+                                 H5P_DEFAULT);
+    const bool good =
+        set >= 0 && H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, by_rows) >= 0;
+    if (set >= 0) H5Dclose(set);
+    H5Sclose(space);
+    free(by_rows);
+    return good;
+}
+
+int hdf5_matrices(const char *path, int count, const hdf5_matrix *list)
+{
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    const hid_t file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    bool good = file >= 0 && hdf5_put_text(file, "version", mbsr_version());
+    for (int k = 0; k < count && good; ++k) good = put_matrix(file, list + k);
+    char reason[HDF5_REASON] = "";
+    if (!good) hdf5_reason(reason);
+    if (file >= 0) good = H5Fclose(file) >= 0 && good;
+    return good ? DONE : complain(FAILED, "%s cannot be written: %s", path, reason);
+}

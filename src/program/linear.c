@@ -1,5 +1,6 @@
 /* mbsrank static, modes, linearise: where a model rests, and how it moves about that.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "program/hdf5.h"
 #include "program/mat.h"
 #include "program/mode_motion.h"
 
@@ -438,43 +439,50 @@ int run_modes(int argc, char **argv)
 
 /* ---- linearise ---- */
 
-/* Matrices row by row: CSV with a head line for each, or JSON. */
-static void put_matrices(const mbsr_linear *l, bool json)
-{
-    static const char *const name[] = {"A", "B", "C", "D"};
-    for (int part = 0; part < 4; ++part) {
-        int rows, columns;
-        const double *x =
-            mbsr_linear_matrix(l, (mbsr_linear_part)(MBSR_LINEAR_AR + part), &rows, &columns);
-        if (json)
-            printf("%s\"%s\": [", part > 0 ? ", " : "{", name[part]);
-        else
-            printf("# %s %d %d\n", name[part], rows, columns);
-        for (int i = 0; i < rows; ++i) {
-            if (json) fputs(i > 0 ? ", [" : "[", stdout);
-            for (int j = 0; j < columns; ++j)
-                printf("%s%.17g", j > 0 ? json ? ", " : "," : "", x[j * rows + i]);
-            fputs(json ? "]" : "\n", stdout);
-        }
-        if (json) putchar(']');
-    }
-    if (json) puts("}");
-}
-
-/* All matrices by their names, those of the descriptor form too, as a file of MATLAB. */
-static int write_matrices(const mbsr_linear *l, const char *path)
+/* Matrices by name: of the descriptor form, then of the reduced one. */
+static void list_matrices(const mbsr_linear *l, hdf5_matrix list[MBSR_LINEAR_PARTS])
 {
     static const char *const name[MBSR_LINEAR_PARTS] = {
         "descriptor_E", "descriptor_A", "descriptor_B", "A", "B", "C", "D"};
-    if (!ends_in(path, ".mat")) return complain(USAGE, "linearise: -o is a name in .mat");
+    for (int part = 0; part < MBSR_LINEAR_PARTS; ++part) {
+        hdf5_matrix *m = list + part;
+        m->name = name[part];
+        m->x = mbsr_linear_matrix(l, (mbsr_linear_part)part, &m->rows, &m->columns);
+    }
+}
+
+/* Matrices row by row: CSV with a head line for each, or JSON. */
+static void put_matrices(FILE *to, int count, const hdf5_matrix *m, bool json)
+{
+    for (int part = 0; part < count; ++part, ++m) {
+        if (json)
+            fprintf(to, "%s\"%s\": [", part > 0 ? ", " : "{", m->name);
+        else
+            fprintf(to, "# %s %d %d\n", m->name, m->rows, m->columns);
+        for (int i = 0; i < m->rows; ++i) {
+            if (json) fputs(i > 0 ? ", [" : "[", to);
+            for (int j = 0; j < m->columns; ++j)
+                fprintf(to, "%s%.17g", j > 0 ? json ? ", " : "," : "", m->x[j * m->rows + i]);
+            fputs(json ? "]" : "\n", to);
+        }
+        if (json) fputc(']', to);
+    }
+    if (json) fputs("}\n", to);
+}
+
+/* All matrices by their names as a file of MATLAB, HDF5 or CSV. */
+static int write_matrices(const hdf5_matrix *m, const char *path)
+{
+    const bool mat = ends_in(path, ".mat");
+    if (names_hdf5(path)) return hdf5_matrices(path, MBSR_LINEAR_PARTS, m);
+    if (!mat && !ends_in(path, ".csv"))
+        return complain(USAGE, "linearise: -o is a name in .mat, .h5, .hdf5 or .csv");
     FILE *to = fopen(path, "wb");
     if (!to) return complain_of_file(FAILED, path, "written");
-    mat_begin(to);
-    for (int part = 0; part < MBSR_LINEAR_PARTS; ++part) {
-        int rows, columns;
-        const double *x = mbsr_linear_matrix(l, (mbsr_linear_part)part, &rows, &columns);
-        mat_put(to, name[part], rows, columns, x);
-    }
+    if (mat) mat_begin(to);
+    for (int part = 0; part < MBSR_LINEAR_PARTS && mat; ++part, ++m)
+        mat_put(to, m->name, m->rows, m->columns, m->x);
+    if (!mat) put_matrices(to, MBSR_LINEAR_PARTS, m, false);
     const bool bad = fflush(to) != 0 || ferror(to);
     fclose(to);
     return bad ? complain(FAILED, "%s cannot be written", path) : DONE;
@@ -516,6 +524,7 @@ int run_linearise(int argc, char **argv)
     linear_options o = {.drawn = false};
     scene s;
     mbsr_linear *l = NULL;
+    hdf5_matrix all[MBSR_LINEAR_PARTS];
     int code = read_options(argc, argv, "linearise", &o);
     if (code) return code;
     if (o.count) return complain(USAGE, "linearise: --count is for modes");
@@ -523,9 +532,11 @@ int run_linearise(int argc, char **argv)
     if (o.trim || o.hold) return complain(USAGE, "linearise: --trim and --hold are for static");
     code = open_scene(&o, &s);
     if (!code) code = linearise_scene(&o, &s, &l);
-    if (!code && o.file) code = write_matrices(l, o.file);
+    if (!code) list_matrices(l, all);
+    if (!code && o.file) code = write_matrices(all, o.file);
     if (!code && o.response) code = put_response(&o, l);
-    if (!code && !o.response && !o.file) put_matrices(l, o.common.json);
+    if (!code && !o.response && !o.file)
+        put_matrices(stdout, 4, all + MBSR_LINEAR_AR, o.common.json);
     mbsr_linear_destroy(l);
     close_scene(&s);
     return code;

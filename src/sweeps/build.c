@@ -94,6 +94,12 @@ static mbsr_frame frame_of_body(const mbsri_sweeps *tree, const mbsr_model *m, i
     return frame_in_body(&chain);
 }
 
+void mbsri_sweeps_own_origin(const mbsri_sweeps *tree, const mbsr_model *m, int i, double x[3])
+{
+    const mbsr_frame in_body = frame_of_body(tree, m, i), own = mbsr_frame_inverse(&in_body);
+    memcpy(x, own.x, sizeof own.x);
+}
+
 /* The body's frame at q = 0 in its predecessor's own frame. */
 static mbsr_frame frame_at_rest(const mbsri_joint *joint, const mbsr_frame *in_body)
 {

@@ -15,4 +15,8 @@ bool mbsri_sweeps_build_others(mbsr_model *m);
 
 void mbsri_sweeps_release(mbsr_model *m);
 
+/* The own origin of body i, from the origin of the frame that the tree has of it, along its axes.
+ */
+void mbsri_sweeps_own_origin(const mbsri_sweeps *tree, const mbsr_model *m, int i, double x[3]);
+
 #endif

@@ -126,6 +126,17 @@ refused 'bad.h5: there is no column 3'
 refused 'bad.h5: the first column must be t'
 ends 4 'run.h5 cannot be written: unable to' run "$models/arm.urdf" --t-end 1 -o "$work/none/run.h5"
 
+# matrices of linear equations
+if "$program" --help | grep -q '^  linearise'; then
+    for ending in csv h5; do
+        "$program" linearise --inputs tyre --outputs damper -o "$work/linear.$ending" "$models/quarter_car.xml"
+    done
+    for name in descriptor_E descriptor_A descriptor_B A B C D; do
+        "$hdf5_file" matrix "$work/linear.h5" $name
+    done | cmp - "$work/linear.csv" || fail "matrices in HDF5 are not those in CSV"
+    ends 4 'linear.h5 cannot be written: unable to' linearise -o "$work/none/linear.h5" "$models/quarter_car.xml"
+fi
+
 # stopped before its end
 for ending in csv h5; do
     "$program" run "$models/arm.urdf" --t-end 1e6 --step 0.01 --quiet -o "$work/stopped.$ending" 2>"$work/err" &

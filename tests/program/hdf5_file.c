@@ -5,7 +5,8 @@
  * data sets by their attribute `column` hdf5_file attribute FILE NAME         of the file, or of
  * data set SET as SET/NAME hdf5_file shorten FILE SET            by one number hdf5_file put FILE
  * SET INDEX NUMBER hdf5_file foreign FILE                makes one that is no run hdf5_file drop
- * FILE SET               without that set */
+ * FILE SET               without that set; hdf5_file matrix FILE NAME    as CSV behind a head line
+ */
 #include <hdf5.h>
 
 #include <stdio.h>
@@ -104,6 +105,26 @@ static void put(hid_t set, hsize_t at, double number)
     H5Sclose(there);
 }
 
+static void print_matrix(hid_t file, const char *name)
+{
+    const hid_t set = H5Dopen2(file, name, H5P_DEFAULT), space = H5Dget_space(set);
+    hsize_t size[2];
+    require(H5Sget_simple_extent_ndims(space) == 2 &&
+                H5Sget_simple_extent_dims(space, size, NULL) == 2,
+            "no matrix");
+    double *x = calloc((size_t)(size[0] * size[1]) + 1, sizeof *x);
+    require(x && H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, x) >= 0, name);
+    printf("# %s %d %d\n", name, (int)size[0], (int)size[1]);
+    for (hsize_t i = 0; i < size[0]; ++i) {
+        for (hsize_t j = 0; j < size[1]; ++j)
+            printf(j > 0 ? ",%.17g" : "%.17g", x[i * size[1] + j]);
+        putchar('\n');
+    }
+    free(x);
+    H5Sclose(space);
+    H5Dclose(set);
+}
+
 int main(int argc, char **argv)
 {
     require(argc > 2, "usage: see the source");
@@ -121,6 +142,8 @@ int main(int argc, char **argv)
         const hid_t of = own ? H5Dopen2(file, set, H5P_DEFAULT) : file;
         print_attribute(of, own ? own + 1 : name);
         if (own) H5Dclose(of);
+    } else if (strcmp(what, "matrix") == 0) {
+        print_matrix(file, name);
     } else if (strcmp(what, "drop") == 0) {
         require(H5Ldelete(file, name, H5P_DEFAULT) >= 0, name);
     } else if (!foreign) {

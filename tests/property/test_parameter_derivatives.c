@@ -301,6 +301,8 @@ static void mechanisms_of_everything(void **state)
         check((uint64_t)seed, false, false, &all);
         check((uint64_t)seed, false, true, &all);
     }
+    for (int forward = 0; forward < 2; ++forward) /* a point in the plane, whose frame is turned */
+        check(117, false, forward, &all);
     for (int part = 0; part <= MBSR_PARAMETER_DAMPING; ++part)
         assert_true(all.parts[part] > 0 || seeds < 30); /* fewer do not have all */
     assert_true(all.refused > 0 && all.closed > 0);
