@@ -104,11 +104,11 @@ static void close_chain(chain *c)
 /* ---- dense ---- */
 
 /* mass (nu x nu) += J^T M J of one link, along its axes. */
-static void add_mass(const chain *c, int k, double *mass)
+static void add_mass(const chain *c, int k, long double *mass)
 {
     const mbsr_flex *flexes[2] = {c->heavy, c->light};
-    double pose[MBSR_POSE_SIZE + MOST_D], M[MOST_D * MOST_D], J[MOST_D * MOST_NU],
-        MJ[MOST_D * MOST_NU];
+    double pose[MBSR_POSE_SIZE + MOST_D], M[MOST_D * MOST_D], J[MOST_D * MOST_NU];
+    long double MJ[MOST_D * MOST_NU];
     const int id = c->link[k], d = mbsr_body_dimension(c->model, id);
     mbsr_body_def def;
     assert_ok(mbsr_body_definition(c->model, id, &def), NULL);
@@ -126,8 +126,8 @@ static void add_mass(const chain *c, int k, double *mass)
                     pose[3 * r] * x[0] + pose[3 * r + 1] * x[1] + pose[3 * r + 2] * x[2];
         }
         for (int r = 0; r < d; ++r) {
-            MJ[d * j + r] = 0.0;
-            for (int l = 0; l < d; ++l) MJ[d * j + r] += M[d * l + r] * J[d * j + l];
+            MJ[d * j + r] = 0.0L;
+            for (int l = 0; l < d; ++l) MJ[d * j + r] += (long double)M[d * l + r] * J[d * j + l];
         }
     }
     for (int j = 0; j < c->nu; ++j) {
@@ -137,21 +137,41 @@ static void add_mass(const chain *c, int k, double *mass)
     }
 }
 
+/* The first `zeros` eigenvectors without what they have of the others: of a matrix of rounded
+ * entries they are right to rounding over the smallest eigenvalue that is not zero. */
+static void sharpen(int n, int zeros, const long double *mass, const double *scale,
+                    const double *lambda, double *X)
+{
+    for (int k = 0; k < zeros; ++k) {
+        double *x = X + n * k;
+        long double Ax[MOST_NU] = {0.0L};
+        for (int j = 0; j < n; ++j) {
+            for (int i = 0; i < n; ++i) Ax[i] += mass[n * j + i] * scale[i] * scale[j] * x[j];
+        }
+        for (int l = zeros; l < n; ++l) {
+            long double part = 0.0L;
+            for (int i = 0; i < n; ++i) part += X[n * l + i] * Ax[i];
+            for (int i = 0; i < n; ++i) x[i] -= (double)(part / lambda[l]) * X[n * l + i];
+        }
+    }
+}
+
 /* The mass matrix scaled to unit diagonal as eigenvectors X, ascending; scale: 1 / roots of the
  * diagonal, 1 where that is zero. Returns the number of eigenvalues that are zero. */
-static int decompose(const chain *c, const double *mass, double *scale, double *X)
+static int decompose(const chain *c, const long double *mass, double *scale, double *X)
 {
     const int n = c->nu;
     const size_t size = (size_t)n;
     double *lambda = malloc(size * sizeof *lambda), *work = malloc(64 * size * sizeof *work);
     int zeros = 0;
     for (int k = 0; k < n; ++k)
-        scale[k] = mass[k * (n + 1)] > 1e-12 ? 1.0 / sqrt(mass[k * (n + 1)]) : 1.0;
-    for (int k = 0; k < n * n; ++k) X[k] = scale[k / n] * mass[k] * scale[k % n];
+        scale[k] = mass[k * (n + 1)] > 1e-12L ? 1.0 / sqrt((double)mass[k * (n + 1)]) : 1.0;
+    for (int k = 0; k < n * n; ++k) X[k] = scale[k / n] * (double)mass[k] * scale[k % n];
     assert_int_equal(mbsri_lapack_syev(n, X, lambda, work, 64 * n), 0);
     while (zeros < n && lambda[zeros] < 1e-11) ++zeros;
     assert_true(zeros == 0 || lambda[zeros - 1] < 1e-13);
     assert_true(zeros < n && lambda[zeros] > 1e-8);
+    sharpen(n, zeros, mass, scale, lambda, X);
     free(lambda);
     free(work);
     return zeros;
@@ -187,7 +207,7 @@ static int nullity_by_blocks(const chain *c)
 
 /* At a consistent start the forces along the directions without mass balance, and accelerations
  * fulfil all equations. */
-static void start_balances(const chain *c, int zeros, const double *mass, const double *X,
+static void start_balances(const chain *c, int zeros, const long double *mass, const double *X,
                            const double *scale)
 {
     const int n = c->nu;
@@ -213,7 +233,7 @@ static void start_balances(const chain *c, int zeros, const double *mass, const 
               error_of(c));
     for (int k = 0; k < n; ++k) { /* what is added up in each equation */
         before[k] = fabs(after[k]);
-        for (int l = 0; l < n; ++l) before[k] += fabs(mass[n * l + k] * udot[l]);
+        for (int l = 0; l < n; ++l) before[k] += fabs((double)mass[n * l + k] * udot[l]);
     }
     assert_less(component(n, X, scale, 0, n, rest, before), 1e-12);
 }
@@ -224,16 +244,16 @@ static void compare(int links, int modes, int every, int stiffening, uint64_t se
     open_chain(&c, links, modes, every, stiffening, seed);
     const int n = c.nu;
     const size_t size = (size_t)n * (size_t)n;
-    double *mass = calloc(size, sizeof *mass), *found = malloc(size * sizeof *found),
-           *X = malloc(size * sizeof *X), scale[MOST_NU];
+    long double *mass = calloc(size, sizeof *mass);
+    double *found = malloc(size * sizeof *found), *X = malloc(size * sizeof *X), scale[MOST_NU];
     assert_ok(mbsr_stage_positions(c.model, c.data, 0.0, c.q), error_of(&c));
     assert_ok(mbsr_stage_velocities(c.model, c.data, c.u), error_of(&c));
     for (int k = 0; k < links; ++k) add_mass(&c, k, mass);
     assert_ok(mbsr_mass_matrix(c.model, c.data, found), error_of(&c));
     const int zeros = decompose(&c, mass, scale, X);
     for (int k = 0; k < n * n; ++k)
-        assert_close(scale[k / n] * found[k] * scale[k % n], scale[k / n] * mass[k] * scale[k % n],
-                     1e-12);
+        assert_close(scale[k / n] * found[k] * scale[k % n],
+                     scale[k / n] * (double)mass[k] * scale[k % n], 1e-12);
 
     assert_true(zeros >= links + 3);
     start_balances(&c, zeros, mass, X, scale);

@@ -15,6 +15,12 @@
 
 enum { LEVELS = 4, MOST = 24 };
 
+/* The longest and the shortest step of differences over a parameter's span; the sum of what the
+ * shortest steps, each half as long as the last, count in Richardson's last line. */
+#define LONGEST 0x1p-5
+#define SHORTEST 0x1p-8
+#define WEIGHTS 2.0
+
 typedef struct scene {
     medley s;
     test_rigid_tree tree; /* whose model it then is */
@@ -66,28 +72,50 @@ static int evaluate(const scene *z, int parameter, double value, double *out)
     return status;
 }
 
-/* Richardson's differences, into the last line of the table; how far its last orders disagree. */
+/* What rounding makes of the differences: by how much results at values next to each other leave a
+ * straight line. */
+static int scatter(const scene *z, const mbsr_parameter *p, int parameter, double span,
+                   double *rounding)
+{
+    enum { NEIGHBOURS = 9 };
+    double *sample = numbers(NEIGHBOURS * z->n), largest = 0.0;
+    int status = MBSR_OK;
+    for (int l = 0; l < NEIGHBOURS && !status; ++l)
+        status = evaluate(z, parameter, p->value + 1e-7 * (l - NEIGHBOURS / 2) * span,
+                          sample + l * z->n);
+    for (int l = 1; l < NEIGHBOURS - 1 && !status; ++l) {
+        const double *x = sample + l * z->n;
+        for (int k = 0; k < z->s.nu; ++k)
+            largest = fmax(largest, fabs(x[k - z->n] - 2.0 * x[k] + x[k + z->n]));
+    }
+    *rounding = 0.5 * largest * WEIGHTS / (SHORTEST * span);
+    free(sample);
+    return status;
+}
+
+/* Richardson's differences, into the last line of the table; how far its last two disagree, with
+ * what rounding makes of them. */
 static int differences(const scene *z, const mbsr_parameter *p, int parameter, double span,
                        double *doubt)
 {
     double *sample = numbers(2 * z->n), factor = 1.0;
     int status = MBSR_OK;
     for (int level = 0; level < LEVELS && !status; ++level) {
-        const double h = 0x1p-5 * span / (double)(1 << level);
+        const double h = LONGEST * span / (double)(1 << level);
         status = evaluate(z, parameter, p->value + h, sample);
         if (!status) status = evaluate(z, parameter, p->value - h, sample + z->n);
         for (int k = 0; k < z->n; ++k)
             z->table[level * z->n + k] = (sample[k] - sample[z->n + k]) / (2.0 * h);
     }
     free(sample);
-    *doubt = 0.0;
+    if (!status) status = scatter(z, p, parameter, span, doubt);
     for (int order = 1; order < LEVELS && !status; ++order) {
         factor *= 4.0;
         for (int level = LEVELS - 1; level >= order; --level) {
             double *fine = z->table + level * z->n, *coarse = fine - z->n;
             for (int k = 0; k < z->n; ++k) {
                 const double better = (factor * fine[k] - coarse[k]) / (factor - 1.0);
-                if (level == LEVELS - 1 && order >= LEVELS - 2 && k < z->s.nu)
+                if (level == LEVELS - 1 && order == LEVELS - 1 && k < z->s.nu)
                     *doubt = fmax(*doubt, fabs(better - fine[k]));
                 fine[k] = better;
             }
