@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define TREES (test_long() ? 80 : test_seeds(12, 24))
+#define TREES (test_long() ? 80 : test_seeds(16, 24))
 
 /* ---- one tree ---- */
 
