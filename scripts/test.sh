@@ -84,7 +84,7 @@ other_lapacks() {
         echo "==== LAPACK $name"
         MBSR_TEST_FEW=1 bash scripts/lapack.sh "$name" ctest --test-dir "$tree" \
             --output-on-failure --no-tests=error --parallel "$jobs" \
-            -L '^(unit|reference|property|ida|linear)$' "${no_runs[@]}" |
+            -L "$labels" "${no_runs[@]}" |
             tee "$tree/ctest-$name.log" || failed+=("LAPACK $name")
         summary+="LAPACK $name: "
         summary+=$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')$'\n'
@@ -97,12 +97,13 @@ export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 # Long runs, and long tests in which LAPACK has little part.
-no_runs=(-E '^(ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)|unit\.(batch|finite_solvers|parallel|plane|split|sweeps|threads)|property\.kept_rates)$')
+no_runs=(-E '^(unit\.(batch|finite_solvers|parallel|plane|split|stepper_.*|sweeps|threads)|property\.kept_rates)$')
+labels='^(unit|reference|property|linear)$' # in runs too little is asked of LAPACK
 long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|unit\.(finite_solvers|stepper_order|stepper_real_time)|property\.newton|example\.(12_elastic_support|14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|37_real_time|demo_tree)"
 no_packages=(-E '^package\.core_(shared|static)$') # core_shared is tested by the minimal build
 # What reaches no code under sanitizers that the others do not (but 61 of 52 748 arcs of gcov).
 repeated='ida\.(cuts|grid|groups|jumps|kinked_forces|loops_more|massless|outputs|paper|static_modes|stiffening|tolerances)|unit\.(far_starts|index1|joint_twins|plane|refined)|property\.verdicts|reference\.(index_joints|tree_files)|example\.(16_heavy_top|17_bouncing_ball|20_double_wishbone|22_road|29_drive_train|36_fe_plate)'
-if [ "$long" = ON ]; then repeated=none no_runs=() long_tests=$once no_packages=(); fi
+if [ "$long" = ON ]; then repeated=none labels='^(unit|reference|property|ida|linear)$' no_runs=() long_tests=$once no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
 other_lapacks
 sanitizer=
