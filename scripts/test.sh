@@ -102,7 +102,7 @@ labels='^(unit|reference|property|linear)$' # in runs too little is asked of LAP
 long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|unit\.(finite_solvers|stepper_order|stepper_real_time)|property\.newton|example\.(12_elastic_support|14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|37_real_time|demo_tree)"
 no_packages=(-E '^package\.core_(shared|static)$') # core_shared is tested by the minimal build
 # What reaches no code under sanitizers that the others do not (but 61 of 52 748 arcs of gcov).
-repeated='ida\.(cuts|grid|groups|jumps|kinked_forces|loops_more|massless|outputs|paper|static_modes|stiffening|tolerances)|unit\.(far_starts|index1|joint_twins|plane|refined)|property\.verdicts|reference\.(index_joints|tree_files)|example\.(16_heavy_top|17_bouncing_ball|20_double_wishbone|22_road|29_drive_train|36_fe_plate)'
+repeated='ida\.(cuts|grid|groups|jumps|kinked_forces|loops_more|massless|outputs|paper|static_modes|stiffening|tolerances)|unit\.(far_starts|index1|joint_twins|plane|refined)|property\.verdicts|reference\.(index_joints|tree_files)|example\.(16_heavy_top|17_bouncing_ball|20_double_wishbone|22_road|29_drive_train|36_fe_plate|40_quadruped|demo_oscillators)'
 if [ "$long" = ON ]; then repeated=none labels='^(unit|reference|property|ida|linear)$' no_runs=() long_tests=$once no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
 other_lapacks
