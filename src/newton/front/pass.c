@@ -175,7 +175,7 @@ MBSRI_INLINE void make_rows(const passing *p, const sizes s, double *M, double *
 {
     const mbsri_terms *k = &p->b->terms;
     const int d = s.d, n = p->b->b->n;
-    const double *y = M + p->y, *tau = M + p->tau;
+    const double *y = M + p->y, *tau = s.plain ? y : M + p->tau;
     for (int r = 0; r < n; ++r) {
         const double *J = k->J + r * d, *Jdot = k->Jdot + r * d;
         double momentum = 0.0, rate = s.plain ? 0.0 : tau[r];
@@ -470,7 +470,7 @@ void mbsri_front_pass(mbsri_front_build *b)
                  .react = f->row_at[b->at.b],
                  .momentum = f->row_at[b->at.momentum],
                  .rate = f->row_at[b->at.rate],
-                 .tau = f->row_at[b->at.tau],
+                 .tau = b->plain ? -1 : f->row_at[b->at.tau],
                  .push = f->row_at[b->at.push],
                  .kappa = held ? f->row_at[b->at.kappa] : -1,
                  .below = grounded ? -1 : f->row_at[above->y],
