@@ -271,6 +271,12 @@ int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays)
     equilibrate(w);
     w->nulls = w->moving = 0;
     if (w->N == 0) return MBSR_OK;
+    for (int k = 0; k < w->N; ++k) {
+        if (!(w->scale[k] > 0.0 && isfinite(w->scale[k])))
+            return mbsri_fail(&w->d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+                              "%s: squares of lengths or masses of %s are beyond all numbers",
+                              w->function, k < w->n ? "joint rates" : "rows of closures");
+    }
     if (mbsri_lapack_svd(w->N, w->K, w->sigma, w->U, w->V, w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: no singular values of the equations of the loops", w->function);

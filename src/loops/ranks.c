@@ -114,13 +114,13 @@ static double stiffness_of(const mbsri_row_set *s, const mbsri_closure *c, int k
     return mbsri_is_stiff(c, k) ? c->def.stiffness[k] * scale * scale : 0.0;
 }
 
-/* Whether it is soft beside another row of its closure. */
+/* Whether it is stiff, and soft beside another row of its closure; rigid ones are not. */
 static bool is_soft(const mbsri_row_set *s, const mbsri_closure *c, int k)
 {
     static const double soft = 1e-2;
     double most = 0.0;
     for (int l = 0; l < c->position_rows; ++l) most = fmax(most, stiffness_of(s, c, l));
-    return stiffness_of(s, c, k) < soft * most;
+    return mbsri_is_stiff(c, k) && stiffness_of(s, c, k) < soft * most;
 }
 
 /* The stiff row, soft or not, that is farthest from the span of those taken, the first of equals;

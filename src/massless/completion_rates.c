@@ -20,14 +20,17 @@ static int here(mbsr_completion *w)
     return mbsri_completion_residual(w, w->t, w->y, w->yp);
 }
 
-/* A step in time, s: back into what has been, where that is smooth for two of them. Outputs are
+enum { STEPS = 4 }; /* of a difference in time */
+
+/* A step in time, s: back into what has been, where that is smooth for all of them. Outputs are
  * likely to be at the points of a table, where third derivatives jump. */
 static double choose_step(const mbsr_completion *w)
 {
     const double ahead = w->times.to - w->t, behind = w->t - w->times.from,
-                 h = mbsri_binary(fmax(1e-7 * mbsri_completion_time(w), 1e-9 * fabs(w->t)));
-    if (behind >= 2.0 * h) return -h;
-    return ahead > behind ? fmin(h, 0.45 * ahead) : -0.45 * behind;
+                 h = mbsri_binary(fmax(4e-6 * mbsri_completion_time(w), 1e-9 * fabs(w->t))),
+                 share = 0.9 / STEPS;
+    if (behind >= STEPS * h) return -h;
+    return ahead > behind ? fmin(h, share * ahead) : -share * behind;
 }
 
 /* w->time += weight F, minus what stands in w->other; whether F differs from that. */
@@ -64,16 +67,18 @@ static int differ_in_springs(mbsr_completion *w)
 }
 
 /* Minus the rate of F in the algebraic equations, y and y' being held but for the forces s of stiff
- * rows, whose s' is known; F is that at y afterwards. Where a step in time changes nothing, nothing
+ * rows, whose s' is known; F is that at y afterwards. Rounding of F counts by 1e-9, what changes a
+ * thousand times in the model's time by less. Where a step in time changes nothing, nothing
  * depends on it. */
 static int differ_in_time(mbsr_completion *w)
 {
-    const double h = choose_step(w), weight[2] = {2.0, -0.5}; /* exact for parabolas */
+    static const double weight[STEPS] = {4.0, -3.0, 4.0 / 3.0, -0.25}; /* exact for quartics */
+    const double h = choose_step(w);
     bool changes = true;
     mbsri_copy((size_t)w->size, w->F, w->other);
     mbsri_zero((size_t)w->size, w->time);
     int status = differ_in_springs(w);
-    for (int l = 0; l < 2 && !status && changes; ++l) {
+    for (int l = 0; l < STEPS && !status && changes; ++l) {
         status = mbsri_completion_residual(w, w->t + (l + 1) * h, w->y, w->yp);
         changes = add_difference(w, weight[l] / h);
     }

@@ -300,9 +300,14 @@ static int survey(mbsri_start *s)
     return w->pair ? note_masses(s) : MBSR_OK;
 }
 
-/* With one c after the other. *singular stays true where the matrices are so for all of them,
- * *regular where for none. */
-static int climb(mbsri_start *s, int rungs, bool *singular, bool *regular)
+/* How the matrices were: for all c singular in a joint, for all in rows of closures, for none in a
+ * joint. */
+typedef struct climbed {
+    bool singular, dependent, regular;
+} climbed;
+
+/* With one c after the other. */
+static int climb(mbsri_start *s, int rungs, climbed *all)
 {
     mbsr_completion *w = s->w;
     int status = MBSR_OK;
@@ -317,8 +322,9 @@ static int climb(mbsri_start *s, int rungs, bool *singular, bool *regular)
         if (!status) status = stays_as_it_is(s);
         s->info->elastic = w->elastic;
         if (status <= 0) return status;
-        *singular = *singular && status == MBSR_SINGULAR_BLOCK;
-        *regular = *regular && status != MBSR_SINGULAR_BLOCK;
+        all->singular = all->singular && status == MBSR_SINGULAR_BLOCK;
+        all->dependent = all->dependent && status == MBSR_LOOP_SINGULAR;
+        all->regular = all->regular && status != MBSR_SINGULAR_BLOCK;
     }
     return status;
 }
@@ -338,15 +344,14 @@ static int take_balance(mbsri_start *s)
 
 /* From the velocities given, then from others; what failed first, for which part of the state, into
  * *first and *sought. */
-static int climb_from_all(mbsri_start *s, bool *singular, bool *regular, mbsr_error *first,
-                          const char **sought)
+static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const char **sought)
 {
     int status = MBSR_NO_CONVERGENCE;
     s->c_balanced = 0.0;
     for (int from = MBSRI_FROM_GIVEN;
          from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c_balanced > 0.0); ++from) {
         s->from = (mbsri_start_from)from;
-        status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, singular, regular);
+        status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, all);
         if (from > MBSRI_FROM_GIVEN) continue;
         *first = s->w->error;
         *sought = s->sought;
@@ -357,7 +362,7 @@ static int climb_from_all(mbsri_start *s, bool *singular, bool *regular, mbsr_er
 int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
 {
     mbsr_completion *w = s->w;
-    bool singular = true, regular = true;
+    climbed all = {true, true, true};
     const char *sought;
     mbsr_error first;
     *clear = false;
@@ -367,15 +372,14 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     w->times.to = s->opt->side < 0 ? t : INFINITY;
     int status = survey(s);
     if (status) return status;
-    status = climb_from_all(s, &singular, &regular, &first, &sought);
+    status = climb_from_all(s, &all, &first, &sought);
     if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
     if (!status && w->deficient) status = check(s, clear);
     if (!status && *clear) status = compare_ranks(s, clear);
-    *clear = *clear && regular;
+    *clear = *clear && all.regular;
     if (status <= 0) return status;
-    const bool dependent = first.status == MBSR_LOOP_SINGULAR; /* rows: nothing was sought */
-    if (!singular && !dependent) return refuse(s, sought);
-    w->error = first;
-    if (!dependent) w->error.status = MBSR_UNDETERMINED;
+    if (!all.singular && !all.dependent) return refuse(s, sought);
+    w->error = first; /* nothing was sought */
+    if (!all.dependent) w->error.status = MBSR_UNDETERMINED;
     return w->error.status;
 }

@@ -91,6 +91,43 @@ static int forwards(void *user, double t, double *s, double *sdot, double *sddot
 }
 
 /* Two motions of one crank that agree at t = 0, but not in speed. */
+/* A weld of more rows than there are freedoms: what may be left out of it is its spring, not what
+ * is rigid, and nothing moves. */
+static void a_spring_beside_rigid_rows(void **state)
+{
+    (void)state;
+    static const double z[3] = {0.0, 0.0, 1.0};
+    for (int stiff = 0; stiff < 3; ++stiff) {
+        loops s;
+        double y[64], yp[64];
+        mbsr_closure_report report;
+        int redundant[3];
+        loops_begin(&s, NULL);
+        const int a = loops_rod(&s, "upper", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+        const int b = loops_rod(&s, "lower", a, 1.0, 0.0, 1.0, 1.0);
+        const double there[3] = {cos(1.0) + cos(0.5), sin(1.0) - sin(0.5), 0.0};
+        const mbsr_frame tip = mbsr_frame_at(1.0, 0.0, 0.0),
+                         wall = mbsr_frame_rotated(there, z, -0.5);
+        mbsr_closure_def rows = mbsr_closure_weld(b, &tip, MBSR_GROUND, &wall);
+        rows.stiffness[stiff] = 1e6, rows.damping[stiff] = 10.0;
+        assert_ok(mbsr_model_add_closure(s.m, &rows, NULL), mbsr_model_error(s.m));
+        loops_finish(&s);
+        s.q[0] = 1.0, s.q[1] = -1.5;
+        assert_ok(mbsr_assemble(s.m, s.d, 0.0, s.q, NULL, s.q, NULL), mbsr_data_error(s.d));
+        assert_ok(mbsr_closures_report(s.m, s.d, 0.0, s.q, &report, redundant, NULL),
+                  mbsr_data_error(s.d));
+        assert_int_equal(report.independent, 2);
+        assert_int_equal(report.mobility, 0);
+        for (int k = 0; k < 3; ++k) assert_int_equal(redundant[k], 0);
+        s.u[0] = 1.0;
+        assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
+        assert_ok(mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(s.d));
+        assert_less(test_largest(s.nu, y + s.nq + s.nu), 1e-12);
+        loops_free(&s);
+    }
+}
+
 static void contradictory_motions(void **state)
 {
     (void)state;
@@ -259,6 +296,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(units),
                                        cmocka_unit_test(more_rows_than_freedoms),
+                                       cmocka_unit_test(a_spring_beside_rigid_rows),
                                        cmocka_unit_test(contradictory_motions),
                                        cmocka_unit_test(a_singular_position),
                                        cmocka_unit_test(singular_in_every_loop),
