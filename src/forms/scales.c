@@ -33,17 +33,14 @@ static double scale_of(const mbsr_model *model, mbsr_data *data, int id)
     return mbsr_body_rank(model, data, id, &info) == MBSR_OK ? info.scale : 0.0;
 }
 
-/* What is left of D; 0 where there is none. Returns the largest, 1 without any. */
-static double of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
+/* What is left of D; 0 where there is none. */
+static void of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
 {
-    double largest = 0.0;
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
         const double scale = scale_of(model, data, id);
         for (int k = 0; k < b->n; ++k) mass[b->u + k] = scale;
-        largest = fmax(largest, scale);
     }
-    return largest > 0.0 ? largest : 1.0;
 }
 
 enum { KINDS = 3 };
@@ -92,15 +89,31 @@ static int close_loops(const mbsr_model *model, mbsr_data *data, const double *l
     return MBSR_OK;
 }
 
+/* Rates without mass have the largest of their kind. */
+static void fill_kinds(const mbsr_model *model, const double *largest, double *mass)
+{
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    for (int id = 0; id < model->bodies; ++id) {
+        const mbsri_body *b = model->body + model->index[id];
+        mbsr_body_coordinate_kinds(model, id, NULL, kind);
+        for (int k = 0; k < b->n; ++k) {
+            double *x = mass + b->u + k;
+            if (!(*x > 0.0)) *x = largest[(int)kind[k]];
+        }
+    }
+}
+
 int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
 {
     int status = mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
     if (status) return status;
-    double *locked = data->out;
-    const double largest = of_joints(model, data, mass);
+    double *locked = data->out, largest[KINDS];
+    of_joints(model, data, mass);
+    find_largest_mass(model, mass, largest);
     mbsri_mass_diagonal(model, data, locked);
     status = close_loops(model, data, locked, mass);
+    if (!status) fill_kinds(model, largest, mass);
     for (int k = 0; k < model->nu && !status; ++k)
-        mass[k] = mass[k] > 0.0 ? fmax(mass[k], share_of_locked * locked[k]) : largest;
+        mass[k] = fmax(mass[k], share_of_locked * locked[k]);
     return status ? status : mbsri_backward(model, data);
 }

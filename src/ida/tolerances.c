@@ -136,41 +136,48 @@ static int find_largest_mass(mbsr_ida *ida, double *largest)
 }
 
 /* p: mass times the tolerance of its velocity, which stands nu further on. */
-static int scale_momenta(mbsr_ida *ida)
+static void scale_momenta(mbsr_ida *ida)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    double *atol = N_VGetArrayPointer(ida->tol.atol), *mass = N_VGetArrayPointer(ida->tol.mass);
-    const int status = mbsr_momentum_scales(ida->model, ida->data, mass + nq);
-    if (status) return refuse(ida, status);
+    double *atol = N_VGetArrayPointer(ida->tol.atol);
+    const double *mass = N_VGetArrayPointer(ida->tol.mass);
     for (int k = nq; k < nq + nu; ++k) atol[k] = mass[k] * atol[nu + k];
-    return MBSR_OK;
 }
 
-/* v: the square root of the mass on its joint, and of the joint's tolerances, which are taken anew,
- * the smallest. */
-static void scale_velocities(mbsr_ida *ida, int body, double mass)
+/* v: the square root of the mass on its joint, without any of the smallest that momenta have there,
+ * and of the joint's tolerances, which are taken anew, the smallest. */
+static int scale_velocities(mbsr_ida *ida, int body)
 {
     const int nq = mbsr_model_nq(ida->model);
-    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY;
+    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY, least = INFINITY;
+    const double *mass = N_VGetArrayPointer(ida->tol.mass);
+    mbsr_rank_info info;
     int first, n;
+    const int status = mbsr_body_rank(ida->model, ida->data, body, &info);
+    if (status) return refuse(ida, status);
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
     set_body(ida, body, nq, atol);
-    for (int k = nq + first; k < nq + first + n; ++k) smallest = fmin(smallest, atol[k]);
-    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = smallest * sqrt(mass);
+    for (int k = nq + first; k < nq + first + n; ++k) {
+        smallest = fmin(smallest, atol[k]);
+        least = fmin(least, mass[k]);
+    }
+    const double scale = sqrt(info.scale > 0.0 ? info.scale : least);
+    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = smallest * scale;
+    return MBSR_OK;
 }
 
 int mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
     double largest;
-    double *atol = N_VGetArrayPointer(ida->tol.atol);
-    mbsr_rank_info info;
+    double *atol = N_VGetArrayPointer(ida->tol.atol), *mass = N_VGetArrayPointer(ida->tol.mass);
     int status = find_largest_mass(ida, &largest);
-    if (!status && ida->opt.form == MBSR_DAE_MOMENTUM) status = scale_momenta(ida);
     if (status) return status;
+    status = mbsr_momentum_scales(ida->model, ida->data, mass + mbsr_model_nq(ida->model));
+    if (status) return refuse(ida, status);
+    if (ida->opt.form == MBSR_DAE_MOMENTUM) scale_momenta(ida);
     for (int i = 0; ida->opt.form == MBSR_DAE_INDEX1 && i < mbsr_model_bodies(ida->model); ++i) {
-        status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        if (status) return refuse(ida, status);
-        scale_velocities(ida, i, info.scale > 0.0 ? info.scale : largest);
+        status = scale_velocities(ida, i);
+        if (status) return status;
     }
     double *place = N_VGetArrayPointer(ida->moved) + mbsr_model_nu(ida->model);
     find_places(ida, place);

@@ -51,7 +51,8 @@ static double expected_atol(const mbsr_ida_opt *opt, char kind, bool rate)
     return own > 0.0 ? own : opt->atol;
 }
 
-/* Scale of the mass on each joint at the start; where there is none the largest. */
+/* Scale of the mass on each joint at the start; of the point, which has none, the largest on joints
+ * that move. */
 static void masses(const mbsr_model *m, mbsr_data *d, const double *q, const double *u,
                    double mass[BODIES])
 {
@@ -63,8 +64,11 @@ static void masses(const mbsr_model *m, mbsr_data *d, const double *q, const dou
     for (int i = 0; i < BODIES; ++i) {
         mbsr_rank_info info;
         assert_ok(mbsr_body_rank(m, d, i, &info), mbsr_data_error(d));
+        int first, n;
+        assert_ok(mbsr_body_coordinates(m, i, NULL, NULL, &first, &n), NULL);
         mass[i] = info.scale;
-        largest = fmax(largest, mass[i]);
+        for (int k = first; k < first + n; ++k)
+            if (velocity_kinds[k] == 'l') largest = fmax(largest, mass[i]);
     }
     assert_true(mass[1] == 0.0);
     mass[1] = largest;

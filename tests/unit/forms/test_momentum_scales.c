@@ -3,6 +3,7 @@
 #include "duration.h"
 #include "expect.h"
 #include "rigid_tree.h"
+#include "units.h"
 
 #include <mbsrank/mbsrank.h>
 #include <mbsrank/driver.h>
@@ -19,44 +20,94 @@ static void run_to_backward(const mbsr_model *m, mbsr_data *d, double t, const d
     assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
 }
 
-/* Of the joint of each body; returns the largest. */
-static double scales_of(const mbsr_model *m, mbsr_data *d, double *scale)
+enum { KINDS = 3 };
+
+/* Of the joint of each body, and the largest by kinds of rates. */
+static void scales_of(const mbsr_model *m, mbsr_data *d, double *scale, double *largest)
 {
-    double largest = 0.0;
+    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
     for (int i = 0; i < mbsr_model_bodies(m); ++i) {
         mbsr_rank_info info;
+        mbsr_coordinate_kind kind[MBSR_MAX_D];
         assert_ok(mbsr_body_rank(m, d, i, &info), mbsr_data_error(d));
+        assert_ok(mbsr_body_coordinate_kinds(m, i, NULL, kind), NULL);
         scale[i] = info.scale;
-        largest = fmax(largest, info.scale);
+        for (int k = 0; k < info.n; ++k)
+            largest[(int)kind[k]] = fmax(largest[(int)kind[k]], info.scale);
     }
-    return largest;
 }
 
-/* The scale of the joint, or 3 % of the diagonal entry; ranks are there afterwards as before.
- * Returns how many are the latter. */
+/* The scale of the joint, or 3 % of the diagonal entry; without mass the largest of the kind, where
+ * there is one. Ranks are there afterwards as before. Returns how many are of the diagonal. */
 static int check(const mbsr_model *m, mbsr_data *d)
 {
     const int nu = mbsr_model_nu(m), bodies = mbsr_model_bodies(m);
     double *mass = calloc((size_t)(nu + 2 * bodies + nu * nu) + 1, sizeof *mass),
-           *scale = mass + nu, *again = scale + bodies, *matrix = again + bodies;
+           *scale = mass + nu, *again = scale + bodies, *matrix = again + bodies, largest[KINDS];
     int raised = 0;
-    const double largest = scales_of(m, d, scale);
+    scales_of(m, d, scale, largest);
     assert_ok(mbsr_momentum_scales(m, d, mass), mbsr_data_error(d));
-    scales_of(m, d, again);
+    scales_of(m, d, again, largest);
     assert_ok(mbsr_mass_matrix(m, d, matrix), mbsr_data_error(d));
     for (int i = 0; i < bodies; ++i) {
         int u, n;
+        mbsr_coordinate_kind kind[MBSR_MAX_D];
         assert_ok(mbsr_body_coordinates(m, i, NULL, NULL, &u, &n), NULL);
+        assert_ok(mbsr_body_coordinate_kinds(m, i, NULL, kind), NULL);
         assert_true(again[i] == scale[i]);
         for (int k = u; k < u + n; ++k) {
             const double locked = 0.03 * matrix[k * (nu + 1)],
-                         expected = scale[i] > 0.0 ? fmax(scale[i], locked) : largest;
-            assert_close(mass[k], expected, 1e-12 * largest);
+                         own = scale[i] > 0.0 ? scale[i] : largest[(int)kind[k - u]],
+                         expected = fmax(own, locked);
+            assert_true(mass[k] > 0.0);
+            if (own > 0.0) assert_close(mass[k], expected, 1e-12 * expected);
             raised += scale[i] > 0.0 && locked > scale[i];
         }
     }
     free(mass);
     return raised;
+}
+
+/* A slider of 2 kg carries a wheel of 1 kg, which carries an arm on a hinge, without mass. */
+static void masses_of_kinds(const units *s, double *mass)
+{
+    const double up[3] = {0.0, 0.0, 1.0}, zero[3] = {0.0};
+    const double tensor = 0.5 * s->mass * s->length * s->length;
+    const mbsr_joint turns = mbsr_joint_revolute(NULL, NULL, up);
+    const mbsr_inertia inertias[3] = {
+        mbsr_inertia_particle(2.0 * s->mass),
+        mbsr_inertia_rigid(s->mass, zero, (const double[6]){tensor, tensor, tensor}),
+        mbsr_inertia_zero()};
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < 3; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = k - 1;
+        body.joint = k == 0 ? mbsr_joint_prismatic(NULL, NULL, up) : turns;
+        body.inertia = inertias[k];
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    run_to_backward(m, d, 0.0, zero, zero);
+    assert_ok(mbsr_momentum_scales(m, d, mass), mbsr_data_error(d));
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+/* The arm has the wheel's kg m^2, not the slider's kg. */
+static void no_kind_has_the_mass_of_another(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof systems / sizeof *systems; ++k) {
+        const units *s = systems + k;
+        const double turned = s->mass * s->length * s->length;
+        double mass[3];
+        masses_of_kinds(s, mass);
+        assert_close(mass[1] / turned, 0.5, 1e-12);
+        assert_close(mass[2] / mass[1], 1.0, 1e-12);
+    }
 }
 
 static void light_carriers_are_tested_as_what_they_carry(void **state)
@@ -115,6 +166,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_carriers_are_tested_as_what_they_carry),
+        cmocka_unit_test(no_kind_has_the_mass_of_another),
         cmocka_unit_test(random_trees),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
