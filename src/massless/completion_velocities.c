@@ -12,6 +12,7 @@
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 
+#include <float.h>
 #include <math.h>
 
 /* Corrections, relative to what they correct: of velocities, and of loop forces where these hold
@@ -106,6 +107,15 @@ static bool settled(const mbsr_completion *w, corrections now, corrections last,
            (mbsri_completion_converged(now.force, last.force, enough, near) || balances(w));
 }
 
+/* Whether what is left is less than u can tell: a matrix of this state corrects u by less than its
+ * rounding, and loop forces over and over by as little. */
+static bool stands(const mbsr_completion *w, corrections now, corrections last, bool fresh)
+{
+    static const double rounding = 4.0 * DBL_EPSILON;
+    return w->m->rows > 0 && fresh && fmax(now.speed, last.speed) <= rounding && now.force < 1.0 &&
+           now.force >= 0.5 * last.force;
+}
+
 static int settle(mbsr_completion *w)
 {
     enum { MOST = 30 };
@@ -127,7 +137,7 @@ static int settle(mbsr_completion *w)
         /* the first corrections of closed models are impulses, not forces */
         const bool forces = closed && (w->elastic || !w->deficient || step > 0);
         const corrections now = measure(w, c, forces);
-        if (step > 0 && nothing_left(now)) return MBSR_OK;
+        if (step > 0 && (nothing_left(now) || stands(w, now, last, again))) return MBSR_OK;
         if (take_off_linearly(w, c, now, last)) return MBSR_OK;
         status = take_off(w, c, forces);
         if (status || ((forces || !closed) && settled(w, now, last, fresh || again))) return status;
