@@ -21,7 +21,7 @@ static void spread(mbsri_report *r, int c, const double *x, double *weights)
         const double *u = w->direction + (size_t)l * (size_t)w->m->nu;
         size[a] = 0.0;
         for (int k = w->from[l]; k < w->to[l] && x[a] != 0.0; ++k)
-            size[a] = fmax(size[a], fabs(x[a] * u[k]) / w->span[k]);
+            size[a] = fmax(size[a], fabs(x[a] * u[k]) / w->scale.span[k]);
         largest = fmax(largest, size[a]);
     }
     for (int a = 0; a < c; ++a) {
@@ -34,7 +34,7 @@ static void spread(mbsri_report *r, int c, const double *x, double *weights)
 static double report_least(const mbsri_report *r)
 {
     double size = 0.0;
-    for (int k = 0; k < r->w.m->nu; ++k) size = fmax(size, fabs(r->u[k]) / r->w.span[k]);
+    for (int k = 0; k < r->w.m->nu; ++k) size = fmax(size, fabs(r->u[k]) / r->w.scale.span[k]);
     return 1e-6 * size;
 }
 
@@ -47,7 +47,8 @@ static void drop_rates(mbsri_report *r)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double size = 0.0;
-        for (int k = b->u; k < b->u + b->n; ++k) size = fmax(size, fabs(r->u[k]) / r->w.span[k]);
+        for (int k = b->u; k < b->u + b->n; ++k)
+            size = fmax(size, fabs(r->u[k]) / r->w.scale.span[k]);
         if (mbsri_twist_size(&r->w, i, r->twist) < least) mbsri_zero((size_t)b->d, r->twist + b->v);
         if (size >= least) continue;
         mbsri_zero((size_t)b->n, r->u + b->u);

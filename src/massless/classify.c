@@ -24,9 +24,10 @@ static void join(mbsri_report *r, int b, int number, int *count)
 /* Joins what some element sees together with direction a. */
 static void join_seen(mbsri_report *r, int a, int number, int *count)
 {
-    const mbsri_row *row = r->w.rows.data;
-    for (size_t n = 0; n < r->w.rows.count; ++n, ++row) {
-        const mbsri_row_entry *entry = (const mbsri_row_entry *)r->w.entries.data + row->first;
+    const mbsri_row *row = r->w.element.rows.data;
+    for (size_t n = 0; n < r->w.element.rows.count; ++n, ++row) {
+        const mbsri_row_entry *entry =
+            (const mbsri_row_entry *)r->w.element.entries.data + row->first;
         bool seen = false;
         for (int k = 0; k < row->count && !seen; ++k)
             seen = entry[k].direction == a && entry[k].value != 0.0;
@@ -165,7 +166,7 @@ static int classify_by_slopes(mbsri_report *r, int c, mbsr_index_report *report)
 /* Elastic and undetermined directions among Z (c x e). */
 static int classify_elastic(mbsri_report *r, int c, int e)
 {
-    const mbsri_reduction *seen = &r->w.seen;
+    const mbsri_reduction *seen = &r->w.element.seen;
     int status = mbsri_seen_by_springs(&r->w, c, r->member, e, r->Z, r->Z_error);
     if (status) return status;
     const int elastic = seen->rank, open = e - elastic;
@@ -186,7 +187,7 @@ static int classify_elastic(mbsri_report *r, int c, int e)
 
 static int classify_by_rows(mbsri_report *r, int c, mbsr_index_report *report)
 {
-    const mbsri_reduction *seen = &r->w.seen;
+    const mbsri_reduction *seen = &r->w.element.seen;
     int status = mbsri_seen_by_dampers(&r->w, c, r->member);
     const int damped = status ? 0 : seen->rank, e = c - damped;
     if (damped > 0) status = condition(r, c, damped, report);

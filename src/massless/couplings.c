@@ -113,19 +113,20 @@ static void find_directions(const mbsri_null_space *w, const tables *t)
 static void give_colours(mbsri_null_space *w, bool *seen)
 {
     const int k = w->k;
-    w->colours = 0;
+    w->difference.colours = 0;
     for (int l = 0; l < k; ++l) {
-        const bool *affects = w->affects + (size_t)l * (size_t)k;
+        const bool *affects = w->difference.affects + (size_t)l * (size_t)k;
         int c = 0;
-        for (; c < w->colours; ++c) {
+        for (; c < w->difference.colours; ++c) {
             const bool *used = seen + (size_t)c * (size_t)k;
             int a = 0;
             while (a < k && !(affects[a] && used[a])) ++a;
             if (a == k) break;
         }
-        if (c == w->colours) memset(seen + (size_t)w->colours++ * (size_t)k, 0, (size_t)k);
+        if (c == w->difference.colours)
+            memset(seen + (size_t)w->difference.colours++ * (size_t)k, 0, (size_t)k);
         join(k, affects, seen + (size_t)c * (size_t)k);
-        w->colour[l] = c;
+        w->difference.colour[l] = c;
     }
 }
 
@@ -133,10 +134,10 @@ void mbsri_null_couple(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     const size_t k = (size_t)w->k, rows = (size_t)m->bodies + 1, size = rows * k;
-    bool *const place = w->tables;
+    bool *const place = w->difference.tables;
     const tables t = {place, place + size, place + 2 * size, place + 3 * size};
     memset(place, 0, 4 * size);
-    memset(w->affects, 0, k * k);
+    memset(w->difference.affects, 0, k * k);
     for (int l = 0; l < w->k; ++l) {
         for (int i = 1; i <= m->bodies; ++i) {
             const size_t at = (size_t)i * k + (size_t)l;
@@ -152,7 +153,7 @@ void mbsri_null_couple(mbsri_null_space *w)
     for (int l = 0; l < w->k; ++l) {
         for (size_t i = 1; i < rows; ++i) {
             if (t.changed[i * k + (size_t)l])
-                join(w->k, t.depends + i * k, w->affects + (size_t)l * k);
+                join(w->k, t.depends + i * k, w->difference.affects + (size_t)l * k);
         }
     }
     give_colours(w, place + 4 * size);

@@ -5,8 +5,9 @@
 
 #include "massless/null_space.h"
 
-/* Sets w->affects and w->colour from the directions, their twists and q_rate: directions of one
- * colour do not act on one and the same, so that one difference quotient serves all of them. */
+/* Sets w->difference.affects and w->difference.colour from the directions, their twists and q_rate:
+ * directions of one colour do not act on one and the same, so that one difference quotient serves
+ * all of them. */
 void mbsri_null_couple(mbsri_null_space *w);
 
 #endif

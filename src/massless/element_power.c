@@ -27,7 +27,7 @@ bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *m
 static double along(const mbsri_null_space *w, int bodies, const double *a, const double *twist,
                     const double *y, bool sizes)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     double sum = 0.0;
     for (int k = 0; k < bodies; ++k) {
         if (s->row[k] < 0) continue;
@@ -53,14 +53,14 @@ double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *
 
 double mbsri_element_error(const mbsri_null_space *w, int bodies, int l, const double *y)
 {
-    return along(w, bodies, w->rate_error + (size_t)l * (size_t)w->m->nu,
-                 w->twist_error + (size_t)l * w->m->size.v, y, true);
+    return along(w, bodies, w->lift.rate_error + (size_t)l * (size_t)w->m->nu,
+                 w->lift.twist_error + (size_t)l * w->m->size.v, y, true);
 }
 
 double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *twist,
                            const double *y)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     double sum = 0.0;
     int turns, rotation, moves, translation;
     for (int k = 0; k < bodies; ++k) {

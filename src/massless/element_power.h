@@ -1,5 +1,5 @@
 /* Power of a force element along the directions that move no mass: of forces in the order of its
- * derivatives' rows, those in w->slope.
+ * derivatives' rows, those in w->element.slope.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_ELEMENT_POWER_H
 #define MBSRI_ELEMENT_POWER_H

@@ -31,7 +31,7 @@ static void add_columns(const mbsri_slopes *s, int at, int count, const double *
 static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, const double *x,
                       double *gross)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     int turns, rotation, moves, translation;
     if (!x || !mbsri_element_places(b, &turns, &rotation, &moves, &translation)) return;
     const double spin = mbsri_largest(turns, x + rotation),
@@ -48,9 +48,9 @@ static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, co
 static void add_orientation(const mbsri_null_space *w, int bodies, double *gross)
 {
     for (int k = 0; k < bodies; ++k) {
-        if (w->slope.row[k] < 0) continue;
+        if (w->element.slope.row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
-        double *torque = gross + w->slope.row[k] + b->d;
+        double *torque = gross + w->element.slope.row[k] + b->d;
         if (b->nq != b->n + 1 || b->n < 3) continue;
         const double trace = 0.1 * mbsri_largest(3, torque);
         for (int r = 0; r < 3; ++r) torque[r] += trace;
@@ -60,7 +60,7 @@ static void add_orientation(const mbsri_null_space *w, int bodies, double *gross
 bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_motion x, bool arms,
                          double *y, double *gross)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     mbsri_zero((size_t)s->out.rows, y);
     mbsri_zero((size_t)s->out.rows, gross);
     for (int k = 0; k < bodies; ++k) {
@@ -87,7 +87,7 @@ bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_motion x, 
 
 double mbsri_element_work(const mbsri_null_space *w, int bodies, const double *gross)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     int turns, rotation, moves, translation;
     double largest = 0.0;
     for (int k = 0; k < bodies; ++k) {
@@ -97,7 +97,7 @@ double mbsri_element_work(const mbsri_null_space *w, int bodies, const double *g
         const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
         for (int r = 0; r < b->d + b->n; ++r) {
             const bool turn = rigid && r >= rotation && r < rotation + turns;
-            const double size = r >= b->d ? w->span[b->u + r - b->d] : turn ? 1.0 : w->size;
+            const double size = r >= b->d ? w->scale.span[b->u + r - b->d] : turn ? 1.0 : w->size;
             largest = fmax(largest, size * f[r]);
         }
     }
@@ -107,7 +107,7 @@ double mbsri_element_work(const mbsri_null_space *w, int bodies, const double *g
 bool mbsri_element_stands_out(const mbsri_null_space *w, int bodies, double least, const double *y,
                               const double *gross)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     const double trace = 1e-9 * mbsri_element_work(w, bodies, gross);
     int turns, rotation, moves, translation;
     for (int k = 0; k < bodies; ++k) {
@@ -116,7 +116,7 @@ bool mbsri_element_stands_out(const mbsri_null_space *w, int bodies, double leas
         const double *f = y + s->row[k], *size = gross + s->row[k];
         const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
         for (int r = rigid ? b->d : 0; r < b->d + b->n; ++r) {
-            const double span = r < b->d ? 1.0 : w->span[b->u + r - b->d];
+            const double span = r < b->d ? 1.0 : w->scale.span[b->u + r - b->d];
             if (fabs(f[r]) > least * (size[r] + trace / span)) return true;
         }
         if (!rigid) continue;
@@ -165,17 +165,17 @@ static columns columns_of(const mbsri_null_space *w, int k, bool velocity)
 {
     const mbsr_force_body *body = w->d->element.bodies + k;
     const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
-    const int at = w->slope.column[k];
+    const int at = w->element.slope.column[k];
     columns c = {.b = b, .at = at, .count = mbsri_pose_size(b)};
     c.joint = mbsri_q_column(body, at);
     c.joint_count = b->nq;
-    c.scale = w->q_scale + b->q;
+    c.scale = w->scale.q + b->q;
     if (velocity) {
         c.at = mbsri_V_column(body, at);
         c.count = b->d;
         c.joint = mbsri_u_column(body, at);
         c.joint_count = b->n;
-        c.scale = w->span + b->u;
+        c.scale = w->scale.span + b->u;
     }
     c.rigid = mbsri_element_places(b, &c.turns, &c.rotation, &c.moves, &c.translation);
     return c;
@@ -196,15 +196,15 @@ static double typical_size(const mbsri_null_space *w, const columns *c, int l)
 static const double *column_of(const mbsri_null_space *w, const columns *c, int l)
 {
     const int at = l < c->count ? c->at + l : c->joint + l - c->count;
-    return w->slope.matrix + (size_t)at * (size_t)w->slope.out.rows;
+    return w->element.slope.matrix + (size_t)at * (size_t)w->element.slope.out.rows;
 }
 
 void mbsri_element_strain(const mbsri_null_space *w, int bodies, bool velocity, double *gross)
 {
-    const int rows = w->slope.out.rows;
+    const int rows = w->element.slope.out.rows;
     mbsri_zero((size_t)rows, gross);
     for (int k = 0; k < bodies; ++k) {
-        if (w->slope.row[k] < 0) continue;
+        if (w->element.slope.row[k] < 0) continue;
         const columns c = columns_of(w, k, velocity);
         for (int l = 0; l < c.count + c.joint_count; ++l) {
             const double size = typical_size(w, &c, l), *column = column_of(w, &c, l);
@@ -220,10 +220,10 @@ void mbsri_element_strain(const mbsri_null_space *w, int bodies, bool velocity, 
 static void find_threshold(const mbsri_null_space *w, int bodies, bool velocity, mbsri_motion x,
                            double share, double least, double *gross)
 {
-    const int rows = w->slope.out.rows;
+    const int rows = w->element.slope.out.rows;
     mbsri_zero((size_t)rows, gross);
     for (int k = 0; k < bodies; ++k) {
-        if (w->slope.row[k] < 0) continue;
+        if (w->element.slope.row[k] < 0) continue;
         const columns c = columns_of(w, k, velocity);
         const double *twist = (velocity ? x.V : x.pose) + c.b->v,
                      *joint = velocity ? x.u + c.b->u : x.q + c.b->q;
@@ -254,10 +254,10 @@ int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const d
     *resists = false;
     for (int i = 1; i <= (every ? m->bodies : 1) && !*resists; ++i) {
         if (!mbsri_element_moves(w, force, every ? i : 0, a, twist)) continue;
-        const int status = mbsri_force_slopes(m, w->d, force, i, &w->slope);
+        const int status = mbsri_force_slopes(m, w->d, force, i, &w->element.slope);
         if (status) return status;
         const int bodies = every ? 1 : force->def.bodies;
-        double *y = w->reaction, *gross = y + w->slope.out.rows;
+        double *y = w->element.reaction, *gross = y + w->element.slope.out.rows;
         if (!mbsri_element_react(w, bodies, x, true, y, gross)) continue;
         find_threshold(w, bodies, velocity, x, share, least, gross);
         *resists = mbsri_element_stands_out(w, bodies, 1.0, y, gross);

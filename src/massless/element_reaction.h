@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * All but mbsri_element_resists and mbsri_element_moves read the derivatives of one element,
- * w->slope; `rows` are those of its forces, of `bodies` bodies. */
+ * w->element.slope; `rows` are those of its forces, of `bodies` bodies. */
 #ifndef MBSRI_ELEMENT_REACTION_H
 #define MBSRI_ELEMENT_REACTION_H
 
@@ -39,7 +39,7 @@ bool mbsri_element_moves(const mbsri_null_space *w, const mbsri_force *force, in
 /* Whether an element's forces change along a direction a (nu) with its twist (size_v) and q' (nq),
  * with the rates (velocity) or with the positions: by more than the largest that one number of this
  * motion, times `share`, or one typical rate, times `least`, changes them by. The data is at
- * mbsri_velocities of the state; writes w->slope. */
+ * mbsri_velocities of the state; writes w->element.slope. */
 int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const double *a,
                           const double *twist, const double *q_rate, bool velocity, double share,
                           double least, bool *resists);

@@ -20,7 +20,7 @@ static const double clear = 10.0;
 /* ---- derivatives as sums of products ---- */
 
 /* The coordinates of an element in which forces and rates are dual: their places among its rows and
- * columns, and typical sizes. Work of one element, in w->factor. */
+ * columns, and typical sizes. Work of one element, in w->element.factor. */
 typedef struct duals {
     int count, *row, *column;
     double *span, *F; /* count; count x count */
@@ -56,7 +56,7 @@ static void drop_traces(int n, size_t rows, const double *span, double *A)
  * coordinates are not as many as its rates. */
 static bool turn_to_rates(mbsri_null_space *w, int k, int i)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     const mbsr_force_body *body = w->d->element.bodies + k;
     const mbsri_body *b = w->m->body + i;
     const size_t rows = (size_t)s->out.rows;
@@ -72,7 +72,7 @@ static bool turn_to_rates(mbsri_null_space *w, int k, int i)
         mbsri_ax(s->out.rows, b->nq, 1.0, by_q, rate, by_u + (size_t)c * rows);
     }
     mbsri_copy((size_t)b->n, given, u);
-    drop_traces(b->n, rows, w->span + b->u, by_u + s->row[k] + b->d);
+    drop_traces(b->n, rows, w->scale.span + b->u, by_u + s->row[k] + b->d);
     return done;
 }
 
@@ -107,7 +107,7 @@ static void twist_spans(const mbsri_null_space *w, const mbsri_body *b, double *
 /* False where positions are told by other numbers than rates. */
 static bool find_duals(mbsri_null_space *w, int bodies, bool velocity, duals *x)
 {
-    const mbsri_slopes *s = &w->slope;
+    const mbsri_slopes *s = &w->element.slope;
     for (int k = 0; k < bodies; ++k) {
         const mbsr_force_body *body = w->d->element.bodies + k;
         if (s->row[k] < 0) continue;
@@ -115,22 +115,22 @@ static bool find_duals(mbsri_null_space *w, int bodies, bool velocity, duals *x)
         const mbsri_body *b = w->m->body + i;
         const int poses = mbsri_pose_size(b);
         if (velocity) {
-            twist_spans(w, b, w->reaction);
-            add_duals(x, s->row[k], mbsri_V_column(body, at), b->d, w->reaction);
-            add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->span + b->u);
+            twist_spans(w, b, w->element.reaction);
+            add_duals(x, s->row[k], mbsri_V_column(body, at), b->d, w->element.reaction);
+            add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->scale.span + b->u);
             continue;
         }
         if (poses == b->d) {
-            twist_spans(w, b, w->reaction);
-            add_duals(x, s->row[k], at, b->d, w->reaction);
+            twist_spans(w, b, w->element.reaction);
+            add_duals(x, s->row[k], at, b->d, w->element.reaction);
         } else if (!are_zero(s, at, poses)) {
             return false;
         }
         if (b->nq == b->n) {
-            add_duals(x, s->row[k] + b->d, mbsri_q_column(body, at), b->n, w->span + b->u);
+            add_duals(x, s->row[k] + b->d, mbsri_q_column(body, at), b->n, w->scale.span + b->u);
         } else if (!are_zero(s, mbsri_q_column(body, at), b->nq)) {
             if (!turn_to_rates(w, k, i)) return false;
-            add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->span + b->u);
+            add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->scale.span + b->u);
         }
     }
     return true;
@@ -183,12 +183,13 @@ static double take_factor(const duals *x, double least, double *l, double *gross
 static bool rates_are_own(const mbsri_null_space *w, int bodies, const double *l, int direction)
 {
     const double *a = w->direction + (size_t)direction * (size_t)w->m->nu,
-                 *rate = w->q_rate + (size_t)direction * (size_t)w->m->nq;
+                 *rate = w->element.q_rate + (size_t)direction * (size_t)w->m->nq;
     for (int k = 0; k < bodies; ++k) {
-        if (w->slope.row[k] < 0) continue;
+        if (w->element.slope.row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         for (int c = 0; c < b->n && b->nq == b->n; ++c) {
-            if (l[w->slope.row[k] + b->d + c] != 0.0 && a[b->u + c] != rate[b->q + c]) return false;
+            if (l[w->element.slope.row[k] + b->d + c] != 0.0 && a[b->u + c] != rate[b->q + c])
+                return false;
         }
     }
     return true;
@@ -200,7 +201,7 @@ static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *
 {
     const mbsr_model *m = w->m;
     for (int n = 0; n < moving; ++n) {
-        const int to = w->moving[n];
+        const int to = w->element.moving[n];
         const double *a = w->direction + (size_t)to * (size_t)m->nu,
                      *twist = w->twist + (size_t)to * m->size.v;
         double size;
@@ -210,7 +211,8 @@ static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *
                                  (size + mbsri_element_doubt(w, bodies, twist, l)) +
                              mbsri_element_error(w, bodies, to, gross);
         if (size == 0.0 && error == 0.0) continue;
-        mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + w->entries.count++;
+        mbsri_row_entry *entry =
+            (mbsri_row_entry *)w->element.entries.data + w->element.entries.count++;
         *entry = (mbsri_row_entry){to, fabs(value) > clear * error ? value : 0.0, error};
         ++row->count;
     }
@@ -222,23 +224,26 @@ static bool add_rows(mbsri_null_space *w, int number, int moving, bool velocity,
 {
     const mbsri_force *force = (const mbsri_force *)w->m->forces.data + number;
     const mbsr_allocator *allocator = &w->m->allocator;
-    const int bodies = force->def.bodies, span = w->factor_size;
-    duals x = {.row = w->factor_places, .column = w->factor_places + span, .span = w->factor};
-    double *share = x.span + span, *l = w->reaction, *gross = l + w->slope.out.rows,
-           *rest = gross + w->slope.out.rows;
+    const int bodies = force->def.bodies, span = w->element.factor_size;
+    duals x = {.row = w->element.factor_places,
+               .column = w->element.factor_places + span,
+               .span = w->element.factor};
+    double *share = x.span + span, *l = w->element.reaction, *gross = l + w->element.slope.out.rows,
+           *rest = gross + w->element.slope.out.rows;
     x.size = share + span;
     x.F = x.size + span;
     if (!find_duals(w, bodies, velocity, &x)) return false;
-    const double largest = load(&w->slope, &x);
+    const double largest = load(&w->element.slope, &x);
     for (int turn = 0; turn < x.count && largest > 0.0; ++turn) {
         const double slope = take_factor(&x, nothing * largest, share, rest);
         if (slope == 0.0) break;
-        *memory = mbsri_reserve(allocator, &w->rows, 1, sizeof(mbsri_row)) &&
-                  mbsri_reserve(allocator, &w->entries, (size_t)moving, sizeof(mbsri_row_entry));
+        *memory =
+            mbsri_reserve(allocator, &w->element.rows, 1, sizeof(mbsri_row)) &&
+            mbsri_reserve(allocator, &w->element.entries, (size_t)moving, sizeof(mbsri_row_entry));
         if (!*memory) return false;
-        mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
-        *row = (mbsri_row){number, velocity, slope, w->entries.count, 0};
-        mbsri_zero(2 * (size_t)w->slope.out.rows, l);
+        mbsri_row *row = (mbsri_row *)w->element.rows.data + w->element.rows.count++;
+        *row = (mbsri_row){number, velocity, slope, w->element.entries.count, 0};
+        mbsri_zero(2 * (size_t)w->element.slope.out.rows, l);
         for (int k = 0; k < x.count; ++k) {
             l[x.row[k]] = share[k] / x.span[k];
             gross[x.row[k]] = rest[k] / x.span[k];
@@ -253,7 +258,7 @@ static bool add_rows(mbsri_null_space *w, int number, int moving, bool velocity,
 
 int mbsri_element_rows(mbsri_null_space *w, int number, int moving, bool velocity)
 {
-    const size_t rows = w->rows.count, entries = w->entries.count;
+    const size_t rows = w->element.rows.count, entries = w->element.entries.count;
     bool memory = true;
     if (moving == 0 || add_rows(w, number, moving, velocity, &memory)) return MBSR_OK;
     if (!memory) {
@@ -261,44 +266,45 @@ int mbsri_element_rows(mbsri_null_space *w, int number, int moving, bool velocit
                           "%s: no memory for what force elements see of %d null directions",
                           w->function, w->k);
     }
-    w->rows.count = rows;
-    w->entries.count = entries;
-    for (int n = 0; n < moving; ++n) w->dense[velocity ? 0 : 1][w->moving[n]] = true;
+    w->element.rows.count = rows;
+    w->element.entries.count = entries;
+    for (int n = 0; n < moving; ++n)
+        w->element.dense[velocity ? 0 : 1][w->element.moving[n]] = true;
     return MBSR_OK;
 }
 
 /* ---- of some directions ---- */
 
-/* w->place (k): of each direction among these, -1: none of them. */
+/* w->element.place (k): of each direction among these, -1: none of them. */
 static void find_places(const mbsri_null_space *w, int count, const int *direction)
 {
-    for (int l = 0; l < w->k; ++l) w->place[l] = -1;
-    for (int n = 0; n < count; ++n) w->place[direction[n]] = n;
+    for (int l = 0; l < w->k; ++l) w->element.place[l] = -1;
+    for (int n = 0; n < count; ++n) w->element.place[direction[n]] = n;
 }
 
 static const mbsri_row_entry *entries_of(const mbsri_null_space *w, const mbsri_row *row)
 {
-    return (const mbsri_row_entry *)w->entries.data + row->first;
+    return (const mbsri_row_entry *)w->element.entries.data + row->first;
 }
 
 static bool sees_some(const mbsri_null_space *w, const mbsri_row *row)
 {
     const mbsri_row_entry *entry = entries_of(w, row);
     for (int k = 0; k < row->count; ++k) {
-        if (w->place[entry[k].direction] >= 0 && entry[k].value != 0.0) return true;
+        if (w->element.place[entry[k].direction] >= 0 && entry[k].value != 0.0) return true;
     }
     return false;
 }
 
 bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction, bool velocity)
 {
-    const mbsri_row *row = w->rows.data;
+    const mbsri_row *row = w->element.rows.data;
     double slope = 0.0;
     for (int n = 0; n < count; ++n) {
-        if (w->dense[velocity ? 0 : 1][direction[n]]) return false;
+        if (w->element.dense[velocity ? 0 : 1][direction[n]]) return false;
     }
     find_places(w, count, direction);
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+    for (size_t r = 0; r < w->element.rows.count; ++r, ++row) {
         if (row->velocity != velocity || !sees_some(w, row)) continue;
         if ((row->slope > 0.0) != (slope > 0.0) && slope != 0.0) return false;
         slope = row->slope;
@@ -309,10 +315,10 @@ bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction
 int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction, bool velocity,
                       double *B, double *error)
 {
-    const mbsri_row *row = w->rows.data;
+    const mbsri_row *row = w->element.rows.data;
     int found = 0;
     find_places(w, count, direction);
-    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+    for (size_t r = 0; r < w->element.rows.count; ++r, ++row) {
         const mbsri_row_entry *entry = entries_of(w, row);
         const size_t column = (size_t)found * (size_t)count;
         if (row->velocity != velocity || !sees_some(w, row)) continue;
@@ -321,7 +327,7 @@ int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction
         mbsri_zero((size_t)count, B + column);
         mbsri_zero((size_t)count, error + column);
         for (int k = 0; k < row->count; ++k) {
-            const int n = w->place[entry[k].direction];
+            const int n = w->element.place[entry[k].direction];
             if (n < 0) continue;
             B[column + (size_t)n] = entry[k].value;
             error[column + (size_t)n] = entry[k].error;

@@ -15,7 +15,7 @@
 
 #include "massless/null_space.h"
 
-/* Of one factor l: what it sees of `count` directions, from `first` of w->entries on. */
+/* Of one factor l: what it sees of `count` directions, from `first` of w->element.entries on. */
 typedef struct mbsri_row {
     int element; /* number of the force element */
     bool velocity;
@@ -29,9 +29,10 @@ typedef struct mbsri_row_entry {
     double value, error;
 } mbsri_row_entry;
 
-/* Adds the rows of the element whose derivatives are in w->slope, for `moving` directions
- * w->moving: to its velocities, or positions. Where the derivatives are no such sum, or where an
- * element sees coordinates that are no rates, these directions are noted in w->dense. */
+/* Adds the rows of the element whose derivatives are in w->element.slope, for `moving` directions
+ * w->element.moving: to its velocities, or positions. Where the derivatives are no such sum, or
+ * where an element sees coordinates that are no rates, these directions are noted in
+ * w->element.dense. */
 int mbsri_element_rows(mbsri_null_space *w, int number, int moving, bool velocity);
 
 /* Whether C (velocity) or S of these directions is made of rows alone, all of one sign. */

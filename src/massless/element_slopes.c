@@ -53,7 +53,7 @@ static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const
 {
     const mbsr_model *m = w->m;
     for (int n = 0; n < moving; ++n) {
-        const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k,
+        const size_t k = (size_t)w->element.moving[n], at = (size_t)l * (size_t)w->k + k,
                      across = k * (size_t)w->k + (size_t)l;
         const double *twist = w->twist + k * m->size.v,
                      doubt = rounding * mbsri_element_doubt(w, bodies, twist, doubted) +
@@ -66,44 +66,46 @@ static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const
     }
 }
 
-/* Directions that move something the element sees, or may within their errors, into w->moving. */
+/* Directions that move something the element sees, or may within their errors, into
+ * w->element.moving. */
 static int find_moving(mbsri_null_space *w, const mbsri_force *force)
 {
     const size_t nu = (size_t)w->m->nu, v = w->m->size.v;
     int count = 0;
     for (size_t l = 0; l < (size_t)w->k; ++l) {
         if (mbsri_element_moves(w, force, 0, w->direction + l * nu, w->twist + l * v) ||
-            mbsri_element_moves(w, force, 0, w->rate_error + l * nu, w->twist_error + l * v))
-            w->moving[count++] = (int)l;
+            mbsri_element_moves(w, force, 0, w->lift.rate_error + l * nu,
+                                w->lift.twist_error + l * v))
+            w->element.moving[count++] = (int)l;
     }
     return count;
 }
 
-/* What an element adds to w->strain; strain (rows): of mbsri_element_strain. */
+/* What an element adds to w->element.strain; strain (rows): of mbsri_element_strain. */
 static void add_strain(mbsri_null_space *w, const mbsri_force *force, const double *strain)
 {
     const mbsr_model *m = w->m;
     const int moving = find_moving(w, force);
     for (int n = 0; n < moving; ++n) {
-        const size_t l = (size_t)w->moving[n];
+        const size_t l = (size_t)w->element.moving[n];
         double size;
         (void)mbsri_element_power(w, force->def.bodies, w->direction + l * (size_t)m->nu,
                                   w->twist + l * m->size.v, strain, strain, &size);
-        w->strain[l] += size;
+        w->element.strain[l] += size;
     }
 }
 
 /* Whether what an element exerts is more than what rounding of positions makes of its stiffness;
- * adds this to w->strain. */
+ * adds this to w->element.strain. */
 static int exerts(mbsri_null_space *w, const mbsri_force *force, bool *something)
 {
-    int status = mbsri_force_slopes(w->m, w->d, force, 0, &w->slope);
+    int status = mbsri_force_slopes(w->m, w->d, force, 0, &w->element.slope);
     if (status) return status;
     const int bodies = force->def.bodies;
-    double *y = w->reaction, *gross = y + w->slope.out.rows;
+    double *y = w->element.reaction, *gross = y + w->element.slope.out.rows;
     mbsri_element_strain(w, bodies, false, gross);
     add_strain(w, force, gross);
-    status = mbsri_force_values(w->m, w->d, force, 0, &w->slope, y);
+    status = mbsri_force_values(w->m, w->d, force, 0, &w->element.slope, y);
     *something = mbsri_element_stands_out(w, bodies, 1e3 * DBL_EPSILON, y, gross);
     return status;
 }
@@ -114,17 +116,17 @@ int mbsri_hold_elements(mbsri_null_space *w)
     mbsr_data *d = w->d;
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
-    mbsri_zero((size_t)w->k, w->strain);
+    mbsri_zero((size_t)w->k, w->element.strain);
     mbsri_zero((size_t)m->nu, d->tau);
     mbsri_zero(m->size.v, d->f);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        w->own[k] = usable(m, force + k);
+        w->held.own[k] = usable(m, force + k);
         bool something = false;
-        if (w->own[k]) status = exerts(w, force + k, &something);
+        if (w->held.own[k]) status = exerts(w, force + k, &something);
         if (!status && something) status = mbsri_add_element(m, d, force + k);
     }
-    mbsri_copy((size_t)m->nu, d->tau, w->tau_held);
-    mbsri_copy(m->size.v, d->f, w->f_held);
+    mbsri_copy((size_t)m->nu, d->tau, w->held.tau);
+    mbsri_copy(m->size.v, d->f, w->held.f);
     d->stage = MBSRI_STAGE_VELOCITIES;
     return status;
 }
@@ -136,13 +138,13 @@ int mbsri_element_rate(mbsri_null_space *w, double *rate)
     double springs = 0.0, dampers = 0.0;
     for (size_t k = 0; k < m->forces.count; ++k) {
         if (!usable(m, force + k)) continue;
-        const int status = mbsri_force_slopes(m, w->d, force + k, 0, &w->slope);
+        const int status = mbsri_force_slopes(m, w->d, force + k, 0, &w->element.slope);
         if (status) return status;
         const int bodies = force[k].def.bodies;
-        mbsri_element_strain(w, bodies, false, w->reaction);
-        springs = fmax(springs, mbsri_element_work(w, bodies, w->reaction));
-        mbsri_element_strain(w, bodies, true, w->reaction);
-        dampers = fmax(dampers, mbsri_element_work(w, bodies, w->reaction));
+        mbsri_element_strain(w, bodies, false, w->element.reaction);
+        springs = fmax(springs, mbsri_element_work(w, bodies, w->element.reaction));
+        mbsri_element_strain(w, bodies, true, w->element.reaction);
+        dampers = fmax(dampers, mbsri_element_work(w, bodies, w->element.reaction));
     }
     const double inertia = m->typical.mass * w->size * w->size;
     if (inertia > 0.0)
@@ -157,17 +159,17 @@ static int add_element(mbsri_null_space *w, int number)
 {
     const mbsr_model *m = w->m;
     const mbsri_force *force = (const mbsri_force *)m->forces.data + number;
-    int status = mbsri_force_slopes(m, w->d, force, 0, &w->slope);
+    int status = mbsri_force_slopes(m, w->d, force, 0, &w->element.slope);
     if (status) return status;
     const int bodies = force->def.bodies, moving = find_moving(w, force);
-    double *y = w->reaction, *gross = y + w->slope.out.rows;
+    double *y = w->element.reaction, *gross = y + w->element.slope.out.rows;
     for (int n = 0; n < moving; ++n) {
-        const size_t l = (size_t)w->moving[n];
+        const size_t l = (size_t)w->element.moving[n];
         const double *a = w->direction + l * (size_t)m->nu, *twist = w->twist + l * m->size.v;
         const mbsri_motion rate = {.V = twist, .u = a},
                            shift = {.pose = twist,
-                                    .V = w->V_rate + l * m->size.v,
-                                    .q = w->q_rate + l * (size_t)m->nq};
+                                    .V = w->element.V_rate + l * m->size.v,
+                                    .q = w->element.q_rate + l * (size_t)m->nq};
         if (mbsri_element_react(w, bodies, rate, true, y, gross) &&
             mbsri_element_stands_out(w, bodies, 10.0 * rounding, y, gross) &&
             mbsri_element_react(w, bodies, rate, false, y, gross))
@@ -187,12 +189,12 @@ static int find_touched(const mbsri_null_space *w, int l)
     const double *a = w->direction + (size_t)l * (size_t)m->nu,
                  *twist = w->twist + (size_t)l * m->size.v;
     int count = 0;
-    for (int i = w->first[l]; i <= m->bodies; ++i) {
+    for (int i = w->sums.head[l]; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *before = twist + m->body[b->parent].v;
         if (mbsri_largest(b->n, a + b->u) > 0.0 || mbsri_largest(b->d, twist + b->v) > 0.0 ||
             mbsri_largest(b->pred.d, before) > 0.0)
-            w->touched[count++] = i;
+            w->element.touched[count++] = i;
     }
     return count;
 }
@@ -202,7 +204,7 @@ static int place(mbsri_null_space *w, int count, const double *q, const double *
 {
     int status = MBSR_OK;
     for (int n = 0; n < count && !status; ++n) {
-        const int i = w->touched[n];
+        const int i = w->element.touched[n];
         const mbsri_body *b = w->m->body + i;
         for (int c = 0; c < b->nq; ++c)
             w->d->q[b->iq + c] = step != 0.0 ? q[b->q + c] + step * rate[b->q + c] : q[b->q + c];
@@ -219,24 +221,24 @@ static int velocity_change(mbsri_null_space *w, const double *q, int l)
 {
     const mbsr_model *m = w->m;
     const mbsr_data *d = w->d;
-    const double *rate = w->q_rate + (size_t)l * (size_t)m->nq;
-    double *change = w->V_rate + (size_t)l * m->size.v;
-    const double h = 1e-3 * mbsri_unit_step(m->nq, rate, q, w->q_scale);
+    const double *rate = w->element.q_rate + (size_t)l * (size_t)m->nq;
+    double *change = w->element.V_rate + (size_t)l * m->size.v;
+    const double h = 1e-3 * mbsri_unit_step(m->nq, rate, q, w->scale.q);
     const int count = find_touched(w, l);
     int status = MBSR_OK;
     for (int k = 0; k < 4 && !status; ++k) {
         status = place(w, count, q, rate, mbsri_difference_place(k) * h);
         for (int n = 0; n < count; ++n) {
-            const mbsri_body *b = m->body + w->touched[n];
+            const mbsri_body *b = m->body + w->element.touched[n];
             for (size_t c = b->v; c < b->v + (size_t)b->d; ++c)
                 change[c] += mbsri_difference_weight(k) / (12.0 * h) * d->V[c];
         }
     }
     if (!status) status = place(w, count, q, rate, 0.0);
-    for (int i = w->first[l], n = 0; i <= m->bodies; ++i) {
+    for (int i = w->sums.head[l], n = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double *own = change + b->v;
-        if (n < count && w->touched[n] == i) {
+        if (n < count && w->element.touched[n] == i) {
             const double size = mbsri_largest(b->d, d->V + b->v) / h;
             for (int c = 0; c < b->d; ++c) {
                 if (fabs(own[c]) <= 10.0 * rounding * size) own[c] = 0.0;
@@ -255,7 +257,7 @@ static bool bodies_seen(const mbsri_null_space *w)
     const mbsri_force *force = w->m->forces.data;
     bool some = false;
     for (size_t k = 0; k < w->m->forces.count; ++k)
-        some = some || (w->own[k] && !(force[k].def.table->flags & MBSR_FORCE_JOINT_ONLY));
+        some = some || (w->held.own[k] && !(force[k].def.table->flags & MBSR_FORCE_JOINT_ONLY));
     return some;
 }
 
@@ -264,11 +266,11 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
     const mbsr_model *m = w->m;
     int status = mbsri_positions(m, w->d, t, q);
     if (!status) status = mbsri_velocities(m, w->d, u);
-    mbsri_zero(m->size.v * (size_t)w->k, w->V_rate);
+    mbsri_zero(m->size.v * (size_t)w->k, w->element.V_rate);
     const int changes = bodies_seen(w) ? w->k : 0;
     for (int l = 0; l < changes && !status; ++l) status = velocity_change(w, q, l);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        if (w->own[k]) status = add_element(w, (int)k);
+        if (w->held.own[k]) status = add_element(w, (int)k);
     }
     return status;
 }

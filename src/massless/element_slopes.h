@@ -5,9 +5,10 @@
 
 #include "massless/null_space.h"
 
-/* Finds which elements have derivatives of their own that can be used here, w->own, and keeps their
- * forces at the state, f_held and tau_held, but for rounding, and what positions that are off make
- * of them, w->strain: the data is at mbsri_velocities. Reads w->size, q_scale and span. */
+/* Finds which elements have derivatives of their own that can be used here, w->held.own, and keeps
+ * their forces at the state, f_held and tau_held, but for rounding, and what positions that are off
+ * make of them, w->element.strain: the data is at mbsri_velocities. Reads w->size, q_scale and
+ * span. */
 int mbsri_hold_elements(mbsri_null_space *w);
 
 /* Adds to C, S and their errors what these elements contribute at a state, in closed form. q_rate
@@ -17,7 +18,8 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
 /* Rate at which springs with derivatives of their own move all mass of the model, sqrt(c / m),
  * without springs that at which dampers stop it, d / m, without mass that at which they give way to
  * springs, c / d; c and d with typical sizes as displacements and rates. 0: nothing of that. The
- * data is at mbsri_velocities of a state; reads w->size, q_scale and span; writes w->slope. */
+ * data is at mbsri_velocities of a state; reads w->size, q_scale and span; writes w->element.slope.
+ */
 int mbsri_element_rate(mbsri_null_space *w, double *rate);
 
 #endif

@@ -56,7 +56,8 @@ static void clear_rounded_springs(mbsri_null_space *w, const bool *left_out, con
                 gap += turn + move * lever;
             }
             const double force = c->def.stiffness[k] * gap + c->def.damping[k] * speed * gap;
-            if (fabs(w->lambda[c->row + k]) <= rounding * force) w->lambda[c->row + k] = 0.0;
+            if (fabs(w->held.lambda[c->row + k]) <= rounding * force)
+                w->held.lambda[c->row + k] = 0.0;
         }
     }
 }
@@ -76,7 +77,7 @@ int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const
     if (!status) status = mbsri_loops_springs(&dense, t, q, u, lambda);
     if (!status) status = mbsri_dense_rows(&dense);
     if (!status) {
-        mbsri_copy((size_t)dense.rows, lambda, w->lambda);
+        mbsri_copy((size_t)dense.rows, lambda, w->held.lambda);
         clear_rounded_springs(w, dense.left_out, u);
         mbsri_ranks_here(&dense, dense.other, &ranks);
     }
@@ -146,8 +147,8 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
 {
     const size_t rows = (size_t)c->rows;
     const double *C = w->d->closure_C + c->at + k,
-                 *twist = w->twist_error + (size_t)l * w->m->size.v,
-                 *a = w->rate_error + (size_t)l * (size_t)w->m->nu;
+                 *twist = w->lift.twist_error + (size_t)l * w->m->size.v,
+                 *a = w->lift.rate_error + (size_t)l * (size_t)w->m->nu;
     const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
     const double trace = DBL_EPSILON * w->size * mbsri_direction_size(w, l);
     double sum = 0.0;
@@ -182,10 +183,10 @@ static double seen_of(const mbsri_null_space *w, const mbsri_closure *c, int k, 
 void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
-    const double lever = w->lambda ? lever_of(w) : 0.0;
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->lambda; ++c) {
+    const double lever = w->held.lambda ? lever_of(w) : 0.0;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->held.lambda; ++c) {
         for (int k = 0; k < c->rows; ++k) {
-            const double force = fabs(w->lambda[c->row + k]);
+            const double force = fabs(w->held.lambda[c->row + k]);
             for (int l = 0; l < w->k && force > 0.0; ++l) {
                 const double *twist = w->twist + (size_t)l * w->m->size.v,
                              *a = w->direction + (size_t)l * (size_t)w->m->nu;
@@ -211,8 +212,8 @@ static void fill(mbsri_null_space *w, double lever, double *sizes)
                 const int at = l * rows + c->row + k;
                 double value = 0.0, error = 0.0;
                 if (!mbsri_is_stiff(c, k)) value = seen_of(w, c, k, lever, l, &error);
-                w->seen.A[at] = value / sizes[l];
-                w->seen.error[at] = error / sizes[l];
+                w->element.seen.A[at] = value / sizes[l];
+                w->element.seen.error[at] = error / sizes[l];
             }
         }
     }
@@ -287,27 +288,28 @@ int mbsri_null_leave_held(mbsri_null_space *w)
                  reduced = mbsri_reduction_size(m->rows, w->k) / sizeof(double) + 1;
     int status = mbsri_closure_jacobians(m, w->d);
     if (status || k == 0 || rows == 0) return status;
-    w->seen_room.count = 0;
-    if (!mbsri_reserve(&m->allocator, &w->seen_room, reduced + 2 * k * k + wide, sizeof(double)))
+    w->element.seen_room.count = 0;
+    if (!mbsri_reserve(&m->allocator, &w->element.seen_room, reduced + 2 * k * k + wide,
+                       sizeof(double)))
         return no_memory(w);
-    double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k,
-           *sizes = w->unmixed;
-    mbsri_reduction_place(&w->seen, m->rows, w->k, w->seen_room.data);
+    double *T = (double *)w->element.seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k,
+           *sizes = w->sums.gamma;
+    mbsri_reduction_place(&w->element.seen, m->rows, w->k, w->element.seen_room.data);
     fill(w, lever_of(w), sizes);
-    mbsri_reduce(&w->seen, m->rows, w->k, w->k, LEAST, NULL);
-    const int count = w->k - w->seen.rank;
+    mbsri_reduce(&w->element.seen, m->rows, w->k, w->k, LEAST, NULL);
+    const int count = w->k - w->element.seen.rank;
     for (size_t l = 0; l < (size_t)count; ++l) {
-        mbsri_right_null(&w->seen, (int)l, T + l * k, dT + l * k);
+        mbsri_right_null(&w->element.seen, (int)l, T + l * k, dT + l * k);
         for (size_t a = 0; a < k; ++a) T[l * k + a] /= sizes[a], dT[l * k + a] /= sizes[a];
     }
-    combine(nu, w->k, count, T, dT, w->direction, w->rate_error, old);
-    combine(m->size.v, w->k, count, T, dT, w->twist, w->twist_error, old);
-    combine(nq, w->k, count, T, dT, w->q_rate, NULL, old);
+    combine(nu, w->k, count, T, dT, w->direction, w->lift.rate_error, old);
+    combine(m->size.v, w->k, count, T, dT, w->twist, w->lift.twist_error, old);
+    combine(nq, w->k, count, T, dT, w->element.q_rate, NULL, old);
     restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
     restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);
-    for (int l = 0; l < count; ++l) w->first[l] = 1;
+    for (int l = 0; l < count; ++l) w->sums.head[l] = 1;
     w->k = count;
-    w->mixed = false;
+    w->sums.on = false;
     return MBSR_OK;
 }
 
@@ -319,11 +321,12 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
 {
     const mbsri_closure *c = (const mbsri_closure *)w->m->closures.data + closure;
     double *A = velocity ? w->C : w->S, *error = velocity ? w->C_error : w->S_error;
-    const size_t entries = w->entries.count;
-    if (!mbsri_reserve(&w->m->allocator, &w->rows, 1, sizeof(mbsri_row)) ||
-        !mbsri_reserve(&w->m->allocator, &w->entries, (size_t)w->k, sizeof(mbsri_row_entry)))
+    const size_t entries = w->element.entries.count;
+    if (!mbsri_reserve(&w->m->allocator, &w->element.rows, 1, sizeof(mbsri_row)) ||
+        !mbsri_reserve(&w->m->allocator, &w->element.entries, (size_t)w->k,
+                       sizeof(mbsri_row_entry)))
         return no_memory(w);
-    mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + entries;
+    mbsri_row_entry *entry = (mbsri_row_entry *)w->element.entries.data + entries;
     for (int l = 0; l < w->k; ++l) {
         double doubt;
         const double value = seen_of(w, c, k, lever, l, &doubt);
@@ -336,9 +339,9 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
                                              entry[a].error * fabs(entry[b].value));
         }
     }
-    mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
+    mbsri_row *row = (mbsri_row *)w->element.rows.data + w->element.rows.count++;
     *row = (mbsri_row){-1 - closure, velocity, -weight, entries, w->k};
-    w->entries.count += (size_t)w->k;
+    w->element.entries.count += (size_t)w->k;
     return MBSR_OK;
 }
 

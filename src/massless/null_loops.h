@@ -12,9 +12,9 @@
 
 #include "massless/null_space.h"
 
-/* w->lambda of the motion at a state, from the equations of motion (loops/motion.h): redundant rows
- * share by least norm, stiff ones by least energy. *independent: rank of the rigid rows. Statuses
- * of mbsr_forward_dynamics. The data is at mbsri_velocities of the state. */
+/* w->held.lambda of the motion at a state, from the equations of motion (loops/motion.h): redundant
+ * rows share by least norm, stiff ones by least energy. *independent: rank of the rigid rows.
+ * Statuses of mbsr_forward_dynamics. The data is at mbsri_velocities of the state. */
 int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,
                            int *independent);
 
@@ -26,8 +26,8 @@ int mbsri_null_leave_held(mbsri_null_space *w);
  * derivatives of closures. */
 void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes);
 
-/* Adds to C and S what stiff rows contribute, and a row each to w->rows (element_rows.h), whose
- * element is -1 - closure. */
+/* Adds to C and S what stiff rows contribute, and a row each to w->element.rows (element_rows.h),
+ * whose element is -1 - closure. */
 int mbsri_null_stiff_rows(mbsri_null_space *w);
 
 /* Whether the closure has a stiff row with damping (velocity), or a stiff row, that sees the

@@ -55,18 +55,20 @@ static void add_sizes(mbsri_null_space *w, double *sizes)
 static int difference(mbsri_null_space *w, double t, const double *q, const double *u,
                       const double *rate, const double *a, double h, int row)
 {
-    double *slopes = w->slopes + (size_t)row * (size_t)w->k,
-           *sizes = w->sizes + (size_t)row * (size_t)w->k;
+    double *slopes = w->difference.slopes + (size_t)row * (size_t)w->k,
+           *sizes = w->difference.sizes + (size_t)row * (size_t)w->k;
     mbsri_zero((size_t)w->k, sizes);
     for (int side = 0; side < 2; ++side) {
         const double step = side ? h : -h;
         for (int k = 0; k < w->m->nq; ++k) w->q[k] = q[k] + (rate ? step * rate[k] : 0.0);
         for (int k = 0; k < w->m->nu; ++k) w->u[k] = u[k] + (a ? step * a[k] : 0.0);
-        const int status = mbsri_null_gamma(w, t, w->q, w->u, side ? w->ahead : w->behind);
+        const int status =
+            mbsri_null_gamma(w, t, w->q, w->u, side ? w->difference.ahead : w->difference.behind);
         if (status) return status;
         add_sizes(w, sizes);
     }
-    for (int l = 0; l < w->k; ++l) slopes[l] = (w->ahead[l] - w->behind[l]) / (2.0 * h);
+    for (int l = 0; l < w->k; ++l)
+        slopes[l] = (w->difference.ahead[l] - w->difference.behind[l]) / (2.0 * h);
     return MBSR_OK;
 }
 
@@ -80,9 +82,10 @@ static double choose(const mbsri_null_space *w, int l, int decades, double share
     bool constant = true;
     for (int e = 0; e < decades; ++e, share *= 10.0) {
         const int at = e * w->k + l;
-        const double now = w->slopes[at], noise = mbsri_slope_noise(decades, e, w->k, w->slopes + l,
-                                                                    w->sizes[at], share, 1.0) +
-                                                  fabs(now - before);
+        const double now = w->difference.slopes[at],
+                     noise = mbsri_slope_noise(decades, e, w->k, w->difference.slopes + l,
+                                               w->difference.sizes[at], share, 1.0) +
+                             fabs(now - before);
         constant = constant && now == 0.0;
         if (fabs(now - slope) > 10.0 * best + noise) break;
         before = now;
@@ -100,8 +103,9 @@ static double unit_of(const mbsri_null_space *w, const double *q, const double *
 {
     const mbsr_model *m = w->m;
     return velocity
-               ? mbsri_unit_step(m->nu, w->direction + (size_t)l * (size_t)m->nu, u, w->u_scale)
-               : mbsri_unit_step(m->nq, w->q_rate + (size_t)l * (size_t)m->nq, q, w->q_scale);
+               ? mbsri_unit_step(m->nu, w->direction + (size_t)l * (size_t)m->nu, u, w->scale.u)
+               : mbsri_unit_step(m->nq, w->element.q_rate + (size_t)l * (size_t)m->nq, q,
+                                 w->scale.q);
 }
 
 /* Of direction l in the sum of all. */
@@ -117,8 +121,8 @@ static void displacement(const mbsri_null_space *w, const double *q, const doubl
     const int n = velocity ? w->m->nu : w->m->nq;
     mbsri_zero((size_t)n, x);
     for (int l = 0; l < w->k; ++l) {
-        if (colour != ALL && w->colour[l] != colour) continue;
-        const double *along = (velocity ? w->direction : w->q_rate) + (size_t)l * (size_t)n;
+        if (colour != ALL && w->difference.colour[l] != colour) continue;
+        const double *along = (velocity ? w->direction : w->element.q_rate) + (size_t)l * (size_t)n;
         const double share = colour == ALL ? weight_of(l) : 1.0,
                      unit = share * unit_of(w, q, u, velocity, l);
         for (int k = 0; k < n; ++k) x[k] += unit * along[k];
@@ -130,7 +134,7 @@ static void displacement(const mbsri_null_space *w, const double *q, const doubl
 static int search(mbsri_null_space *w, double t, const double *q, const double *u, bool velocity,
                   range decades, int colour, int *found)
 {
-    double *x = velocity ? w->shift : w->rate;
+    double *x = velocity ? w->difference.shift : w->rate;
     *found = 0;
     displacement(w, q, u, velocity, colour, x);
     for (int decade = decades.low; decade <= decades.high; ++decade) {
@@ -152,7 +156,7 @@ static int search(mbsri_null_space *w, double t, const double *q, const double *
  * rounding of springs nothing turns up that is not there at rest. */
 static double least_slope(const mbsri_null_space *w, bool velocity, int l)
 {
-    return velocity ? 0.0 : DBL_EPSILON * w->strain[l];
+    return velocity ? 0.0 : DBL_EPSILON * w->element.strain[l];
 }
 
 /* The columns of one colour of C (velocity) or S and their errors, of the forces that are not held.
@@ -165,11 +169,11 @@ static int find_columns(mbsri_null_space *w, double t, const double *q, const do
     int found;
     const int status = search(w, t, q, u, velocity, decades, colour, &found);
     for (int l = 0; l < k && !status; ++l) {
-        if (w->colour[l] != colour) continue;
+        if (w->difference.colour[l] != colour) continue;
         const double unit = unit_of(w, q, u, velocity, l);
         for (int r = 0; r < k; ++r) {
             const size_t at = (size_t)l * (size_t)k + (size_t)r;
-            if (!w->affects[at]) continue;
+            if (!w->difference.affects[at]) continue;
             A[at] = choose(w, r, found, pow(10.0, decades.low), least_slope(w, velocity, r),
                            error + at) /
                     unit;
@@ -189,16 +193,16 @@ static int drop_rows(mbsri_null_space *w, double t, const double *q, const doubl
     if (status) return status;
     for (int r = 0; r < k; ++r) {
         const bool zero = choose(w, r, found, pow(10.0, decades.low), least_slope(w, false, r),
-                                 w->ahead + r) == 0.0;
-        if (!zero) w->ahead[r] = INFINITY;
+                                 w->difference.ahead + r) == 0.0;
+        if (!zero) w->difference.ahead[r] = INFINITY;
     }
     for (int l = 0; l < k; ++l) {
         const double unit = unit_of(w, q, u, false, l);
         for (int r = 0; r < k; ++r) {
             const size_t at = (size_t)l * (size_t)k + (size_t)r;
-            if (!w->affects[at] || w->ahead[r] == INFINITY) continue;
-            w->affects[at] = false;
-            w->S_error[at] = w->ahead[r] / unit;
+            if (!w->difference.affects[at] || w->difference.ahead[r] == INFINITY) continue;
+            w->difference.affects[at] = false;
+            w->S_error[at] = w->difference.ahead[r] / unit;
         }
     }
     return MBSR_OK;
@@ -209,7 +213,8 @@ static bool affects_some(const mbsri_null_space *w, int colour)
 {
     const size_t k = (size_t)w->k;
     for (size_t l = 0; l < k; ++l) {
-        if (w->colour[l] == colour && memchr(w->affects + l * k, true, k)) return true;
+        if (w->difference.colour[l] == colour && memchr(w->difference.affects + l * k, true, k))
+            return true;
     }
     return false;
 }
@@ -228,15 +233,15 @@ static void note_dense(mbsri_null_space *w)
     const int k = w->k;
     for (int side = 0; side < 2; ++side) {
         const double *A = side ? w->S : w->C, *error = side ? w->S_error : w->C_error;
-        for (int l = 0; l < k; ++l) w->dense[side][l] = false;
+        for (int l = 0; l < k; ++l) w->element.dense[side][l] = false;
         for (int l = 0; l < k; ++l) {
             for (int r = 0; r < k; ++r) {
                 if (fabs(A[l * k + r]) > 10.0 * error[l * k + r])
-                    w->dense[side][l] = w->dense[side][r] = true;
+                    w->element.dense[side][l] = w->element.dense[side][r] = true;
             }
         }
     }
-    w->rows.count = w->entries.count = 0;
+    w->element.rows.count = w->element.entries.count = 0;
 }
 
 /* Whether what is not held changes as the directions do, with positions alone: not where there are
@@ -247,7 +252,7 @@ static bool are_smooth(const mbsri_null_space *w)
     const mbsr_model *m = w->m;
     const mbsri_force *force = m->forces.data;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        if (!w->own[k] && !mbsri_is_gravity(&force[k].def)) return false;
+        if (!w->held.own[k] && !mbsri_is_gravity(&force[k].def)) return false;
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
@@ -263,15 +268,15 @@ bool mbsri_nothing_acts(const mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        if (!w->own[k]) return false;
+        if (!w->held.own[k]) return false;
     }
-    const double *const still[] = {w->f_held, w->d->V, w->d->kI, w->d->kII};
+    const double *const still[] = {w->held.f, w->d->V, w->d->kI, w->d->kII};
     for (int k = 0; k < 4; ++k) {
         for (size_t r = 0; r < m->size.v; ++r) {
             if (still[k][r] != 0.0) return false;
         }
     }
-    return !(mbsri_largest(m->nu, w->tau_held) > 0.0);
+    return !(mbsri_largest(m->nu, w->held.tau) > 0.0);
 }
 
 /* Loop forces where nothing acts but, perhaps, springs in rows that were given a gap: rounding. */
@@ -283,13 +288,14 @@ static void drop_loop_forces(mbsri_null_space *w)
             if (mbsri_is_loose(c, k)) return;
         }
     }
-    mbsri_zero((size_t)w->m->rows, w->lambda);
+    mbsri_zero((size_t)w->m->rows, w->held.lambda);
 }
 
 /* Whether nothing is left to be differenced. */
 static bool is_at_rest(const mbsri_null_space *w)
 {
-    return mbsri_nothing_acts(w) && !(w->lambda && mbsri_largest(w->m->rows, w->lambda) > 0.0);
+    return mbsri_nothing_acts(w) &&
+           !(w->held.lambda && mbsri_largest(w->m->rows, w->held.lambda) > 0.0);
 }
 
 /* C and S of what is not held: elements without derivatives, weights, the change of directions. */
@@ -302,8 +308,8 @@ static int differences(mbsri_null_space *w, double t, const double *q, const dou
     double *const all[] = {w->C, w->S, w->C_error, w->S_error};
     for (int k = 0; k < 4; ++k) mbsri_zero(entries, all[k]);
     if (smooth && is_at_rest(w)) return MBSR_OK;
-    if (smooth && w->colours > FEW) status = drop_rows(w, t, q, u, near);
-    for (int colour = 0; colour < w->colours && !status; ++colour) {
+    if (smooth && w->difference.colours > FEW) status = drop_rows(w, t, q, u, near);
+    for (int colour = 0; colour < w->difference.colours && !status; ++colour) {
         if (!smooth) status = find_columns(w, t, q, u, true, rates, colour);
         if (!status && affects_some(w, colour))
             status = find_columns(w, t, q, u, false, smooth ? near : positions, colour);
@@ -331,26 +337,26 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         mbsri_null_rate_scales(w, natural);
     }
     status = mbsri_hold_elements(w);
-    if (!status && w->lambda && mbsri_nothing_acts(w)) drop_loop_forces(w);
+    if (!status && w->held.lambda && mbsri_nothing_acts(w)) drop_loop_forces(w);
     for (int l = 0; l < w->k && !status; ++l) {
         status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,
-                                      w->q_rate + (size_t)l * (size_t)m->nq);
+                                      w->element.q_rate + (size_t)l * (size_t)m->nq);
     }
     if (status) return status;
     mbsri_null_couple(w);
-    w->holding = true;
+    w->held.on = true;
     status = differences(w, t, q, u);
-    w->holding = false;
+    w->held.on = false;
     if (!status) status = mbsri_null_shorten(w, t, q, u);
-    mbsri_null_remix(w, true, w->strain);
-    if (!status && w->lambda) {
+    mbsri_null_remix(w, true, w->element.strain);
+    if (!status && w->held.lambda) {
         status = state(w, t, q, u);
         if (!status) status = mbsri_null_leave_held(w);
     }
     mbsri_null_extents(w);
     note_dense(w);
     if (!status) status = mbsri_element_slopes(w, t, q, u);
-    if (!status && w->lambda) status = mbsri_null_stiff_rows(w);
+    if (!status && w->held.lambda) status = mbsri_null_stiff_rows(w);
     drop_errors(w->k * w->k, w->C, w->C_error);
     drop_errors(w->k * w->k, w->S, w->S_error);
     return status;

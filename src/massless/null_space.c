@@ -25,13 +25,13 @@ static int held_forces(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    mbsri_copy((size_t)m->nu, w->tau_held, d->tau);
-    mbsri_copy(m->size.v, w->f_held, d->f);
+    mbsri_copy((size_t)m->nu, w->held.tau, d->tau);
+    mbsri_copy(m->size.v, w->held.f, d->f);
     for (size_t k = (size_t)m->root.d; k < m->size.v; ++k) d->f[k] -= d->h[k];
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        if (!w->own[k]) status = mbsri_add_element(m, d, force + k);
+        if (!w->held.own[k]) status = mbsri_add_element(m, d, force + k);
     }
     if (!status && m->rows > 0) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
     if (!status) d->stage = MBSRI_STAGE_FORCES;
@@ -41,9 +41,9 @@ static int held_forces(mbsri_null_space *w)
 /* Loop forces lambda for the forces of the state of mbsri_velocities. */
 static int take_loop_forces(mbsri_null_space *w)
 {
-    if (!w->lambda) return MBSR_OK;
+    if (!w->held.lambda) return MBSR_OK;
     const int status = mbsri_closure_jacobians(w->m, w->d);
-    mbsri_copy((size_t)w->m->rows, w->lambda, w->d->loop_lambda);
+    mbsri_copy((size_t)w->m->rows, w->held.lambda, w->d->loop_lambda);
     return status;
 }
 
@@ -53,7 +53,8 @@ static int evaluate(mbsri_null_space *w, double t, const double *q, const double
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = take_loop_forces(w);
-    if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL, w->lambda);
+    if (!status)
+        status = w->held.on ? held_forces(w) : mbsri_forces(w->m, w->d, NULL, w->held.lambda);
     w->d->exactly = exactly;
     if (!status) status = mbsri_backward(w->m, w->d);
     w->d->exactly = false;
@@ -101,32 +102,32 @@ static int take_memory(mbsri_null_space *w)
         {&w->S, k * k},
         {&w->C_error, k * k},
         {&w->S_error, k * k},
-        {&w->ahead, k},
-        {&w->behind, k},
-        {&w->slopes, steps},
-        {&w->sizes, steps},
+        {&w->difference.ahead, k},
+        {&w->difference.behind, k},
+        {&w->difference.slopes, steps},
+        {&w->difference.sizes, steps},
         {&w->q, nq},
         {&w->u, nu},
         {&w->rate, nq},
         {&w->force, nu},
-        {&w->lifting, mbsri_null_lift_room(m)},
-        {&w->rate_error, nu * k},
-        {&w->twist_error, v * k},
-        {&w->basis, n * n},
-        {&w->f_held, v},
-        {&w->tau_held, nu},
-        {&w->q_rate, nq * k},
-        {&w->V_rate, v * k},
-        {&w->reaction, 4 * span},
-        {&w->factor, span * (span + 3)},
-        {&w->q_scale, nq},
-        {&w->u_scale, nu},
-        {&w->span, nu},
+        {&w->lift.work, mbsri_null_lift_room(m)},
+        {&w->lift.rate_error, nu * k},
+        {&w->lift.twist_error, v * k},
+        {&w->lift.basis, n * n},
+        {&w->held.f, v},
+        {&w->held.tau, nu},
+        {&w->element.q_rate, nq * k},
+        {&w->element.V_rate, v * k},
+        {&w->element.reaction, 4 * span},
+        {&w->element.factor, span * (span + 3)},
+        {&w->scale.q, nq},
+        {&w->scale.u, nu},
+        {&w->scale.span, nu},
         {&w->q_given, nq},
-        {&w->shift, nu},
-        {&w->mixing, k * k},
-        {&w->unmixed, k},
-        {&w->strain, k},
+        {&w->difference.shift, nu},
+        {&w->sums.weights, k * k},
+        {&w->sums.gamma, k},
+        {&w->element.strain, k},
         {&lambda, (size_t)m->rows},
         {&slope_place, slope},
     };
@@ -148,26 +149,26 @@ static int take_memory(mbsri_null_space *w)
         *part[l].place = next;
         next += part[l].length;
     }
-    if (m->rows > 0) mbsri_zero((size_t)m->rows, w->lambda = lambda);
+    if (m->rows > 0) mbsri_zero((size_t)m->rows, w->held.lambda = lambda);
     w->head = (int *)(void *)next;
     w->body = w->head + w->k;
-    w->moving = w->body + w->k;
-    w->colour = w->moving + w->k;
-    w->place = w->colour + w->k;
-    w->from = w->place + w->k;
+    w->element.moving = w->body + w->k;
+    w->difference.colour = w->element.moving + w->k;
+    w->element.place = w->difference.colour + w->k;
+    w->from = w->element.place + w->k;
     w->to = w->from + 3 * w->k;
-    w->first = w->to + 3 * w->k;
-    w->touched = w->first + w->k;
-    w->rank = w->touched + m->bodies;
-    mbsri_slopes_place(m, MBSRI_SLOPES_WHOLE, &w->slope, slope > 0 ? slope_place : NULL,
+    w->sums.head = w->to + 3 * w->k;
+    w->element.touched = w->sums.head + w->k;
+    w->rank = w->element.touched + m->bodies;
+    mbsri_slopes_place(m, MBSRI_SLOPES_WHOLE, &w->element.slope, slope > 0 ? slope_place : NULL,
                        w->rank + m->bodies + 1);
-    w->factor_size = (int)span;
-    w->factor_places = w->rank + m->bodies + 1 + ints;
-    w->own = (bool *)(void *)(w->factor_places + 2 * span);
-    w->dense[0] = w->own + m->forces.count;
-    w->dense[1] = w->dense[0] + k;
-    w->affects = w->dense[1] + k;
-    w->tables = w->affects + k * k;
+    w->element.factor_size = (int)span;
+    w->element.factor_places = w->rank + m->bodies + 1 + ints;
+    w->held.own = (bool *)(void *)(w->element.factor_places + 2 * span);
+    w->element.dense[0] = w->held.own + m->forces.count;
+    w->element.dense[1] = w->element.dense[0] + k;
+    w->difference.affects = w->element.dense[1] + k;
+    w->difference.tables = w->difference.affects + k * k;
     for (int i = 0; i <= m->bodies; ++i) w->rank[i] = w->d->rank[i];
     return MBSR_OK;
 }
@@ -187,10 +188,10 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
 void mbsri_null_close(mbsri_null_space *w)
 {
     mbsri_release(&w->m->allocator, w->memory);
-    mbsri_release(&w->m->allocator, w->rows.data);
-    mbsri_release(&w->m->allocator, w->entries.data);
-    mbsri_release(&w->m->allocator, w->seen_room.data);
-    w->rows = w->entries = w->seen_room = (mbsri_array){NULL, 0, 0};
+    mbsri_release(&w->m->allocator, w->element.rows.data);
+    mbsri_release(&w->m->allocator, w->element.entries.data);
+    mbsri_release(&w->m->allocator, w->element.seen_room.data);
+    w->element.rows = w->element.entries = w->element.seen_room = (mbsri_array){NULL, 0, 0};
     w->memory = NULL;
 }
 
@@ -244,14 +245,14 @@ static int lacking(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g
     return g->member[k];
 }
 
-/* Direction number l of the null rates w->u, added up from the sizes w->shift, which begins at body
- * i. */
+/* Direction number l of the null rates w->u, added up from the sizes w->difference.shift, which
+ * begins at body i. */
 static void lift(mbsri_null_space *w, int l, int i)
 {
     const size_t at = (size_t)l * (size_t)w->m->nu, at_v = (size_t)l * w->m->size.v;
-    const mbsri_lifted out = {w->direction + at, w->rate_error + at, w->twist + at_v,
-                              w->twist_error + at_v};
-    mbsri_null_lift(w->m, w->d, i, w->u, w->shift, &out, w->lifting);
+    const mbsri_lifted out = {w->direction + at, w->lift.rate_error + at, w->twist + at_v,
+                              w->lift.twist_error + at_v};
+    mbsri_null_lift(w->m, w->d, i, w->u, w->difference.shift, &out, w->lift.work);
     mbsri_null_answer(w->m, w->d, i, &out);
 }
 
@@ -264,7 +265,7 @@ static void add_vector(mbsri_null_space *w, int l, double weight)
         const mbsri_body *b = w->m->body + g.member[k];
         for (int c = 0; c < b->n; ++c, ++at) {
             w->u[b->u + c] += weight * vector[at];
-            w->shift[b->u + c] += fabs(weight * vector[at]);
+            w->difference.shift[b->u + c] += fabs(weight * vector[at]);
         }
     }
 }
@@ -272,19 +273,19 @@ static void add_vector(mbsri_null_space *w, int l, double weight)
 static void clear_rates(mbsri_null_space *w)
 {
     mbsri_zero((size_t)w->m->nu, w->u);
-    mbsri_zero((size_t)w->m->nu, w->shift);
+    mbsri_zero((size_t)w->m->nu, w->difference.shift);
 }
 
 int mbsri_null_lift_again(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     int status = evaluate(w, t, q, u, true);
     for (int l = 0; l < w->k && !status; ++l) {
-        const double *weight = w->mixing + (size_t)l * (size_t)w->k;
+        const double *weight = w->sums.weights + (size_t)l * (size_t)w->k;
         clear_rates(w);
         for (int n = 0; n < w->k; ++n) {
             if (weight[n] != 0.0) add_vector(w, n, weight[n]);
         }
-        lift(w, l, w->first[l]);
+        lift(w, l, w->sums.head[l]);
     }
     return status;
 }
@@ -297,18 +298,18 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
     if (!status) status = check_number(w);
     if (status) return status;
     int column = 0;
-    w->mixed = false;
+    w->sums.on = false;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
         const int rank = mbsri_group_rank(d, &g);
-        mbsri_copy((size_t)((g.n - rank) * g.n), d->X + m->body[i].nn + rank * g.n, w->basis);
-        mbsri_echelon(g.n, g.n - rank, w->basis);
+        mbsri_copy((size_t)((g.n - rank) * g.n), d->X + m->body[i].nn + rank * g.n, w->lift.basis);
+        mbsri_echelon(g.n, g.n - rank, w->lift.basis);
         for (int l = rank; l < g.n; ++l, ++column) {
             double *vector = w->vector + (size_t)column * (size_t)m->most.n;
             for (int k = 0; k < g.n; ++k)
-                vector[k] = d->s[g.ig + k] * w->basis[(l - rank) * g.n + k];
-            w->head[column] = w->first[column] = i;
+                vector[k] = d->s[g.ig + k] * w->lift.basis[(l - rank) * g.n + k];
+            w->head[column] = w->sums.head[column] = i;
             w->body[column] = lacking(m, d, &g, l - rank);
             clear_rates(w);
             add_vector(w, column, 1.0);
@@ -320,11 +321,11 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
 
 void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x)
 {
-    double *y = w->unmixed;
-    if (!w->mixed) return;
+    double *y = w->sums.gamma;
+    if (!w->sums.on) return;
     mbsri_copy((size_t)w->k, x, y);
     for (int l = 0; l < w->k; ++l) {
-        const double *column = w->mixing + (size_t)l * (size_t)w->k;
+        const double *column = w->sums.weights + (size_t)l * (size_t)w->k;
         x[l] = 0.0;
         for (int n = 0; n < w->k; ++n) x[l] += (sizes ? fabs(column[n]) : column[n]) * y[n];
     }
@@ -351,7 +352,7 @@ double mbsri_null_load(const mbsri_null_space *w, int l)
     static const double trace = 0.01; /* of sizes, of which 1e-13 is rounding */
     const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
     const double *vector = w->vector + (size_t)l * (size_t)w->m->most.n, *s = w->d->s + g.ig;
-    double *all = w->lifting, largest = 0.0;
+    double *all = w->lift.work, largest = 0.0;
     for (int k = 0; k < g.n; ++k) largest = fmax(largest, fabs(vector[k]) / s[k]);
     for (int k = 0; k < g.n; ++k) all[k] = trace * largest * s[k];
     return mbsri_gross_load(w->m, w->d, &g, vector) + mbsri_gross_load(w->m, w->d, &g, all);
@@ -376,7 +377,7 @@ static const double *part_of(const mbsri_null_space *w, mbsri_null_field part, s
                                         : (size_t)w->m->nq;
     return part == MBSRI_NULL_RATES    ? w->direction
            : part == MBSRI_NULL_TWISTS ? w->twist
-                                       : w->q_rate;
+                                       : w->element.q_rate;
 }
 
 void mbsri_null_extents(mbsri_null_space *w)

@@ -23,6 +23,66 @@
 #include "newton/slopes/force_slopes.h"
 #include "recursion/data.h"
 
+/* The null vectors of a group's joint block and the work of lifting them to the leaves. */
+typedef struct mbsri_null_lifting {
+    double *basis;       /* max_n x max_n: N of a group */
+    double *work;        /* of null_lift.c */
+    double *rate_error;  /* nu x k: what directions may be wrong by */
+    double *twist_error; /* size_v x k: what twists may be wrong by */
+} mbsri_null_lifting;
+
+/* Forces that are kept while gamma is evaluated elsewhere. */
+typedef struct mbsri_null_held {
+    bool on;         /* gamma takes the forces of some elements from f and tau */
+    bool *own;       /* forces: which these are (element_slopes.h) */
+    double *f, *tau; /* size_v, nu */
+    double *lambda;  /* rows of closures: loop forces (null_loops.h); NULL: none are known */
+} mbsri_null_held;
+
+/* Directions that are sums of those that gamma was built for (shorten.h). */
+typedef struct mbsri_null_sums {
+    bool on;
+    double *weights; /* k x k: a column each */
+    double *gamma;   /* k: of those */
+    int *head;       /* k: of the first group among those */
+} mbsri_null_sums;
+
+/* Differences of gamma along the directions (null_slopes.h); directions of one colour are taken at
+ * once. */
+typedef struct mbsri_null_difference {
+    double *ahead, *behind; /* k */
+    double *slopes, *sizes; /* k x decades: of one column, and of the forces differenced */
+    double *shift;          /* nu */
+    bool *affects; /* k x k: whether direction l may change gamma_k, at l k + k (couplings.h) */
+    bool *tables;  /* work of couplings.c */
+    int *colour;   /* k */
+    int colours;
+} mbsri_null_difference;
+
+/* What elements see of the directions (element_rows.h, element_slopes.h). */
+typedef struct mbsri_null_elements {
+    double *q_rate, *V_rate; /* nq x k, size_v x k: change of q and of V along the directions */
+    double *strain;          /* k: forces, were all positions off by their typical sizes */
+    double *reaction;        /* 4 x the most rows or columns of an element's derivatives */
+    int *moving;             /* k */
+    int *touched;            /* bodies */
+    mbsri_slopes slope;      /* work of element_slopes.c */
+    double *factor;          /* factor_size (factor_size + 3) */
+    int factor_size;         /* the most rows or columns */
+    int *factor_places;      /* 2 factor_size */
+    mbsri_array rows, entries;
+    bool *dense[2];       /* k: directions that C and S see otherwise, too */
+    int *place;           /* k */
+    mbsri_reduction seen; /* of rows, in seen_room (seen.h) */
+    mbsri_array seen_room;
+} mbsri_null_elements;
+
+/* Typical sizes (scales.h). */
+typedef struct mbsri_null_scale {
+    double *q, *u; /* nq, nu */
+    double *span;  /* nu: typical length where u is a velocity, 1 elsewhere */
+} mbsri_null_scale;
+
 typedef struct mbsri_null_space {
     const mbsr_model *m;
     mbsr_data *d;
@@ -38,46 +98,17 @@ typedef struct mbsri_null_space {
     double *C;            /* k x k: d gamma / d u along the directions */
     double *S;            /* k x k: d gamma / d q along the directions */
     double *C_error, *S_error; /* k x k: what their entries may be wrong by */
-    double
-        *strain; /* k: forces by elements' slopes, were all positions off by their typical sizes */
-    double *ahead, *behind; /* k */
-    double *slopes, *sizes; /* k x decades: of one column, and of the forces differenced */
-    double *q, *u, *rate;   /* nq, nu, nq */
-    double *force;          /* nu */
-    double *q_given;        /* nq: where the directions were counted */
-    double *basis;          /* max_n x max_n: N of a group */
-    double *lifting;        /* work of null_lift.c */
-    double *rate_error,
-        *twist_error; /* nu x k, size_v x k: what directions and twists may be wrong by */
-    bool holding;     /* gamma takes the forces of some elements from f_held and tau_held */
-    bool *own;        /* forces: which these are (element_slopes.h) */
-    double *f_held, *tau_held; /* size_v, nu */
-    double *lambda; /* rows of closures: loop forces, held (null_loops.h); NULL: none are known */
-    double *q_rate, *V_rate;   /* nq x k, size_v x k: change of q and of V along the directions */
-    double *q_scale, *u_scale; /* nq, nu: typical sizes (scales.h) */
-    double *span;              /* nu: typical length where u is a velocity, 1 elsewhere */
-    double *reaction;          /* 4 x the most rows or columns of an element's derivatives */
-    int *moving;               /* k */
-    bool mixed;      /* directions are sums of those that gamma was built for (shorten.h): */
-    double *mixing;  /* k x k: their weights, a column each */
-    double *unmixed; /* k */
-    int *first;      /* k: head of the first group among those */
-    bool *affects;   /* k x k: whether direction l may change gamma_k, at l k + k (couplings.h) */
-    bool *tables;    /* work of couplings.c */
-    int *colour;     /* k: directions of one colour are differenced at once */
-    int colours;
-    double *shift;      /* nu */
-    int *touched;       /* bodies */
-    int *from, *to;     /* 3 k: rows of direction, twist and q_rate that are not zero */
-    int *rank;          /* bodies + 1: of the joint blocks where the directions were counted */
-    mbsri_slopes slope; /* work of element_slopes.c */
-    double *factor;     /* of element_rows.c: factor_size (factor_size + 3) */
-    int factor_size, *factor_places; /* the most rows or columns; 2 factor_size */
-    mbsri_array rows, entries;       /* what elements see of the directions (element_rows.h) */
-    bool *dense[2];                  /* k: directions that C and S see otherwise, too */
-    int *place;                      /* k: work of element_rows.c */
-    mbsri_reduction seen;            /* of rows, in seen_room (seen.h) */
-    mbsri_array seen_room;
+    double *q, *u, *rate;      /* nq, nu, nq */
+    double *force;             /* nu */
+    double *q_given;           /* nq: where the directions were counted */
+    int *rank;                 /* bodies + 1: of the joint blocks there */
+    int *from, *to;            /* 3 k: rows of direction, twist and q_rate that are not zero */
+    mbsri_null_lifting lift;
+    mbsri_null_held held;
+    mbsri_null_sums sums;
+    mbsri_null_difference difference;
+    mbsri_null_elements element;
+    mbsri_null_scale scale;
     void *memory;
 } mbsri_null_space;
 
@@ -90,7 +121,7 @@ void mbsri_null_close(mbsri_null_space *w);
 /* The basis at a state. MBSR_RANK_CHANGED if the number of directions is not k. */
 int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const double *u);
 
-/* Directions and twists of the sums of vectors in w->mixing, with the errors that they have
+/* Directions and twists of the sums of vectors in w->sums.weights, with the errors that they have
  * themselves. */
 int mbsri_null_lift_again(mbsri_null_space *w, double t, const double *q, const double *u);
 
@@ -104,7 +135,7 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
 double mbsri_null_load(const mbsri_null_space *w, int l);
 
 /* x (k), numbers of the vectors that gamma was built for, becomes that of the sums of them that are
- * the directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->mixed. */
+ * the directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->sums.on. */
 void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x);
 
 /* What is combined by mbsri_null_mix: directions (nu), their twists (size_v) or q_rate (nq). */

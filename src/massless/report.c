@@ -90,7 +90,7 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
     mbsri_null_space *w = &r->w;
     int status = MBSR_OK, independent = 0;
     const int all = w->k;
-    if (w->lambda) status = mbsri_null_loop_forces(w, t, q, u, &independent);
+    if (w->held.lambda) status = mbsri_null_loop_forces(w, t, q, u, &independent);
     if (!status) status = mbsri_null_basis(w, t, q, u);
     if (!status) status = mbsri_null_slopes(w, t, q, u);
     int components = 0;
@@ -128,7 +128,8 @@ static int refuse(mbsri_report *r)
     while (r->kind[l] != MBSR_DIRECTION_UNDETERMINED) ++l;
     mbsri_report_combine(r, r->weights + (size_t)l * (size_t)w->k);
     for (int k = 1; k < w->m->nu; ++k) {
-        if (fabs(r->u[k]) / w->span[k] > fabs(r->u[largest]) / w->span[largest]) largest = k;
+        if (fabs(r->u[k]) / w->scale.span[k] > fabs(r->u[largest]) / w->scale.span[largest])
+            largest = k;
     }
     const int i = mbsri_body_of_rate(w->m, largest);
     char label[MBSRI_LABEL];

@@ -29,7 +29,7 @@ static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
         const mbsri_body *b = m->body + m->index[id];
         for (int k = 0; k < b->n; ++k) {
             const double x = r->u[b->u + k];
-            const bool small = fabs(x) / r->w.span[b->u + k] < r->least;
+            const bool small = fabs(x) / r->w.scale.span[b->u + k] < r->least;
             if (x == 0.0 || (small && x != largest)) continue;
             if (term) term[count] = (mbsr_direction_term){id, k, x / largest};
             ++count;

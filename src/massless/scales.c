@@ -126,11 +126,11 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
-        fill(b->nq, kq, 1.0, w->size, w->q_scale + b->q);
-        fill(b->n, ku, 1.0, w->size, w->span + b->u);
+        fill(b->nq, kq, 1.0, w->size, w->scale.q + b->q);
+        fill(b->n, ku, 1.0, w->size, w->scale.span + b->u);
         if (!b->flexible.modal) continue;
-        fill_modes(w, b, w->q_scale + b->q);
-        fill_modes(w, b, w->span + b->u);
+        fill_modes(w, b, w->scale.q + b->q);
+        fill_modes(w, b, w->scale.span + b->u);
     }
 }
 
@@ -144,9 +144,9 @@ void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
-        fill(b->n, ku, turning, moving, w->u_scale + b->u);
+        fill(b->n, ku, turning, moving, w->scale.u + b->u);
         for (int c = b->u; c < b->u + b->n && b->flexible.modal; ++c)
-            w->u_scale[c] = turning * w->span[c];
+            w->scale.u[c] = turning * w->scale.span[c];
     }
 }
 
@@ -155,7 +155,7 @@ double mbsri_direction_size(const mbsri_null_space *w, int l)
     const size_t nu = (size_t)w->m->nu;
     const double *u = w->direction + (size_t)l * nu;
     double largest = 0.0;
-    for (size_t k = 0; k < nu; ++k) largest = fmax(largest, fabs(u[k]) / w->span[k]);
+    for (size_t k = 0; k < nu; ++k) largest = fmax(largest, fabs(u[k]) / w->scale.span[k]);
     return largest;
 }
 

@@ -21,7 +21,8 @@ static double size_of_head(const mbsri_null_space *w, int l)
     double largest = 0.0;
     for (int k = 0; k < g.members; ++k) {
         const mbsri_body *b = m->body + g.member[k];
-        for (int c = b->u; c < b->u + b->n; ++c) largest = fmax(largest, fabs(a[c]) / w->span[c]);
+        for (int c = b->u; c < b->u + b->n; ++c)
+            largest = fmax(largest, fabs(a[c]) / w->scale.span[c]);
     }
     return largest;
 }
@@ -32,7 +33,7 @@ static double growth_of(const mbsri_null_space *w, int l, int *place)
     const double *a = w->direction + (size_t)l * (size_t)w->m->nu, head = size_of_head(w, l);
     double largest = 0.0;
     for (int c = 0; c < w->m->nu; ++c) {
-        const double size = fabs(a[c]) / w->span[c];
+        const double size = fabs(a[c]) / w->scale.span[c];
         if (!(size > largest)) continue;
         largest = size;
         *place = c;
@@ -69,28 +70,28 @@ static void subtract_both(int k, int n, int l, double f, double *A, double *erro
 static void mix(mbsri_null_space *w, int n, int l, double f)
 {
     const size_t nu = (size_t)w->m->nu, k = (size_t)w->k, from = (size_t)l, to = (size_t)n;
-    subtract(nu, f, w->direction + from * nu, w->rate_error + from * nu, w->direction + to * nu,
-             w->rate_error + to * nu);
-    subtract(k, f, w->mixing + from * k, NULL, w->mixing + to * k, NULL);
+    subtract(nu, f, w->direction + from * nu, w->lift.rate_error + from * nu,
+             w->direction + to * nu, w->lift.rate_error + to * nu);
+    subtract(k, f, w->sums.weights + from * k, NULL, w->sums.weights + to * k, NULL);
     subtract_both(w->k, n, l, f, w->C, w->C_error);
     subtract_both(w->k, n, l, f, w->S, w->S_error);
-    if (w->first[l] < w->first[n]) w->first[n] = w->first[l];
+    if (w->sums.head[l] < w->sums.head[n]) w->sums.head[n] = w->sums.head[l];
 }
 
 static void start_mixing(mbsri_null_space *w)
 {
     const size_t k = (size_t)w->k;
-    mbsri_zero(k * k, w->mixing);
-    for (size_t l = 0; l < k; ++l) w->mixing[l * (k + 1)] = 1.0;
-    w->mixed = true;
+    mbsri_zero(k * k, w->sums.weights);
+    for (size_t l = 0; l < k; ++l) w->sums.weights[l * (k + 1)] = 1.0;
+    w->sums.on = true;
 }
 
 /* Leaves large rates to one vector each. */
 static void choose(mbsri_null_space *w)
 {
     const int k = w->k, nu = w->m->nu;
-    int *taken = w->moving, place = 0;
-    w->mixed = false;
+    int *taken = w->element.moving, place = 0;
+    w->sums.on = false;
     for (int l = 0; l < k; ++l) taken[l] = growth_of(w, l, &place) <= growth_allowed;
     for (;;) {
         int most = -1, at = 0;
@@ -103,7 +104,7 @@ static void choose(mbsri_null_space *w)
             at = place;
         }
         if (most < 0) return;
-        if (!w->mixed) start_mixing(w);
+        if (!w->sums.on) start_mixing(w);
         taken[most] = 1;
         const double pivot = w->direction[(size_t)most * (size_t)nu + (size_t)at];
         for (int n = 0; n < k; ++n) {
@@ -119,8 +120,8 @@ int mbsri_null_shorten(mbsri_null_space *w, double t, const double *q, const dou
 {
     const size_t nu = (size_t)w->m->nu, nq = (size_t)w->m->nq, k = (size_t)w->k;
     choose(w);
-    int status = w->mixed ? mbsri_null_lift_again(w, t, q, u) : MBSR_OK;
-    for (size_t l = 0; l < k && w->mixed && !status; ++l)
-        status = mbsri_null_rate_here(w, w->direction + l * nu, w->q_rate + l * nq);
+    int status = w->sums.on ? mbsri_null_lift_again(w, t, q, u) : MBSR_OK;
+    for (size_t l = 0; l < k && w->sums.on && !status; ++l)
+        status = mbsri_null_rate_here(w, w->direction + l * nu, w->element.q_rate + l * nq);
     return status;
 }

@@ -11,9 +11,9 @@
 
 #include "massless/null_space.h"
 
-/* Changes directions, twists, q_rate, C, S and their errors at a state, and notes in w->mixing what
- * the vectors are made of now, so that gamma follows. Leaves all as it is, and w->mixed false,
- * where no vector has grown. */
+/* Changes directions, twists, q_rate, C, S and their errors at a state, and notes in
+ * w->sums.weights what the vectors are made of now, so that gamma follows. Leaves all as it is, and
+ * w->sums.on false, where no vector has grown. */
 int mbsri_null_shorten(mbsri_null_space *w, double t, const double *q, const double *u);
 
 #endif
