@@ -70,7 +70,8 @@ static int open_matrices(mbsri_dense *w)
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows;
     const size_t most = (size_t)w->position_rows + n;
     const int lwork = work_size(w, (int)(most + rows));
-    double **const array[] = {&w->M, &w->C, &w->K, &w->U, &w->V, &w->A, &w->work};
+    double **const array[] = {&w->M,        &w->C, &w->factor.K, &w->factor.U,
+                              &w->factor.V, &w->A, &w->work};
     const size_t length[] = {n * n, rows * n, N * N, N * N, N * N, most * n, (size_t)lwork};
     const int count = (int)(sizeof length / sizeof length[0]);
     double *memory = mbsri_allocate(&w->m->allocator, sum_of(count, length) * sizeof(double));
@@ -91,19 +92,29 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                        .N = m->nu + m->rows};
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
     const size_t held = (size_t)w->position_rows;
-    double **const array[] = {&w->scale, &w->sigma,   &w->right,    &w->g, &w->x,
-                              &w->y,     &w->q,       &w->q_beside, &w->b, &w->out,
-                              &w->span,  &w->missing, &w->missed};
+    double **const array[] = {&w->factor.scale,
+                              &w->factor.sigma,
+                              &w->factor.right,
+                              &w->g,
+                              &w->x,
+                              &w->y,
+                              &w->q,
+                              &w->q_beside,
+                              &w->b,
+                              &w->out,
+                              &w->span,
+                              &w->offset.missing,
+                              &w->offset.missed};
     const size_t length[] = {N, N, N, N, N, N, nq, nq, held + n + n, N, n, held, held};
     const int count = (int)(sizeof length / sizeof length[0]);
     w->memory = mbsri_allocate(&m->allocator, sum_of(count, length) * sizeof(double) +
                                                   (N + 1) * sizeof(int) + 4 * rows * sizeof(bool));
     if (!w->memory) return no_memory(w);
-    w->pivots = (int *)(void *)place(count, array, length, w->memory);
-    w->other = (bool *)(w->pivots + N + 1);
+    w->factor.pivots = (int *)(void *)place(count, array, length, w->memory);
+    w->other = (bool *)(w->factor.pivots + N + 1);
     w->left_out = w->other + rows;
     w->beside = w->left_out + rows;
-    mbsri_zero((size_t)w->position_rows, w->missed);
+    mbsri_zero((size_t)w->position_rows, w->offset.missed);
     find_spans(w);
     return mbsri_closer_open(&w->closer, m, d, function);
 }
@@ -158,7 +169,7 @@ int mbsri_dense_rows(mbsri_dense *w)
             w->g[row] = 1.0;
             mbsri_closure_transpose(w->m, w->d, w->g, w->y);
             w->g[row] = 0.0;
-            mbsri_clear_row(w->m, w->d, c, k, lever, w->right, w->y);
+            mbsri_clear_row(w->m, w->d, c, k, lever, w->factor.right, w->y);
             for (int j = 0; j < w->n; ++j) w->C[(size_t)j * (size_t)w->rows + row] = w->y[j];
         }
     }
@@ -171,27 +182,27 @@ static void keep(mbsri_dense *w, const int *stays)
     const size_t n = (size_t)w->n, N = (size_t)w->N;
     for (size_t j = 0; j < n && stays; ++j) {
         if (!stays[j]) continue;
-        const double inertia = w->K[j * (N + 1)];
-        for (size_t k = 0; k < N; ++k) w->K[j * N + k] = w->K[k * N + j] = 0.0;
-        w->K[j * (N + 1)] = inertia > 0.0 ? inertia : 1.0;
+        const double inertia = w->factor.K[j * (N + 1)];
+        for (size_t k = 0; k < N; ++k) w->factor.K[j * N + k] = w->factor.K[k * N + j] = 0.0;
+        w->factor.K[j * (N + 1)] = inertia > 0.0 ? inertia : 1.0;
     }
 }
 
 static void fill(mbsri_dense *w, const bool *dropped)
 {
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows;
-    mbsri_zero(N * N, w->K);
+    mbsri_zero(N * N, w->factor.K);
     for (size_t j = 0; j < n; ++j) {
-        mbsri_copy(n, w->M + j * n, w->K + j * N);
+        mbsri_copy(n, w->M + j * n, w->factor.K + j * N);
         for (size_t k = 0; k < rows; ++k) {
             if (dropped && dropped[k]) continue;
             const double c = w->C[j * rows + k];
-            w->K[j * N + n + k] = c;
-            w->K[(n + k) * N + j] = -c;
+            w->factor.K[j * N + n + k] = c;
+            w->factor.K[(n + k) * N + j] = -c;
         }
     }
     for (size_t k = 0; k < rows; ++k) {
-        if (dropped && dropped[k]) w->K[(n + k) * N + n + k] = 1.0;
+        if (dropped && dropped[k]) w->factor.K[(n + k) * N + n + k] = 1.0;
     }
 }
 
@@ -202,13 +213,14 @@ static void begin_scales(mbsri_dense *w)
     const size_t N = (size_t)w->N, n = (size_t)w->n;
     double inertia = 0.0;
     for (size_t j = 0; j < n; ++j)
-        inertia = fmax(inertia, w->K[j * (N + 1)] * w->span[j] * w->span[j]);
+        inertia = fmax(inertia, w->factor.K[j * (N + 1)] * w->span[j] * w->span[j]);
     const double unit = inertia > 0.0 ? sqrt(inertia) : 1.0;
-    for (size_t j = 0; j < n; ++j) w->scale[j] = w->span[j] / unit;
+    for (size_t j = 0; j < n; ++j) w->factor.scale[j] = w->span[j] / unit;
     for (size_t k = n; k < N; ++k) {
-        double largest = fabs(w->K[k * (N + 1)]); /* 1 for a row that is left out */
-        for (size_t j = 0; j < n; ++j) largest = fmax(largest, fabs(w->K[j * N + k]) * w->scale[j]);
-        w->scale[k] = largest > 0.0 ? 1.0 / largest : 1.0;
+        double largest = fabs(w->factor.K[k * (N + 1)]); /* 1 for a row that is left out */
+        for (size_t j = 0; j < n; ++j)
+            largest = fmax(largest, fabs(w->factor.K[j * N + k]) * w->factor.scale[j]);
+        w->factor.scale[k] = largest > 0.0 ? 1.0 / largest : 1.0;
     }
 }
 
@@ -218,17 +230,19 @@ static void equilibrate(mbsri_dense *w)
     const size_t N = (size_t)w->N;
     begin_scales(w);
     for (size_t j = 0; j < N; ++j) {
-        for (size_t k = 0; k < N; ++k) w->K[j * N + k] *= w->scale[j] * w->scale[k];
+        for (size_t k = 0; k < N; ++k)
+            w->factor.K[j * N + k] *= w->factor.scale[j] * w->factor.scale[k];
     }
     for (int sweep = 0; sweep < 5; ++sweep) {
         for (size_t k = 0; k < N; ++k) {
             double largest = 0.0;
-            for (size_t j = 0; j < N; ++j) largest = fmax(largest, fabs(w->K[j * N + k]));
-            w->right[k] = largest > 0.0 ? 1.0 / sqrt(largest) : 1.0;
+            for (size_t j = 0; j < N; ++j) largest = fmax(largest, fabs(w->factor.K[j * N + k]));
+            w->factor.right[k] = largest > 0.0 ? 1.0 / sqrt(largest) : 1.0;
         }
         for (size_t j = 0; j < N; ++j) {
-            for (size_t k = 0; k < N; ++k) w->K[j * N + k] *= w->right[j] * w->right[k];
-            w->scale[j] *= w->right[j];
+            for (size_t k = 0; k < N; ++k)
+                w->factor.K[j * N + k] *= w->factor.right[j] * w->factor.right[k];
+            w->factor.scale[j] *= w->factor.right[j];
         }
     }
 }
@@ -239,10 +253,11 @@ static void equilibrate(mbsri_dense *w)
 static void split_kernel(mbsri_dense *w)
 {
     const int n = w->n, N = w->N;
-    for (w->moving = 0; w->moving < w->nulls; ++w->moving) {
-        double *next = w->V + (size_t)(N - 1 - w->moving) * (size_t)N, *best = next, largest = 0.0;
-        for (int l = w->moving; l < w->nulls; ++l) {
-            double *v = w->V + (size_t)(N - 1 - l) * (size_t)N;
+    for (w->factor.moving = 0; w->factor.moving < w->factor.nulls; ++w->factor.moving) {
+        double *next = w->factor.V + (size_t)(N - 1 - w->factor.moving) * (size_t)N, *best = next,
+               largest = 0.0;
+        for (int l = w->factor.moving; l < w->factor.nulls; ++l) {
+            double *v = w->factor.V + (size_t)(N - 1 - l) * (size_t)N;
             const double square = mbsri_dot(n, v, v);
             if (square > largest) largest = square, best = v;
         }
@@ -252,8 +267,8 @@ static void split_kernel(mbsri_dense *w)
             best[k] = next[k];
             next[k] = k < n ? entry / sqrt(largest) : 0.0;
         }
-        for (int l = w->moving + 1; l < w->nulls; ++l) {
-            double *v = w->V + (size_t)(N - 1 - l) * (size_t)N;
+        for (int l = w->factor.moving + 1; l < w->factor.nulls; ++l) {
+            double *v = w->factor.V + (size_t)(N - 1 - l) * (size_t)N;
             const double part = mbsri_dot(n, next, v);
             for (int k = 0; k < n; ++k) v[k] -= part * next[k];
         }
@@ -269,18 +284,21 @@ int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays)
     fill(w, dropped);
     keep(w, stays);
     equilibrate(w);
-    w->nulls = w->moving = 0;
+    w->factor.nulls = w->factor.moving = 0;
     if (w->N == 0) return MBSR_OK;
     for (int k = 0; k < w->N; ++k) {
-        if (!(w->scale[k] > 0.0 && isfinite(w->scale[k])))
+        if (!(w->factor.scale[k] > 0.0 && isfinite(w->factor.scale[k])))
             return mbsri_fail(&w->d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
                               "%s: squares of lengths or masses of %s are beyond all numbers",
                               w->function, k < w->n ? "joint rates" : "rows of closures");
     }
-    if (mbsri_lapack_svd(w->N, w->K, w->sigma, w->U, w->V, w->work, w->lwork))
+    if (mbsri_lapack_svd(w->N, w->factor.K, w->factor.sigma, w->factor.U, w->factor.V, w->work,
+                         w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: no singular values of the equations of the loops", w->function);
-    while (w->nulls < w->N && !(w->sigma[w->N - 1 - w->nulls] > SMALL * w->sigma[0])) ++w->nulls;
+    while (w->factor.nulls < w->N &&
+           !(w->factor.sigma[w->N - 1 - w->factor.nulls] > SMALL * w->factor.sigma[0]))
+        ++w->factor.nulls;
     split_kernel(w);
     return MBSR_OK;
 }
@@ -288,23 +306,23 @@ int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays)
 void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x)
 {
     const size_t N = (size_t)w->N;
-    double *scaled = w->right;
-    for (size_t k = 0; k < N; ++k) scaled[k] = w->scale[k] * right[k];
+    double *scaled = w->factor.right;
+    for (size_t k = 0; k < N; ++k) scaled[k] = w->factor.scale[k] * right[k];
     mbsri_zero(N, x);
-    for (int l = 0; l < w->N - w->nulls; ++l) {
-        const double *u = w->U + (size_t)l * N, *v = w->V + (size_t)l * N;
-        const double part = mbsri_dot(w->N, u, scaled) / w->sigma[l];
+    for (int l = 0; l < w->N - w->factor.nulls; ++l) {
+        const double *u = w->factor.U + (size_t)l * N, *v = w->factor.V + (size_t)l * N;
+        const double part = mbsri_dot(w->N, u, scaled) / w->factor.sigma[l];
         for (size_t k = 0; k < N; ++k) x[k] += part * v[k];
     }
-    for (size_t k = 0; k < N; ++k) x[k] *= w->scale[k];
+    for (size_t k = 0; k < N; ++k) x[k] *= w->factor.scale[k];
 }
 
 void mbsri_dense_null(const mbsri_dense *w, int l, double *x)
 {
-    const double *v = w->V + (size_t)(w->N - 1 - l) * (size_t)w->N;
+    const double *v = w->factor.V + (size_t)(w->N - 1 - l) * (size_t)w->N;
     double largest = 0.0;
     for (int k = 0; k < w->n; ++k) {
-        x[k] = w->scale[k] * v[k];
+        x[k] = w->factor.scale[k] * v[k];
         largest = fmax(largest, fabs(x[k]) / w->span[k]);
     }
     for (int k = 0; k < w->n && largest > 0.0; ++k) x[k] /= largest;
@@ -313,6 +331,6 @@ void mbsri_dense_null(const mbsri_dense *w, int l, double *x)
 void mbsri_dense_idle(const mbsri_dense *w, int l, double *x)
 {
     const size_t n = (size_t)w->n;
-    const double *v = w->V + (size_t)(w->N - 1 - w->moving - l) * (size_t)w->N + n;
-    for (int k = 0; k < w->rows; ++k) x[k] = w->scale[n + (size_t)k] * v[k];
+    const double *v = w->factor.V + (size_t)(w->N - 1 - w->factor.moving - l) * (size_t)w->N + n;
+    for (int k = 0; k < w->rows; ++k) x[k] = w->factor.scale[n + (size_t)k] * v[k];
 }

@@ -10,34 +10,44 @@
 /* Models with more joint rates and rows go front by front where these serve. */
 enum { MBSRI_DENSE_MOST = 120 };
 
+/* K and what is made of it; N = n + rows. */
+typedef struct mbsri_dense_factors {
+    double *K, *U, *V;             /* N x N */
+    double *scale, *sigma, *right; /* N */
+    int *pivots;                   /* N */
+    int nulls;                     /* dimension of the kernel of K */
+    int moving;                    /* of its part in u */
+} mbsri_dense_factors;
+
+/* Offsets of rows, near a singular position (ranks.c). */
+typedef struct mbsri_dense_offset {
+    double *missing, *missed; /* position_rows: what offset lacks of that found, now and before */
+    double relaxation;        /* the share of that by which it changes */
+} mbsri_dense_offset;
+
 /* Workspace for one model; n = nu, m = rows, N = n + m. */
 typedef struct mbsri_dense {
     const mbsr_model *m;
     mbsr_data *d;
     const char *function; /* for messages */
     int n, rows, position_rows, N;
-    double *M;                     /* n x n; NULL: there are no matrices */
-    double *C;                     /* rows x n */
-    double *K, *U, *V;             /* N x N */
-    double *scale, *sigma, *right; /* N */
-    double *span;                  /* n: of what joint rates move (spans.h) */
-    double *g, *x, *y;             /* N */
-    double *q;                     /* nq */
-    double *q_beside;              /* nq: near a singular position (ranks.c) */
-    double *A, *b;                 /* (position_rows + n) x n, and one column: least squares */
+    double *M; /* n x n; NULL: there are no matrices */
+    double *C; /* rows x n */
+    mbsri_dense_factors factor;
+    double *span;      /* n: of what joint rates move (spans.h) */
+    double *g, *x, *y; /* N */
+    double *q;         /* nq */
+    double *q_beside;  /* nq: near a singular position (ranks.c) */
+    double *A, *b;     /* (position_rows + n) x n, and one column: least squares */
     double *work;
     int lwork;
     double *out; /* N: for results */
     mbsri_closer closer;
-    double *missing, *missed; /* position_rows: what offset lacks of that found, now and before */
-    double relaxation;        /* the share of that by which it changes */
-    int *pivots;              /* N */
-    bool *other;              /* rows: flags for a short time */
-    bool *left_out;           /* rows: not in K */
-    bool *beside;             /* 2 rows: that depend on others near a singular position (ranks.c) */
+    mbsri_dense_offset offset;
+    bool *other;    /* rows: flags for a short time */
+    bool *left_out; /* rows: not in K */
+    bool *beside;   /* 2 rows: that depend on others near a singular position (ranks.c) */
     struct mbsri_row_fronts *fronts; /* of ranks, in place of matrices; NULL: there are these */
-    int nulls;                       /* dimension of the kernel of K */
-    int moving;                      /* of its part in u */
     void *memory;
 } mbsri_dense;
 

@@ -155,8 +155,8 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     static const double rounding = 1e-9; /* beside a vector of length 1, before it is scaled */
-    const int count = w->nulls - w->moving, rows = w->rows;
-    double *A = w->K, *b = w->right, *unit = w->x, *idle = w->y;
+    const int count = w->factor.nulls - w->factor.moving, rows = w->rows;
+    double *A = w->factor.K, *b = w->factor.right, *unit = w->x, *idle = w->y;
     int rank;
     if (count == 0) return MBSR_OK;
     mbsri_zero((size_t)rows, b);
@@ -166,7 +166,7 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
             for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
                 if (!mbsri_is_stiff(c, k) || w->left_out[row]) continue;
-                if (fabs(idle[row]) <= rounding * w->scale[w->n + row]) continue;
+                if (fabs(idle[row]) <= rounding * w->factor.scale[w->n + row]) continue;
                 b[row] = lambda[row] / sqrt(c->def.stiffness[k]);
                 A[l * rows + row] = idle[row] / sqrt(c->def.stiffness[k]);
             }
@@ -175,7 +175,7 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
         unit[l] = size > 0.0 ? 1.0 / size : 0.0;
         for (int k = 0; k < rows; ++k) A[l * rows + k] *= unit[l];
     }
-    if (mbsri_lapack_gelsy(rows, count, A, b, 1e-12, w->pivots, &rank, w->work, w->lwork))
+    if (mbsri_lapack_gelsy(rows, count, A, b, 1e-12, w->factor.pivots, &rank, w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem failed", w->function);
     for (int l = 0; l < count; ++l) {
@@ -190,8 +190,8 @@ int mbsri_loops_share(mbsri_dense *w, double *lambda)
  * the condition of K. */
 static void clear_traces(mbsri_dense *w, const double *right, double *lambda)
 {
-    const int kept = w->N - w->nulls;
-    const double condition = kept > 0 ? w->sigma[0] / w->sigma[kept - 1] : 1.0,
+    const int kept = w->N - w->factor.nulls;
+    const double condition = kept > 0 ? w->factor.sigma[0] / w->factor.sigma[kept - 1] : 1.0,
                  rounding = 1e-12 + w->N * DBL_EPSILON * condition;
     double *scale = w->y, largest = 0.0;
     mbsri_rank_scales(w, scale);
@@ -208,9 +208,9 @@ static void clear_left(const mbsri_dense *w, const double *right, double *left)
 {
     static const double rounding = 1e-12;
     double largest = 0.0;
-    for (int j = 0; j < w->n; ++j) largest = fmax(largest, fabs(right[j]) * w->scale[j]);
+    for (int j = 0; j < w->n; ++j) largest = fmax(largest, fabs(right[j]) * w->factor.scale[j]);
     for (int k = 0; k < w->rows; ++k) {
-        if (fabs(left[k]) * w->scale[w->n + k] <= rounding * largest) left[k] = 0.0;
+        if (fabs(left[k]) * w->factor.scale[w->n + k] <= rounding * largest) left[k] = 0.0;
     }
 }
 
@@ -236,15 +236,15 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     /* all rows, those left out as well */
     status = mbsri_closure_bias(w->m, w->d, bias);
     if (status) return status;
-    mbsri_rank_scales(w, w->right);
-    const double rate = mbsri_rate_of_model(w->m), size = rate * rate +
-                                                          mbsri_largest_row(w->m, bias, w->right) +
-                                                          mbsri_largest_rate(w->m, udot);
+    mbsri_rank_scales(w, w->factor.right);
+    const double rate = mbsri_rate_of_model(w->m),
+                 size = rate * rate + mbsri_largest_row(w->m, bias, w->factor.right) +
+                        mbsri_largest_rate(w->m, udot);
     mbsri_closure_apply(w->m, w->d, udot, w->y);
     for (int k = 0; k < w->rows; ++k) bias[k] += w->y[k];
     clear_springs(w, bias);
     clear_left(w, right, bias);
-    return mbsri_refuse_left(w->m, w->d, bias, w->right, size, "acceleration", w->function);
+    return mbsri_refuse_left(w->m, w->d, bias, w->factor.right, size, "acceleration", w->function);
 }
 
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda)

@@ -210,7 +210,7 @@ static mbsri_row_set all_rows(const mbsri_dense *w)
                            .C = w->C,
                            .span = w->span,
                            .Q = w->A,
-                           .scale = w->right,
+                           .scale = w->factor.right,
                            .x = w->x,
                            .left = w->y};
 }
@@ -319,7 +319,7 @@ static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
 {
     const mbsr_assembly_opt opt = mbsri_assembly_standard();
     mbsr_assembly_info info;
-    double *given = w->sigma; /* rows: which had been let go before */
+    double *given = w->factor.sigma; /* rows: which had been let go before */
     for (int k = 0; k < w->rows; ++k) {
         given[k] = w->closer.let_go[k];
         w->closer.let_go[k] = w->closer.let_go[k] || (dropped && dropped[k]);

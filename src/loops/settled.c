@@ -138,8 +138,8 @@ static int displacement(mbsri_dense *w, double t, const double *q, const double 
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     if (status) return status;
     fill(w, w->g, lambda);
-    if (mbsri_lapack_gelsy(w->position_rows + w->n, w->n, w->A, w->b, 1e-13, w->pivots, &rank,
-                           w->work, w->lwork))
+    if (mbsri_lapack_gelsy(w->position_rows + w->n, w->n, w->A, w->b, 1e-13, w->factor.pivots,
+                           &rank, w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem of the springs failed", w->function);
     return MBSR_OK;
@@ -155,7 +155,7 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
         fmax(1e-14 * mbsri_closing_size(w->m, w->d, &w->closer.closing),
              1e-12 * mbsri_closing_widest(w->m, &w->closer.closing, w->closer.offset));
     *changed = false;
-    mbsri_zero((size_t)w->position_rows, w->missing);
+    mbsri_zero((size_t)w->position_rows, w->offset.missing);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
             const int row = c->row + k, held = c->position_row + k;
@@ -165,8 +165,9 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
                 gap = w->g[held];
                 for (int j = 0; j < w->n; ++j) gap += w->C[j * w->rows + row] * w->b[j];
             }
-            w->missing[held] = gap - w->closer.offset[held];
-            *changed = *changed || fabs(w->missing[held]) > rounding * w->closer.closing.gap[held];
+            w->offset.missing[held] = gap - w->closer.offset[held];
+            *changed =
+                *changed || fabs(w->offset.missing[held]) > rounding * w->closer.closing.gap[held];
         }
     }
     return MBSR_OK;
@@ -178,7 +179,7 @@ double mbsri_springs_left(const mbsri_dense *w)
     double left = 0.0, size = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            const double is = w->missing[c->position_row + k],
+            const double is = w->offset.missing[c->position_row + k],
                          gap = w->closer.offset[c->position_row + k];
             left += c->def.stiffness[k] * is * is;
             size += c->def.stiffness[k] * gap * gap;
@@ -198,8 +199,8 @@ void mbsri_springs_move(mbsri_dense *w)
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
             const int held = c->position_row + k;
-            const double stiffness = c->def.stiffness[k], was = w->missed[held],
-                         is = w->missing[held], turn = is - was;
+            const double stiffness = c->def.stiffness[k], was = w->offset.missed[held],
+                         is = w->offset.missing[held], turn = is - was;
             along += stiffness * was * turn;
             square += stiffness * turn * turn;
             before += stiffness * was * was;
@@ -207,12 +208,12 @@ void mbsri_springs_move(mbsri_dense *w)
             size += stiffness * w->closer.offset[held] * w->closer.offset[held];
         }
     }
-    if (!(before > 0.0)) w->relaxation = 1.0;
+    if (!(before > 0.0)) w->offset.relaxation = 1.0;
     if (before > 0.0 && square > 0.0 && now > rounding * size)
-        w->relaxation = fmax(-most, fmin(-w->relaxation * along / square, most));
+        w->offset.relaxation = fmax(-most, fmin(-w->offset.relaxation * along / square, most));
     for (int held = 0; held < w->position_rows; ++held) {
-        w->closer.offset[held] += w->relaxation * w->missing[held];
-        w->missed[held] = w->missing[held];
+        w->closer.offset[held] += w->offset.relaxation * w->offset.missing[held];
+        w->offset.missed[held] = w->offset.missing[held];
     }
 }
 
@@ -239,7 +240,8 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
                                   "%s: no positions found at which the springs of %s bear its "
                                   "forces (%.3g is left); settled = 0 takes them as they are",
                                   w->function, mbsri_closure_label(m, id, label), change);
-            lambda[c->row + k] = change > limit ? force - w->missing[held] * stiffness : force;
+            lambda[c->row + k] =
+                change > limit ? force - w->offset.missing[held] * stiffness : force;
         }
     }
     return MBSR_OK;

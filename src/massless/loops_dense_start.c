@@ -82,7 +82,7 @@ static int find_motion(search *s, double t, double *q, double *u, double *udot, 
     double *given = w->out;
     mbsri_copy((size_t)w->n, u, given);
     int status = mbsri_loops_velocities(w, t, q, u);
-    const int directions = w->moving;
+    const int directions = w->factor.moving;
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = mbsri_forces(w->m, w->d, NULL, NULL);
@@ -121,7 +121,7 @@ static int find_springs(search *s, double t, bool apart, double *q, double *u, d
     mbsr_assembly_info assembly;
     if (any_stiff(w)) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
     mbsri_zero((size_t)w->position_rows, w->closer.offset);
-    mbsri_zero((size_t)w->position_rows, w->missed);
+    mbsri_zero((size_t)w->position_rows, w->offset.missed);
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(w);
     mbsri_loops_leave_out(w, false);

@@ -102,7 +102,8 @@ static int mark_shared(mbsri_dense *w, int row, const bool *dropped, const doubl
     }
     for (size_t j = 0; j < n; ++j) w->b[j] = w->C[j * rows + (size_t)row] / length[row];
     if (kept == 0) return MBSR_OK;
-    if (mbsri_lapack_gelsy(w->n, kept, w->A, w->b, 1e-12, w->pivots, &rank, w->work, w->lwork))
+    if (mbsri_lapack_gelsy(w->n, kept, w->A, w->b, 1e-12, w->factor.pivots, &rank, w->work,
+                           w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem failed", w->function);
     for (int k = 0, l = 0; k < w->rows; ++k) {
@@ -115,7 +116,7 @@ static int mark_shared(mbsri_dense *w, int row, const bool *dropped, const doubl
 /* Springs, which determine their forces themselves, are dropped, and marked in w->other. */
 static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
 {
-    double *length = w->sigma;
+    double *length = w->factor.sigma;
     int status = MBSR_OK;
     for (int k = 0; k < w->rows; ++k) {
         double square = 0.0;
@@ -137,8 +138,8 @@ static int find_massless(mbsri_dense *w, int *count)
 {
     for (int k = 0; k < w->rows; ++k) w->other[k] = true;
     const int status = mbsri_dense_factor(w, w->other, NULL);
-    *count = w->moving;
-    for (int l = 0; l < w->moving && !status; ++l)
+    *count = w->factor.moving;
+    for (int l = 0; l < w->factor.moving && !status; ++l)
         mbsri_dense_null(w, l, w->A + (size_t)l * (size_t)w->n);
     return status;
 }
@@ -148,16 +149,16 @@ static int find_massless(mbsri_dense *w, int *count)
 static int fill_stretch(mbsri_dense *w, int count, int size)
 {
     int touched = 0;
-    mbsri_rank_scales(w, w->right);
-    mbsri_zero((size_t)size * (size_t)size, w->K);
+    mbsri_rank_scales(w, w->factor.right);
+    mbsri_zero((size_t)size * (size_t)size, w->factor.K);
     for (int k = 0; k < w->rows; ++k) {
         bool some = false;
-        for (int l = 0; l < count && !w->left_out[k] && w->right[k] > 0.0; ++l) {
+        for (int l = 0; l < count && !w->left_out[k] && w->factor.right[k] > 0.0; ++l) {
             const double *x = w->A + (size_t)l * (size_t)w->n;
             double sum = 0.0;
             for (int j = 0; j < w->n; ++j)
                 sum += w->C[(size_t)j * (size_t)w->rows + (size_t)k] * x[j];
-            w->K[(size_t)l * (size_t)size + (size_t)k] = sum / w->right[k];
+            w->factor.K[(size_t)l * (size_t)size + (size_t)k] = sum / w->factor.right[k];
             some = some || fabs(sum) > 0.0;
         }
         touched += some;
@@ -172,11 +173,13 @@ static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
     report->stretched = MBSR_NONE;
     const int held = count > 0 ? fill_stretch(w, count, size) : 0;
     if (held == 0) return MBSR_OK;
-    if (mbsri_lapack_svd(size, w->K, w->sigma, w->U, w->V, w->work, w->lwork))
+    if (mbsri_lapack_svd(size, w->factor.K, w->factor.sigma, w->factor.U, w->factor.V, w->work,
+                         w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: no singular values of rows on directions without mass", w->function);
-    const double *row = w->U + (size_t)(held - 1) * (size_t)size;
-    report->stretch = w->sigma[0] > 0.0 ? w->sigma[held - 1] / w->sigma[0] : 1.0;
+    const double *row = w->factor.U + (size_t)(held - 1) * (size_t)size;
+    report->stretch =
+        w->factor.sigma[0] > 0.0 ? w->factor.sigma[held - 1] / w->factor.sigma[0] : 1.0;
     report->stretched = 0;
     for (int k = 0; k < w->rows; ++k) {
         if (fabs(row[k]) > fabs(row[report->stretched])) report->stretched = k;
@@ -188,7 +191,7 @@ static int hold_by_matrices(mbsri_dense *w, mbsr_closure_report *report)
 {
     int count = 0, status = find_massless(w, &count);
     if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
-    report->undetermined = w->moving;
+    report->undetermined = w->factor.moving;
     return status ? status : find_stretch(w, count, report);
 }
 
