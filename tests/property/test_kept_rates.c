@@ -352,7 +352,7 @@ static void of_everything(void **state)
 {
     (void)state;
     int kept = 0, refused = 0;
-    const int seeds = test_long() ? 150 : test_seeds(12, 50);
+    const int seeds = test_long() ? 150 : test_seeds(12, 30);
     for (uint64_t seed = 1; seed <= (uint64_t)seeds; ++seed) {
         medley s;
         test_rng rng = test_seed(seed + 5);

@@ -195,7 +195,7 @@ static bool find_verdict(uint64_t seed, verdict *first)
 static void verdicts_agree(void **state)
 {
     (void)state;
-    const int seeds = test_long() ? 150 : test_seeds(15, 50);
+    const int seeds = test_long() ? 150 : test_seeds(15, 40);
     int models = 0, singular = 0, open = 0;
     for (uint64_t seed = 1; seed <= (uint64_t)seeds; ++seed) {
         verdict v;
@@ -309,7 +309,7 @@ static void rich_verdicts_agree(void **state)
 {
     (void)state;
     int models = 0;
-    const int seeds = test_long() ? 40 : test_seeds(5, 15);
+    const int seeds = test_long() ? 40 : test_seeds(5, 10);
     for (uint64_t seed = 1; seed <= (uint64_t)seeds; ++seed) models += check_rich(seed, false);
     assert_true(models > seeds / 2);
 }

@@ -174,7 +174,7 @@ static void springs_and_stops_of_1e10_are_no_trouble(void **state)
         loops_finish(&s);
         start(&r, s.m, s.q, s.u, order, 1.0 / 240.0);
         const double most = r.energy;
-        const int steps = test_long() ? 2000 : test_seeds(300, 1000);
+        const int steps = test_long() ? 2000 : test_seeds(300, 600);
         for (int k = 0; k < steps; ++k) {
             step(&r);
             assert_true(r.energy <= most + 1e-3);
@@ -289,7 +289,7 @@ static void a_four_bar_that_turns_fast_stays_closed(void **state)
         s.q[0] = 1.0, s.q[1] = -0.7, s.q[2] = 1.8;
         s.u[0] = 20.0;
         start(&r, s.m, s.q, s.u, order, 0.005);
-        const int steps = test_seeds(150, 600);
+        const int steps = test_seeds(150, 400);
         for (int k = 0; k < steps; ++k) {
             step(&r);
             assert_less(gap_of(&r), 1e-8);

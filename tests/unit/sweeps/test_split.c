@@ -226,7 +226,7 @@ static void threads_give_the_same_bits(void **state)
     assert_ok(mbsr_forward_dynamics(t.model, t.data, 0.0, t.q, t.u, t.tau, t.expected),
               mbsr_data_error(t.data));
     mbsr_data_use_split(t.data, split);
-    const int rounds = test_long() ? 200 : test_seeds(20, 60);
+    const int rounds = test_long() ? 200 : test_seeds(8, 40);
     for (int round = 0; round < rounds; ++round) {
         memset(t.udot, 0xff, (size_t)t.nu * sizeof *t.udot);
         assert_ok(mbsr_forward_dynamics(t.model, t.data, 0.0, t.q, t.u, t.tau, t.udot),
