@@ -57,6 +57,7 @@ typedef struct push {
     const mbsri_kept_rates *k;
     mbsri_fronts system;
     bool massless;   /* some motions move no mass */
+    double wrong;    /* share by which X, and so B, may be wrong */
     double *X;       /* nu x count: impulses, momenta, velocities */
     double *last;    /* nu x count: X of the c before */
     double *B;       /* count x count: E S' X */
@@ -232,6 +233,7 @@ static int pass_by_best(push *p, mbsr_newton *newton)
         status = pass_twice(p, newton, c);
         const double off = status ? INFINITY : apart(p);
         if (off < least) least = off, best = c;
+        p->wrong = least;
         if (least <= agree) return status;
     }
     return pass_twice(p, newton, best);
@@ -377,35 +379,45 @@ static int refuse(push *p, int worst, const double *left)
         mbsri_closure_label(m, closure, loop), nearest);
 }
 
-/* pi of least norm in the scaled equations. */
-static int find_impulses(push *p)
+/* pi of least norm in the scaled equations, of whose singular values those below `least` are none.
+ */
+static int find_impulses(push *p, double least)
 {
     const int count = p->k->count;
     int rank;
-    find_scales(p);
     for (int l = 0; l < count; ++l) {
         for (int j = 0; j < count; ++j)
             p->A[l * count + j] = p->B[l * count + j] * p->scale[l] * p->scale[j];
         p->pi[l] = p->k->missing[l] * p->scale[l];
     }
-    if (mbsri_lapack_gelsy(count, count, p->A, p->pi, dependent, p->pivots, &rank, p->work,
-                           p->lwork))
+    if (mbsri_lapack_gelsy(count, count, p->A, p->pi, least, p->pivots, &rank, p->work, p->lwork))
         return mbsri_fail(&p->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem of the rates that are kept failed",
                           function);
-    for (int l = 0; l < count; ++l) {
-        p->pi[l] *= p->scale[l];
-        for (int j = 0; j < count; ++j) p->k->size[j] += fabs(p->B[l * count + j] * p->pi[l]);
-    }
+    for (int l = 0; l < count; ++l) p->pi[l] *= p->scale[l];
     return MBSR_OK;
 }
 
+static void add_sizes(push *p)
+{
+    const int count = p->k->count;
+    for (int l = 0; l < count; ++l) {
+        for (int j = 0; j < count; ++j) p->k->size[j] += fabs(p->B[l * count + j] * p->pi[l]);
+    }
+}
+
+/* Rates that depend on each other by loops have equations that do, but for what B is wrong by: the
+ * impulses are without what that adds, where they meet what is missing. */
 static int run(push *p, double *tried)
 {
-    int status = find_changes(p);
-    if (!status) status = find_impulses(p);
+    int status = find_changes(p), worst = -1;
+    if (!status) find_scales(p);
+    if (!status) status = find_impulses(p, fmax(dependent, p->wrong));
+    if (!status && p->wrong > dependent && worst_left(p, p->work) >= 0)
+        status = find_impulses(p, dependent);
     if (status) return status;
-    const int worst = worst_left(p, p->work);
+    add_sizes(p);
+    worst = worst_left(p, p->work);
     if (worst >= 0) return refuse(p, worst, p->work);
     for (int l = 0; l < p->k->count; ++l)
         mbsri_ax(p->m->nu, 1, p->pi[l], column(p, p->X, l), &(double){1.0}, tried);
