@@ -45,9 +45,40 @@ static int open_group(const mbsr_model *m, mbsr_data *d, int i, mbsri_group *g)
     return rank;
 }
 
+/* The work of gamma on a motion along the vector over the span of one of its rates, the first to be
+ * passed, J. */
+static double work_of(const mbsr_model *m, const mbsri_spans *spans, const mbsri_group *g,
+                      const double *vector, double gamma)
+{
+    double passed = 0.0;
+    int at = 0;
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        for (int l = 0; l < b->n; ++l, ++at)
+            passed = fmax(passed, fabs(vector[at]) / mbsri_coordinate_span(spans, m, b, true, l));
+    }
+    return passed > 0.0 ? fabs(gamma) / passed : 0.0;
+}
+
+double mbsri_work_of_forces(const mbsr_model *m, const mbsr_data *d)
+{
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    double largest = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int c = 0; c < b->d; ++c)
+            largest = fmax(largest, fabs(d->f[b->v + (size_t)c]) * mbsri_pose_span(&spans, b, c));
+        for (int k = 0; k < b->n; ++k)
+            largest = fmax(largest,
+                           fabs(d->tau[b->iu + k]) * mbsri_coordinate_span(&spans, m, b, true, k));
+    }
+    return largest;
+}
+
 double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, double least,
                             int *head)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     double largest = 0.0, *vector = d->scratch;
     if (head) *head = 0;
     if (relative) mbsri_gross_forces(m, d);
@@ -57,7 +88,8 @@ double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, do
         for (int l = rank; l < g.n; ++l) {
             const double gamma = fabs(defect_of(m, d, &g, l, vector));
             const double size = relative ? mbsri_gross_load(m, d, &g, vector) : 1.0;
-            if (!(gamma > least && gamma > largest * size)) continue;
+            if (!(gamma > largest * size)) continue;
+            if (!(work_of(m, &spans, &g, vector, gamma) > least)) continue;
             largest = gamma / size;
             if (head) *head = i;
         }
@@ -82,6 +114,7 @@ double mbsri_largest_load(const mbsr_model *m, mbsr_data *d)
 
 void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     double *vector = d->scratch;
     mbsri_zero((size_t)m->bodies + 1, list);
     mbsri_gross_forces(m, d);
@@ -90,7 +123,8 @@ void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list
         const int rank = open_group(m, d, i, &g);
         for (int l = rank; l < g.n; ++l) {
             const double gamma = fabs(defect_of(m, d, &g, l, vector));
-            if (gamma > share * mbsri_gross_load(m, d, &g, vector)) list[i] = fmax(list[i], gamma);
+            if (gamma > share * mbsri_gross_load(m, d, &g, vector))
+                list[i] = fmax(list[i], work_of(m, &spans, &g, vector, gamma));
         }
     }
 }

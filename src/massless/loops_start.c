@@ -58,7 +58,7 @@ static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
 /* Forces along directions without mass in a state that is 1e-8 of typical sizes beside y, springs
  * of stiff rows included, to `shaken`, *force: the largest that is applied there; then the residual
  * at y once more. */
-static int shake(const start *s, double *force)
+static int shake(const start *s, double *work)
 {
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
@@ -78,7 +78,7 @@ static int shake(const start *s, double *force)
     status = s->form->residual(m, d, s->t, s->near, s->yp, s->F);
     if (!status) status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (!status) mbsri_defects(m, d, 0.0, s->shaken);
-    *force = mbsri_largest((int)m->size.v, d->f) + mbsri_largest(m->nu, d->tau);
+    *work = mbsri_work_of_forces(m, d);
     return status ? status : s->form->residual(m, d, s->t, s->y, s->yp, s->F);
 }
 
@@ -93,14 +93,14 @@ static int check_balance(const start *s)
     double there;
     int head, status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (status) return status;
-    const double force = mbsri_largest((int)m->size.v, d->f) + mbsri_largest(m->nu, d->tau),
-                 share = mbsri_largest_defect(m, d, true, 1e-8 * force, &head);
+    const double work = mbsri_work_of_forces(m, d),
+                 share = mbsri_largest_defect(m, d, true, 1e-8 * work, &head);
     if (share <= 1e-6) return MBSR_OK;
     mbsri_defects(m, d, 1e-6, s->left);
     status = shake(s, &there);
     if (status) return status;
     /* where no more acts than a small displacement makes, rounding of that is all there is */
-    const double least = force <= 1e-6 * there ? 1e-7 * there : 1e-8 * force;
+    const double least = work <= 1e-6 * there ? 1e-7 * there : 1e-8 * work;
     bool rounding = true;
     for (int i = 1; i <= m->bodies; ++i)
         rounding = rounding && (s->left[i] <= least || s->left[i] <= 1e-5 * s->shaken[i]);
