@@ -240,7 +240,7 @@ static int begin(mbsr_completion *w)
 static int attempt(mbsr_completion *w, bool velocities)
 {
     const int status = velocities ? mbsri_completion_velocities(w) : MBSR_OK;
-    return status ? status : mbsri_completion_rates(w);
+    return status ? status : mbsri_completion_rates(w, false);
 }
 
 /* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of
@@ -425,7 +425,7 @@ static int find_dynamics(mbsr_completion *w)
     }
     mbsri_copy((size_t)w->size, w->given, w->y);
     status = here(w);
-    return status ? status : mbsri_completion_rates(w);
+    return status ? status : mbsri_completion_rates(w, false);
 }
 
 int mbsr_completion_dynamics(mbsr_completion *completion, mbsr_data *data, double t,

@@ -181,16 +181,33 @@ static int too_fast(mbsr_completion *w)
                                  "the motion");
 }
 
+/* Loop forces less what rounding in x_Lambda, times c, leaves of the balance F_u along directions
+ * without mass, and the q' and p' of these: K x = (0, 0, -c F_u, 0, 0). */
+static int keep_balance(mbsr_completion *w)
+{
+    const double c = mbsri_completion_c(w, MBSRI_NEAR), *F = w->F + w->rates;
+    double *r = w->ahead_rate;
+    mbsri_zero((size_t)w->size, r);
+    for (int k = 0; k < w->m->nu; ++k) r[w->rates + k] = w->lacks[k] ? -c * F[k] : 0.0;
+    int status = mbsri_completion_solve(w, MBSRI_NEAR, r, w->x);
+    if (status) return status;
+    add_forces(w);
+    status = here(w);
+    known_rates(w, w->rate);
+    return status;
+}
+
 /* u' into w->rate, loop forces into w->yp, by Newton systems at the state. Without loops, and where
  * springs alone hold directions, solutions aim further until x_q and x_p are the rates. Positions
  * that loops hold let x_q be no other: two solutions tell the part that decays as c grows; not the
  * first time, when loop forces may still have a share of c in them, from impulses. *loaded: by how
- * much of all forces loop forces have changed that the matrices are of. */
-static int solve_rates(mbsr_completion *w, double *loaded)
+ * much of all forces loop forces have changed that the matrices are of. exactly: forces balance to
+ * the last digit at the state, and do afterwards. */
+static int solve_rates(mbsr_completion *w, bool exactly, double *loaded)
 {
     enum { MOST = 40 };
     static const double enough = 1e-11, near = 1e-6, decays = 1e-3;
-    const bool aims = w->elastic || w->m->rows == 0;
+    const bool aims = w->elastic || w->m->rows == 0, keeps = exactly && w->m->rows > 0;
     const int count = w->elastic || !aims ? 2 : 1;
     double *const r[2] = {w->r, w->further}, *const x[2] = {w->x, w->other};
     double *before = w->ahead, *first = w->time, last = INFINITY;
@@ -201,6 +218,7 @@ static int solve_rates(mbsr_completion *w, double *loaded)
         mbsri_copy((size_t)w->size, w->time, r[j]);
         for (int k = 0; k < w->rates; ++k) r[j][k] = mbsri_completion_c(w, j) * w->rate[k];
     }
+    if (!status && keeps) mbsri_completion_lacking(w, w->lacks);
     for (int step = 0; step < MOST && !status; ++step) {
         for (int j = 0; j < count && !status; ++j) {
             if (step == 0) status = mbsri_completion_factor(w, j);
@@ -217,13 +235,16 @@ static int solve_rates(mbsr_completion *w, double *loaded)
         known_rates(w, w->rate);
         if (status) return status;
         if (step > 0 && decay > decays) return too_fast(w);
-        if (step > 0 && mbsri_completion_converged(change, last, enough, near)) return MBSR_OK;
+        if (step > 0 && mbsri_completion_converged(change, last, enough, near))
+            return keeps ? keep_balance(w) : MBSR_OK;
         if (step > 3 && change > 0.5 * last) {
             bool rounding = false;
             if (moved <= near) status = ask_rounding(w, &rounding);
-            return status ? status : rounding ? MBSR_OK : too_fast(w);
+            if (status || !rounding) return status ? status : too_fast(w);
+            return keeps ? keep_balance(w) : MBSR_OK;
         }
         last = change;
+        if (keeps) status = keep_balance(w);
         for (int j = 0; j < count; ++j) {
             const double *solution = j == 0 ? first : x[1];
             for (int k = 0; k < w->rates; ++k) {
@@ -292,20 +313,20 @@ int mbsri_completion_forward(mbsr_completion *w)
 }
 
 /* Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
-static int solve_farther(mbsr_completion *w, double *loaded)
+static int solve_farther(mbsr_completion *w, bool exactly, double *loaded)
 {
     static const double farther = 100.0;
     const double c = w->c;
     if (w->m->rows > 0 && w->deficient && !w->elastic) {
         w->c = farther * c;
-        const int status = solve_rates(w, loaded);
+        const int status = solve_rates(w, exactly, loaded);
         w->c = c;
         if (status <= 0) return status;
     }
-    return solve_rates(w, loaded);
+    return solve_rates(w, exactly, loaded);
 }
 
-int mbsri_completion_rates(mbsr_completion *w)
+int mbsri_completion_rates(mbsr_completion *w, bool exactly)
 {
     enum { TURNS = 4 };
     static const double known = 1e-8; /* of loop forces, whose work changes with the directions */
@@ -314,6 +335,6 @@ int mbsri_completion_rates(mbsr_completion *w)
     double loaded = INFINITY;
     status = MBSR_OK;
     for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
-        status = solve_farther(w, &loaded);
+        status = solve_farther(w, exactly, &loaded);
     return !status && w->elastic ? mbsri_completion_bend(w) : status;
 }

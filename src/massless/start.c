@@ -182,7 +182,7 @@ static int accelerate(mbsri_start *s)
     const int status = mbsri_start_evaluate(s, true);
     if (status) return status;
     s->sought = "acceleration";
-    return mbsri_completion_rates(s->w);
+    return mbsri_completion_rates(s->w, true);
 }
 
 /* The state in balance, and its accelerations. */
