@@ -32,7 +32,7 @@ typedef struct knowns {
     double F[ROWS * ROWS];
     double by_joint[2 * MOST][6];      /* forces on the body */
     double tau[ROWS + 2 * MOST][MOST]; /* over x, q, u */
-    bool loads, moves; /* there are loads; those that x changes, or forces by q and u */
+    bool moves;                        /* x changes loads, or q and u forces */
 } knowns;
 
 /* Columns dq, du, x of the predecessor. */
@@ -85,26 +85,33 @@ static bool is_plain(const mbsri_front *f, const mbsri_front_step *s)
 
 /* ---- what is known over x ---- */
 
-/* A column of an element: its forces enter the rate of the impulse with -1. */
+/* Forces of an element enter the rate of the impulse with -1. A column of one that loads joints: */
 static void add_column(const double *from, int n, double *sigma, double *tau)
 {
     for (int r = 0; r < 6; ++r) sigma[r] -= from[r];
-    for (int r = 0; r < n && tau; ++r) tau[r] += from[6 + r];
+    for (int r = 0; r < n; ++r) tau[r] += from[6 + r];
 }
 
-static void add_matrix(knowns *k, const double *from, int n, int stride, bool joint)
+/* Of one on bodies alone. */
+static void add_forces(knowns *k, const double *from, int stride)
 {
     for (int l = 0; l < ROWS; ++l, from += stride) {
-        if (mbsri_is_zero((size_t)(joint ? 6 + n : 6), from)) continue;
-        add_column(from, n, k->F + l * ROWS + 6, joint ? k->tau[l] : NULL);
-        k->moves = k->moves || (joint && !mbsri_is_zero((size_t)n, from + 6));
+        for (int r = 0; r < 6; ++r) k->F[l * ROWS + 6 + r] -= from[r];
     }
-    for (int l = 0; l < 2 * n && joint; ++l, from += stride) {
+}
+
+static void add_matrix(knowns *k, const double *from, int n, int stride)
+{
+    for (int l = 0; l < ROWS; ++l, from += stride) {
+        if (mbsri_is_zero((size_t)(6 + n), from)) continue;
+        add_column(from, n, k->F + l * ROWS + 6, k->tau[l]);
+        k->moves = k->moves || !mbsri_is_zero((size_t)n, from + 6);
+    }
+    for (int l = 0; l < 2 * n; ++l, from += stride) {
         if (mbsri_is_zero((size_t)(6 + n), from)) continue;
         add_column(from, n, k->by_joint[l], k->tau[ROWS + l]);
         k->moves = k->moves || !mbsri_is_zero(6, from);
     }
-    k->loads = k->loads || joint;
 }
 
 static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, knowns *k)
@@ -122,7 +129,11 @@ static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, knowns 
         if (list[l] == 0) continue;
         for (int j = 0, row = 0; j < count; ++j) {
             if (list[j] == 0) continue;
-            add_matrix(k, matrix + (size_t)column * (size_t)rows + row, n, rows, joint);
+            const double *from = matrix + (size_t)column * (size_t)rows + row;
+            if (joint)
+                add_matrix(k, from, n, rows);
+            else
+                add_forces(k, from, rows);
             row += 6 + n;
         }
         column += width;
@@ -134,7 +145,7 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
 {
     const int i = s->step->body;
     int status = MBSR_OK;
-    k->loads = k->moves = false;
+    k->moves = false;
     memset(k->by_joint, 0, sizeof k->by_joint);
     memset(k->tau, 0, sizeof k->tau);
     memcpy(k->F, s->terms.P, sizeof k->F);
