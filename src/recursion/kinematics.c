@@ -269,10 +269,7 @@ int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i)
     double *V = d->V + b->v, *kII = d->kII + b->v;
     /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
     mbsri_zero((size_t)b->d, V);
-    if (b->d == 6 && b->pred.d == 6) /* sizes known to the compiler */
-        mbsri_ax(6, 6, -1.0, d->H + b->dp, d->V + b->pred.v, V);
-    else
-        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, d->V + b->pred.v, V);
+    mbsri_ax_often(b->d, b->pred.d, -1.0, d->H + b->dp, d->V + b->pred.v, V);
     mbsri_add_along(b, -1.0, d->J + b->dn, d->u + b->iu, V);
     for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
     if (!mbsri_finite((size_t)b->d, V)) {

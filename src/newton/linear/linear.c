@@ -4,7 +4,6 @@
 
 #include "algebra/dense.h"
 #include "base/error.h"
-#include "base/inlined.h"
 #include "base/memory.h"
 #include "forces/gravity.h"
 #include "forms/loops.h"
@@ -549,22 +548,14 @@ int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, co
 }
 
 /* y_pi += B y:  -H^T m,  -(H^T sigma + H'^T m),  -H^T mu */
-MBSRI_INLINE void pass_actions(const int d, const int dp, const mbsri_terms *k, bool deep,
-                               const double *y, double *below)
-{
-    mbsri_atx(d, dp, -1.0, k->H, y, below);
-    mbsri_atx(d, dp, -1.0, k->H, y + d, below + dp);
-    mbsri_atx(d, dp, -1.0, k->Hdot, y, below + dp);
-    if (deep) mbsri_atx(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
-}
-
 void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
                        double *below)
 {
-    if (b->d == 6 && b->pred.d == 6)
-        pass_actions(6, 6, k, deep, y, below);
-    else
-        pass_actions(b->d, b->pred.d, k, deep, y, below);
+    const int d = b->d, dp = b->pred.d;
+    mbsri_atx_often(d, dp, -1.0, k->H, y, below);
+    mbsri_atx_often(d, dp, -1.0, k->H, y + d, below + dp);
+    mbsri_atx_often(d, dp, -1.0, k->Hdot, y, below + dp);
+    if (deep) mbsri_atx_often(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
 }
 
 void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,
