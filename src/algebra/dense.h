@@ -362,16 +362,27 @@ static inline void mbsri_congruence(int r, int c, const double *A, const double 
     mbsri_atb(r, c, c, 1.0, A, T, C);
 }
 
+/* Row and column j of the same, up to the diagonal. */
+static inline void mbsri_even_row(int n, int j, double *A)
+{
+    for (int k = 0; k < j; ++k) {
+        const size_t jk = (size_t)k * (size_t)n + (size_t)j, kj = (size_t)j * (size_t)n + (size_t)k;
+        A[jk] = A[kj] = 0.5 * (A[jk] + A[kj]);
+    }
+}
+
 /* A := (A + A^T) / 2,  n x n */
 static inline void mbsri_symmetrise(int n, double *A)
 {
-    for (int j = 0; j < n; ++j) {
-        for (int k = 0; k < j; ++k) {
-            const size_t jk = (size_t)k * (size_t)n + (size_t)j,
-                         kj = (size_t)j * (size_t)n + (size_t)k;
-            A[jk] = A[kj] = 0.5 * (A[jk] + A[kj]);
-        }
+    if (n == 6) { /* row by row known to the compiler */
+        mbsri_even_row(6, 1, A);
+        mbsri_even_row(6, 2, A);
+        mbsri_even_row(6, 3, A);
+        mbsri_even_row(6, 4, A);
+        mbsri_even_row(6, 5, A);
+        return;
     }
+    for (int j = 0; j < n; ++j) mbsri_even_row(n, j, A);
 }
 
 #endif

@@ -421,14 +421,18 @@ static void change_of_motion(const chain *w, const chain_change *dw, int c, doub
     add_change_of_cross(col->a, dcol->a, armd, darmd, drate + 3);
 }
 
+static void see_pose(const chain *w, double *p)
+{
+    memcpy(p + MBSR_POSE_R, w->Ri, sizeof w->Ri);
+    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w->r_pred[k] + w->r[k];
+}
+
 int mbsri_chain_position(const mbsr_joint_args *args, double *p)
 {
     chain w;
     const int status = walk(args, &w);
-    if (status) return status;
-    memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
-    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w.r_pred[k] + w.r[k];
-    return MBSR_OK;
+    if (!status) see_pose(&w, p);
+    return status;
 }
 
 /* H = unit X for a predecessor in space; of a body in the plane the columns that it has.
@@ -448,19 +452,16 @@ static void fill_H(mbsr_space space, double unit, const double lower[9], double 
     }
 }
 
-int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+static void see_jacobians(const mbsr_joint_args *args, const chain *w, double *H, double *J,
+                          double *kI)
 {
-    (void)K;
-    chain w;
-    const int status = walk_to(args, &w);
-    if (status) return status;
     double lower[9];
-    mbsri_cross_matrix3(w.r, lower);
+    mbsri_cross_matrix3(w->r, lower);
     fill_H(args->pred_space, 1.0, lower, H);
-    for (int c = 0; c < w.columns; ++c) {
-        const column *col = w.column + c;
+    for (int c = 0; c < w->columns; ++c) {
+        const column *col = w->column + c;
         double S[6];
-        motion_of(&w, col, S, NULL);
+        motion_of(w, col, S, NULL);
         for (int k = 0; k < 6; ++k) {
             if (col->driven)
                 kI[k] -= S[k] * col->sd;
@@ -468,6 +469,24 @@ int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, dou
                 J[6 * col->place + k] = -S[k];
         }
     }
+}
+
+int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+{
+    (void)K;
+    chain w;
+    const int status = walk_to(args, &w);
+    if (!status) see_jacobians(args, &w, H, J, kI);
+    return status;
+}
+
+int mbsri_chain_place(const mbsr_joint_args *args, double *p, double *H, double *J, double *kI)
+{
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    see_pose(&w, p);
+    see_jacobians(args, &w, H, J, kI);
     return MBSR_OK;
 }
 
@@ -515,8 +534,7 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
     chain w;
     const int status = walk(args, &w);
     if (status) return status;
-    memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
-    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w.r_pred[k] + w.r[k];
+    see_pose(&w, p);
     double rhod[3];
     for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
     for (int k = 0; k < 6; ++k) drive[k] = bias[k] = 0.0;

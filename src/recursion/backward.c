@@ -241,10 +241,7 @@ int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_w
     const mbsri_body *b = m->body + i;
     if (mbsri_in_factors(d, i) && mbsri_factors_eliminate(m, d, i)) return MBSRI_BY_PIVOTS;
     double *Mbar = d->Mbar + b->dd;
-    if (b->d == 6) /* known to the compiler */
-        mbsri_symmetrise(6, Mbar);
-    else
-        mbsri_symmetrise(b->d, Mbar);
+    mbsri_symmetrise(b->d, Mbar);
     mbsri_add_diagonal(b->d, 1.0, Mbar, d->W + b->dd);
     if (!mbsri_heads(m, d, i)) return MBSR_OK;
     const mbsri_group g = mbsri_group_of(m, d, i);
