@@ -3,6 +3,8 @@
 #ifndef MBSRI_SPACE3_H
 #define MBSRI_SPACE3_H
 
+#include "algebra/dense.h"
+
 #include <math.h>
 #include <stdbool.h>
 
@@ -107,10 +109,8 @@ static inline bool mbsri_is_translation(const double H[36], double rho[3])
     const double expected[36] = {-1.0, 0.0, 0.0,  0.0, z,    -y,  0.0, -1.0, 0.0, -z,   0.0, x,
                                  0.0,  0.0, -1.0, y,   -x,   0.0, 0.0, 0.0,  0.0, -1.0, 0.0, 0.0,
                                  0.0,  0.0, 0.0,  0.0, -1.0, 0.0, 0.0, 0.0,  0.0, 0.0,  0.0, -1.0};
-    long long other = 0; /* as wide as a double, so that several are compared at a time */
-    for (int k = 0; k < 36; ++k) other |= H[k] != expected[k];
     rho[0] = x, rho[1] = y, rho[2] = z;
-    return other == 0;
+    return mbsri_same(18, H, expected);
 }
 
 /* C += X^T A X of a symmetric A = [a b^T; b c]:  b - c [rho]x,  a + Y + Y^T with Y = [rho]x (b - c

@@ -170,9 +170,8 @@ typedef struct closure_matrices {
 
 static closure_matrices matrices_of(const mbsr_derivatives *w, const mbsri_closure *c, size_t k)
 {
-    const size_t n = (size_t)c->columns;
-    const double *S = mbsri_linear_closure(w->linear, k);
-    return (closure_matrices){S, S + n * n, S + n * n + (size_t)c->rows * n, w->bend + 2 * c->at};
+    const mbsri_closure_part of = mbsri_linear_closure(w->linear, k);
+    return (closure_matrices){of.S, of.slope, of.C, w->bend + 2 * c->at};
 }
 
 static reading reading_at(double *memory, const mbsri_closure *c)

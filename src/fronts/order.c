@@ -5,7 +5,7 @@
  * Eliminating a vertex joins the elements that have it in one. */
 #include "fronts/order.h"
 
-#include "base/memory.h"
+#include "base/heap.h"
 #include "recursion/closures.h"
 
 enum { EAGER = 64 }; /* vertices of a border whose scores are renewed at once */
@@ -14,18 +14,13 @@ typedef struct link {
     int element, next; /* the next one of the same vertex; -1: none */
 } link;
 
-typedef struct key {
-    double score;
-    int vertex, version;
-} key;
-
 struct mbsri_order {
     const mbsr_model *m;
     const mbsri_closure *closure;
     int vertices; /* bodies + 1, then closures */
     mbsri_order_rule rule;
     mbsri_plan *plan;
-    mbsri_array members, links, heap; /* int, link, key */
+    mbsri_array members, links, heap; /* int, link, key: of vertices that may be next */
     int *first, *count, *spare; /* of elements, which are steps: their vertices; rates passed less
                                  * rows eliminated; count -1: joined to another */
     int *first_link, *version, *mark, tick; /* vertices */
@@ -127,38 +122,6 @@ static void begin(mbsri_order *g)
             outside += mbsri_plan_reads(c, l) && c->body[l] != c->meets;
         g->ends_left[k] = g->tops_left[k] = outside;
     }
-}
-
-/* ---- the heap of vertices that may be next ---- */
-
-static bool is_less(key a, key b)
-{
-    return a.score < b.score || (a.score == b.score && a.vertex > b.vertex);
-}
-
-static bool insert(mbsri_order *g, key now)
-{
-    if (!mbsri_reserve(&g->m->allocator, &g->heap, 1, sizeof now)) return false;
-    key *heap = g->heap.data;
-    size_t at = g->heap.count++;
-    for (; at > 0 && is_less(now, heap[(at - 1) / 2]); at = (at - 1) / 2)
-        heap[at] = heap[(at - 1) / 2];
-    heap[at] = now;
-    return true;
-}
-
-static key take_first(mbsri_order *g)
-{
-    key *heap = g->heap.data, top = heap[0], last = heap[--g->heap.count];
-    size_t at = 0, count = g->heap.count;
-    for (size_t child = 1; child < count; child = 2 * at + 1) {
-        if (child + 1 < count && is_less(heap[child + 1], heap[child])) ++child;
-        if (!is_less(heap[child], last)) break;
-        heap[at] = heap[child];
-        at = child;
-    }
-    if (count > 0) heap[at] = last;
-    return top;
 }
 
 /* ---- borders ---- */
@@ -294,7 +257,9 @@ static bool offer(mbsri_order *g, int vertex)
     g->queued[vertex] = false;
     if (vertex == 0 || g->gone[vertex] || !may_go(g, vertex)) return true;
     g->queued[vertex] = true;
-    return find_score(g, vertex, &score) && insert(g, (key){score, vertex, g->version[vertex]});
+    return find_score(g, vertex, &score) &&
+           mbsri_heap_insert(&g->m->allocator, &g->heap,
+                             (mbsri_key){score, vertex, g->version[vertex]});
 }
 
 /* ---- steps ---- */
@@ -415,12 +380,14 @@ bool mbsri_order_make(mbsri_order *g, mbsri_order_rule rule, double most, mbsri_
         if (!offer(g, v)) return false;
     }
     while (plan->steps < g->vertices - 1 && plan->operations <= most && g->heap.count > 0) {
-        const key now = take_first(g);
+        const mbsri_key now = mbsri_heap_take(&g->heap);
         double score;
         if (g->gone[now.vertex] || now.version != g->version[now.vertex]) continue;
         if (!find_score(g, now.vertex, &score)) return false;
         if (score > now.score) { /* it has grown since */
-            if (!insert(g, (key){score, now.vertex, now.version})) return false;
+            if (!mbsri_heap_insert(&g->m->allocator, &g->heap,
+                                   (mbsri_key){score, now.vertex, now.version}))
+                return false;
             continue;
         }
         if (!eliminate(g, now.vertex, plan->steps++, &used)) return false;

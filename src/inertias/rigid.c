@@ -268,21 +268,31 @@ static void add_3x3(const double B[9], int row, int column, double *M)
     }
 }
 
+/* M (6 x 6) of mass, first moment and moments about the origin. */
+static void fill(double mass, const double first[3], const double I[9], double *M)
+{
+    double C[9];
+    mbsri_cross_matrix3(first, C);
+    for (int j = 0; j < 3; ++j) {
+        double *turn = M + 6 * j, *move = turn + 18;
+        for (int k = 0; k < 3; ++k) {
+            turn[k] = I[3 * j + k];
+            turn[3 + k] = -C[3 * j + k];
+            move[k] = C[3 * j + k];
+            move[3 + k] = j == k ? mass : 0.0;
+        }
+    }
+}
+
 void mbsri_rigid_mass(const mbsr_inertia *inertia, const double R[9], double *M)
 {
-    double c[3], body[9], I[9], first[9];
+    double c[3], body[9], I[9];
     mbsri_rotate3(R, inertia->com, c);
     tensor_of(inertia->tensor, body);
     rotate_tensor(R, body, I);
     add_parallel_axes(inertia->mass, c, I);
     for (int k = 0; k < 3; ++k) c[k] *= inertia->mass;
-    mbsri_cross_matrix3(c, first);
-    mbsri_zero(36, M);
-    add_3x3(I, 0, 0, M);
-    add_3x3(first, 0, 3, M);
-    for (int k = 0; k < 9; ++k) first[k] = -first[k];
-    add_3x3(first, 3, 0, M);
-    for (int k = 3; k < 6; ++k) M[7 * k] = inertia->mass;
+    fill(inertia->mass, c, I, M);
 }
 
 void mbsri_rigid_times(const mbsr_inertia *inertia, const double R[9], double factor,

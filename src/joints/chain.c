@@ -44,6 +44,7 @@ typedef struct chain {
     int columns;
     column column[MBSRI_MAX_STEPS];
     double Ri[9], r[3], v[3]; /* the body */
+    const double *known;      /* its R, where that is known; NULL: to be found */
 } chain;
 
 /* Changes of a chain, under the names of what changes; `turn` is the small rotation of R. */
@@ -197,6 +198,12 @@ static void change_along(const mbsr_joint_args *args, const mbsr_joint_change *b
     mbsri_add3(col->sd, dcol->a, dw->omega);
 }
 
+/* Whether the frame behind the step is that of a body whose R is known. */
+static bool is_last_turn(const mbsr_joint_args *args, const chain *w, int step)
+{
+    return w->known && step + 1 == args->option[0];
+}
+
 /* A step with one coordinate. */
 static void step_along(const mbsr_joint_args *args, const mbsr_joint_change *by, chain *w,
                        chain_change *dw, int step, const double *driven)
@@ -221,7 +228,7 @@ static void step_along(const mbsr_joint_args *args, const mbsr_joint_change *by,
     if (dw) change_along(args, by, dw, col, dw->column + (col - w->column));
     slide(w, col, col->pitch * col->s, col->pitch * col->sd);
     if (col->turn == 0.0) return;
-    turn_about(w->R, axis, col->s);
+    if (!is_last_turn(args, w, step)) turn_about(w->R, axis, col->s);
     mbsri_add3(col->sd, a, w->omega);
 }
 
@@ -302,7 +309,10 @@ static void change_A(const double A[12], const chain *w, chain_change *dw)
 static void place_body(const double B[12], chain *w)
 {
     double arm[3];
-    mbsri_multiply_transposed3(w->R, B + 3, w->Ri);
+    if (w->known)
+        memcpy(w->Ri, w->known, sizeof w->Ri);
+    else
+        mbsri_multiply_transposed3(w->R, B + 3, w->Ri);
     mbsri_rotate3(w->Ri, B, arm);
     for (int k = 0; k < 3; ++k) arm[k] = -arm[k];
     mbsri_cross3(w->omega, arm, w->v);
@@ -323,9 +333,9 @@ static void change_body(const chain *w, chain_change *dw)
 }
 
 /* From the predecessor through all steps to the body, and its change along `by` (both NULL: not
- * wanted). Velocities are zero where args, or `by`, has none. */
-static int walk_both(const mbsr_joint_args *args, const mbsr_joint_change *by, chain *w,
-                     chain_change *dw)
+ * wanted). known: R of the body, or NULL. Velocities are zero where args, or `by`, has none. */
+static int walk_both(const mbsr_joint_args *args, const mbsr_joint_change *by, const double *known,
+                     chain *w, chain_change *dw)
 {
     const double *A = args->param + MBSRI_A, *B = args->param + MBSRI_B;
     double driven[3 * MBSRI_MAX_STEPS];
@@ -336,6 +346,7 @@ static int walk_both(const mbsr_joint_args *args, const mbsr_joint_change *by, c
         if (status) return status;
     }
     w->columns = 0;
+    w->known = known;
     place_predecessor(args, w);
     if (dw) change_predecessor(args, by, w, dw);
     place_A(A, w);
@@ -355,7 +366,13 @@ static int walk_both(const mbsr_joint_args *args, const mbsr_joint_change *by, c
 
 static int walk(const mbsr_joint_args *args, chain *w)
 {
-    return walk_both(args, NULL, w, NULL);
+    return walk_both(args, NULL, NULL, w, NULL);
+}
+
+/* To a body whose pose is known. */
+static int walk_to(const mbsr_joint_args *args, chain *w)
+{
+    return walk_both(args, NULL, args->p ? args->p + MBSR_POSE_R : NULL, w, NULL);
 }
 
 /* S and S' of a column; rate may be NULL. */
@@ -404,14 +421,18 @@ static void change_of_motion(const chain *w, const chain_change *dw, int c, doub
     add_change_of_cross(col->a, dcol->a, armd, darmd, drate + 3);
 }
 
+static void see_pose(const chain *w, double *p)
+{
+    memcpy(p + MBSR_POSE_R, w->Ri, sizeof w->Ri);
+    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w->r_pred[k] + w->r[k];
+}
+
 int mbsri_chain_position(const mbsr_joint_args *args, double *p)
 {
     chain w;
     const int status = walk(args, &w);
-    if (status) return status;
-    memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
-    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w.r_pred[k] + w.r[k];
-    return MBSR_OK;
+    if (!status) see_pose(&w, p);
+    return status;
 }
 
 /* H = unit X for a predecessor in space; of a body in the plane the columns that it has.
@@ -431,19 +452,16 @@ static void fill_H(mbsr_space space, double unit, const double lower[9], double 
     }
 }
 
-int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+static void see_jacobians(const mbsr_joint_args *args, const chain *w, double *H, double *J,
+                          double *kI)
 {
-    (void)K;
-    chain w;
-    const int status = walk(args, &w);
-    if (status) return status;
     double lower[9];
-    mbsri_cross_matrix3(w.r, lower);
+    mbsri_cross_matrix3(w->r, lower);
     fill_H(args->pred_space, 1.0, lower, H);
-    for (int c = 0; c < w.columns; ++c) {
-        const column *col = w.column + c;
+    for (int c = 0; c < w->columns; ++c) {
+        const column *col = w->column + c;
         double S[6];
-        motion_of(&w, col, S, NULL);
+        motion_of(w, col, S, NULL);
         for (int k = 0; k < 6; ++k) {
             if (col->driven)
                 kI[k] -= S[k] * col->sd;
@@ -451,13 +469,31 @@ int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, dou
                 J[6 * col->place + k] = -S[k];
         }
     }
+}
+
+int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+{
+    (void)K;
+    chain w;
+    const int status = walk_to(args, &w);
+    if (!status) see_jacobians(args, &w, H, J, kI);
+    return status;
+}
+
+int mbsri_chain_place(const mbsr_joint_args *args, double *p, double *H, double *J, double *kI)
+{
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    see_pose(&w, p);
+    see_jacobians(args, &w, H, J, kI);
     return MBSR_OK;
 }
 
 int mbsri_chain_bias(const mbsr_joint_args *args, double *kII)
 {
     chain w;
-    const int status = walk(args, &w);
+    const int status = walk_to(args, &w);
     if (status) return status;
     /* -H' V_pi = omega_pi x rho' */
     double rhod[3];
@@ -476,7 +512,7 @@ int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, d
 {
     (void)Kdot;
     chain w;
-    const int status = walk(args, &w);
+    const int status = walk_to(args, &w);
     if (status) return status;
     double rhod[3], lower[9];
     for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
@@ -498,8 +534,7 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
     chain w;
     const int status = walk(args, &w);
     if (status) return status;
-    memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
-    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w.r_pred[k] + w.r[k];
+    see_pose(&w, p);
     double rhod[3];
     for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
     for (int k = 0; k < 6; ++k) drive[k] = bias[k] = 0.0;
@@ -570,7 +605,7 @@ int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by
     (void)dK;
     chain w;
     chain_change dw;
-    const int status = walk_both(args, by, &w, &dw);
+    const int status = walk_both(args, by, NULL, &w, &dw);
     if (status) return status;
     turned_rotation(dw.turn, w.Ri, dp + MBSR_POSE_R);
     for (int k = 0; k < 3; ++k) dp[MBSR_POSE_X + k] = dw.r_pred[k] + dw.r[k];
@@ -598,7 +633,7 @@ int mbsri_chain_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_chang
     (void)dKdot;
     chain w;
     chain_change dw;
-    const int status = walk_both(args, by, &w, &dw);
+    const int status = walk_both(args, by, NULL, &w, &dw);
     if (status) return status;
     double rhod[3], drhod[3], lower[9];
     for (int k = 0; k < 3; ++k) {

@@ -31,6 +31,10 @@ enum {
 /* The functions of the joint table. */
 int mbsri_chain_position(const mbsr_joint_args *args, double *p);
 int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI);
+
+/* Both at once; H, J, kI as `jacobians` has them. */
+int mbsri_chain_place(const mbsr_joint_args *args, double *p, double *H, double *J, double *kI);
+
 int mbsri_chain_bias(const mbsr_joint_args *args, double *kII);
 int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot);
 int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot);

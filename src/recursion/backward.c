@@ -106,11 +106,11 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     if (mbsri_in_factors(d, i)) { /* kII = 0 */
         mbsri_factors_load(m, d, i, e, mu);
     } else {
-        mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
+        mbsri_ax_often(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
         mbsri_group_load(m, d, i, d->fbar, d->kII, e, mu, d->scratch);
     }
     /* fbar_pi -= H^T mu */
-    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mu, d->fbar + b->pred.v);
+    mbsri_atx_often(b->d, b->pred.d, -1.0, d->H + b->dp, mu, d->fbar + b->pred.v);
 }
 
 /* T = Mbar^a = Mbar - Y Y^T, its upper `rows` rows and columns:
@@ -158,13 +158,29 @@ static void carry_to_modes(int d, int d_pred, const double *H, const double *A, 
     }
 }
 
-/* C += H^T A H of a symmetric A; work: d (d_pred + 1). */
-static void carry_over(int d, int d_pred, const double *H, const double *A, double *C, double *work)
-{
+/* H, and its arm where it is minus a translation of twists; d x d_pred. */
+typedef struct transport {
+    const double *H;
+    int d, d_pred;
+    bool translates;
     double rho[3];
+} transport;
+
+static transport transport_of(int d, int d_pred, const double *H)
+{
+    transport by = {.H = H, .d = d, .d_pred = d_pred};
+    by.translates = d == 6 && d_pred == 6 && mbsri_is_translation(H, by.rho);
+    return by;
+}
+
+/* C += H^T A H of a symmetric A; work: d (d_pred + 1). */
+static void carry_over(const transport *by, const double *A, double *C, double *work)
+{
+    const int d = by->d, d_pred = by->d_pred;
+    const double *H = by->H;
     if (mbsri_is_zero((size_t)d * (size_t)d, A)) return;
-    if (d == 6 && d_pred == 6 && mbsri_is_translation(H, rho))
-        mbsri_translate_matrix(rho, A, C);
+    if (by->translates)
+        mbsri_translate_matrix(by->rho, A, C);
     else if (d == 6 && d_pred > 12)
         carry_to_modes(d, d_pred, H, A, C, work);
     else if (d == 3 && d_pred == 3) /* sizes known to the compiler */
@@ -188,9 +204,10 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
     if (!mbsri_heads(m, d, i)) {
         const size_t dp = (size_t)b->pred.d;
         double *Mbar = d->Mbar + b->pred.dd, *W = d->W + b->pred.dd;
+        const transport by = transport_of(b->d, b->pred.d, H);
         mbsri_zero(dp * dp, T);
-        carry_over(b->d, b->pred.d, H, d->Mbar + b->dd, T, product);
-        carry_over(b->d, b->pred.d, H, d->W + b->dd, W, product);
+        carry_over(&by, d->Mbar + b->dd, T, product);
+        carry_over(&by, d->W + b->dd, W, product);
         for (size_t k = 0; k < dp * dp; ++k) Mbar[k] += T[k];
         for (size_t k = 0; k < dp; ++k) W[k * (dp + 1)] -= T[k * (dp + 1)]; /* it is in W already */
         return;
@@ -214,16 +231,18 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
         mbsri_factors_take(m, d, i, T, E);
         return;
     }
-    carry_over(rows, b->pred.d, H, T, d->Mbar + b->pred.dd, product);
-    carry_over(rows, b->pred.d, H, E, d->W + b->pred.dd, product);
+    const transport by = transport_of(rows, b->pred.d, H);
+    carry_over(&by, T, d->Mbar + b->pred.dd, product);
+    carry_over(&by, E, d->W + b->pred.dd, product);
 }
 
 int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_way way)
 {
     const mbsri_body *b = m->body + i;
     if (mbsri_in_factors(d, i) && mbsri_factors_eliminate(m, d, i)) return MBSRI_BY_PIVOTS;
-    mbsri_symmetrise(b->d, d->Mbar + b->dd);
-    mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
+    double *Mbar = d->Mbar + b->dd;
+    mbsri_symmetrise(b->d, Mbar);
+    mbsri_add_diagonal(b->d, 1.0, Mbar, d->W + b->dd);
     if (!mbsri_heads(m, d, i)) return MBSR_OK;
     const mbsri_group g = mbsri_group_of(m, d, i);
     return factor_group(m, d, &g, way);
@@ -233,10 +252,13 @@ int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_w
 static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
 {
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
-    mbsri_copy(m->size.dd, d->M, d->Mbar);
-    mbsri_zero(m->size.dd, d->W);
-    for (int i = 0; i <= m->bodies; ++i)
-        d->turned[m->body[i].scalar_offset] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
+    for (int i = 0; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const size_t dd = (size_t)b->d * (size_t)b->d;
+        mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
+        mbsri_zero(dd, d->W + b->dd);
+        d->turned[b->scalar_offset] = mbsri_own_turned(b, d->M + b->dd);
+    }
     for (int i = m->bodies; i >= 1; --i) {
         int status = mbsri_eliminate_joint(m, d, i, way);
         if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);

@@ -119,8 +119,8 @@ void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, int i, const doub
     if (g.members > 1)
         load_members(m, d, &g, b, k, e, work);
     else
-        mbsri_atx(head->d, head->n, -1.0, d->J + head->dn, sum, e);
-    mbsri_ax(head->d, g.n, 1.0, d->G + head->dg, e, sum);
+        mbsri_atx_often(head->d, head->n, -1.0, d->J + head->dn, sum, e);
+    mbsri_ax_often(head->d, g.n, 1.0, d->G + head->dg, e, sum);
 }
 
 void mbsri_group_separate(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *x,

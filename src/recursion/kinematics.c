@@ -14,6 +14,7 @@
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "joints/chain.h"
 #include "model/query.h"
 #include "recursion/inertia.h"
 #include "recursion/locks.h"
@@ -209,9 +210,33 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
     return MBSR_OK;
 }
 
+/* Whether it is a sequence of steps in space without coordinates that are held. */
+static bool is_chain(const mbsri_body *b)
+{
+    return b->joint.table->position == mbsri_chain_position &&
+           b->joint.table->jacobians == mbsri_chain_jacobians && !b->lock.count;
+}
+
+/* Pose, H, J, kI of such a joint at once. */
+static int place_chain(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
+    args.p = NULL;
+    mbsri_zero((size_t)b->d * (size_t)b->pred.d, d->H + b->dp);
+    mbsri_zero((size_t)b->d * (size_t)b->n, d->J + b->dn);
+    mbsri_zero((size_t)b->d, d->kI + b->v);
+    int status = mbsri_chain_place(&args, d->p + b->p, d->H + b->dp, d->J + b->dn, d->kI + b->v);
+    if (status) return mbsri_joint_failed(m, d, i, status, "position");
+    status = check_joint_finite(m, d, i, b->np, d->p + b->p, "the pose");
+    if (!status && !(b->joint.table->flags & MBSR_JOINT_REGULAR_J)) status = check_J(m, d, i);
+    return status;
+}
+
 int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
+    if (is_chain(b)) return place_chain(m, d, i);
     if (b->lock.count) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
     mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
     args.p = NULL;
@@ -269,10 +294,7 @@ int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i)
     double *V = d->V + b->v, *kII = d->kII + b->v;
     /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
     mbsri_zero((size_t)b->d, V);
-    if (b->d == 6 && b->pred.d == 6) /* sizes known to the compiler */
-        mbsri_ax(6, 6, -1.0, d->H + b->dp, d->V + b->pred.v, V);
-    else
-        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, d->V + b->pred.v, V);
+    mbsri_ax_often(b->d, b->pred.d, -1.0, d->H + b->dp, d->V + b->pred.v, V);
     mbsri_add_along(b, -1.0, d->J + b->dn, d->u + b->iu, V);
     for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
     if (!mbsri_finite((size_t)b->d, V)) {

@@ -25,7 +25,7 @@ static inline void mbsri_along_rate(const mbsri_body *b, const double *A, const 
 {
     const int d = b->d, rows = mbsri_upper_rows(b);
     mbsri_zero((size_t)d, y);
-    if (!b->flexible.upright) mbsri_ax(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
+    if (!b->flexible.upright) mbsri_ax_often(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
     if (!b->flexible.modal) return;
     const double *column = A + (size_t)(rows + k) * (size_t)d;
     for (int l = 0; l < d; ++l) y[l] -= column[l];
@@ -36,7 +36,8 @@ static inline double mbsri_rate_of(const mbsri_body *b, const double *J, int k, 
 {
     const int rows = mbsri_upper_rows(b);
     if (b->flexible.upright) return -y[rows + k];
-    const double sum = mbsri_dot(rows, J + (size_t)k * (size_t)b->d, y);
+    const double *column = J + (size_t)k * (size_t)b->d,
+                 sum = rows == 6 ? mbsri_dot_six(column, y) : mbsri_dot(rows, column, y);
     return b->flexible.modal ? sum - y[rows + k] : sum;
 }
 
@@ -44,7 +45,7 @@ static inline double mbsri_rate_of(const mbsri_body *b, const double *J, int k, 
 static inline void mbsri_add_rates(const mbsri_body *b, const double *J, const double *y, double *x)
 {
     if (!b->flexible.modal) {
-        mbsri_atx(b->d, b->n, 1.0, J, y, x);
+        mbsri_atx_often(b->d, b->n, 1.0, J, y, x);
         return;
     }
     for (int k = 0; k < b->n; ++k) x[k] += mbsri_rate_of(b, J, k, y);
@@ -63,7 +64,7 @@ static inline void mbsri_add_along(const mbsri_body *b, double s, const double *
                                    double *y)
 {
     if (!b->flexible.modal) {
-        mbsri_ax(b->d, b->n, s, J, u, y);
+        mbsri_ax_often(b->d, b->n, s, J, u, y);
         return;
     }
     for (int k = 0; k < b->n; ++k) {

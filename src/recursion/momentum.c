@@ -14,7 +14,7 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
     double *imp = d->imp + b->v;
     /* m_i = -M_i V_i - sum_j H_j^T m_j */
     mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, -1.0, d->V + b->v, imp);
-    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, imp, d->imp + b->pred.v);
+    mbsri_atx_often(b->d, b->pred.d, -1.0, d->H + b->dp, imp, d->imp + b->pred.v);
     /* p_i = J_i^T m_i + a_i u_i */
     for (int k = 0; k < b->n; ++k) p[k] = b->armature[k] * d->u[b->iu + k];
     mbsri_add_rates(b, d->J + b->dn, imp, p);
@@ -27,9 +27,12 @@ void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pd
     double *sigma = d->sigma + b->v, *below = d->sigma + b->pred.v;
     /* sigma_i = -f_i - M_i' V_i - sum_j (H_j^T sigma_j + H_j'^T m_j) */
     for (int k = 0; k < b->d; ++k) sigma[k] -= d->f[b->v + (size_t)k];
-    mbsri_ax_long(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
-    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, sigma, below);
-    mbsri_atx(b->d, b->pred.d, -1.0, d->Hdot + b->dp, imp, below);
+    if (b->d == 6)
+        mbsri_ax_often(6, 6, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
+    else
+        mbsri_ax_long(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
+    mbsri_atx_often(b->d, b->pred.d, -1.0, d->H + b->dp, sigma, below);
+    mbsri_atx_often(b->d, b->pred.d, -1.0, d->Hdot + b->dp, imp, below);
     /* p_i' = J_i'^T m_i + J_i^T sigma_i + tau_i */
     mbsri_copy((size_t)b->n, d->tau + b->iu, pdot);
     mbsri_add_rates_dot(b, d->Jdot + b->dn, imp, pdot);
@@ -45,14 +48,14 @@ void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p
     mbsri_copy((size_t)b->n, p, ep);
     if (mbsri_in_factors(d, i)) { /* kI = 0 */
         mbsri_factors_load(m, d, i, ep, mbar);
-        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, mbar, d->impbar + b->pred.v);
+        mbsri_atx_often(b->d, b->pred.d, -1.0, d->H + b->dp, mbar, d->impbar + b->pred.v);
         return;
     }
     mbsri_copy((size_t)b->d, mbar, sum);
     mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, sum);
     mbsri_group_load(m, d, i, d->impbar, d->kI, ep, sum, sum + m->most.d);
     if (mbsri_heads(m, d, i)) mbsri_copy((size_t)b->d, sum, mbar);
-    mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, sum, d->impbar + b->pred.v);
+    mbsri_atx_often(b->d, b->pred.d, -1.0, d->H + b->dp, sum, d->impbar + b->pred.v);
 }
 
 void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *F)

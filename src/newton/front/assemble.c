@@ -403,10 +403,9 @@ static void add_closure(build *b, int element)
 {
     mbsri_front *f = b->f;
     const mbsri_closure *c = closure_of(f, element);
-    const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
-    const double *S = mbsri_linear_closure(f->linear,
-                                           (size_t)(element - (int)f->model->forces.count)),
-                 *slope = S + columns * columns, *C = slope + rows * columns;
+    const size_t columns = (size_t)c->columns;
+    const mbsri_closure_part of =
+        mbsri_linear_closure(f->linear, (size_t)(element - (int)f->model->forces.count));
     const bool joint = mbsri_reads_joints(c);
     for (int l = 0; l < c->bodies; ++l) {
         if (!at_body(c, l)) continue;
@@ -414,13 +413,13 @@ static void add_closure(build *b, int element)
         const mbsri_body *by = f->model->body + c->body[l];
         for (int j = 0; j < c->bodies; ++j) {
             if (!at_body(c, j)) continue;
-            const double *from = S + (size_t)c->column[l] * columns + c->column[j];
+            const double *from = of.S + (size_t)c->column[l] * columns + c->column[j];
             add_forces(b, c->body[j], joint, from, c->columns, (span){at->x, by->d});
             from += (size_t)by->d * columns;
             if (joint) add_forces(b, c->body[j], joint, from, c->columns, (span){at->q, by->n});
         }
         for (int r = 0; r < c->rows; ++r) {
-            if (counts(f, c, r)) add_row(b, c, r, l, slope, C);
+            if (counts(f, c, r)) add_row(b, c, r, l, of.slope, of.C);
         }
     }
     for (int r = 0; r < c->position_rows; ++r) {

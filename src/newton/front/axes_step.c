@@ -32,7 +32,7 @@ typedef struct knowns {
     double F[ROWS * ROWS];
     double by_joint[2 * MOST][6];      /* forces on the body */
     double tau[ROWS + 2 * MOST][MOST]; /* over x, q, u */
-    bool loads, moves; /* there are loads; those that x changes, or forces by q and u */
+    bool moves;                        /* x changes loads, or q and u forces */
 } knowns;
 
 /* Columns dq, du, x of the predecessor. */
@@ -85,32 +85,48 @@ static bool is_plain(const mbsri_front *f, const mbsri_front_step *s)
 
 /* ---- what is known over x ---- */
 
-/* A column of an element: its forces enter the rate of the impulse with -1. */
+/* Forces of an element enter the rate of the impulse with -1. A column of one that loads joints: */
 static void add_column(const double *from, int n, double *sigma, double *tau)
 {
     for (int r = 0; r < 6; ++r) sigma[r] -= from[r];
-    for (int r = 0; r < n && tau; ++r) tau[r] += from[6 + r];
+    for (int r = 0; r < n; ++r) tau[r] += from[6 + r];
 }
 
-static void add_matrix(knowns *k, const double *from, int n, int stride, bool joint)
+/* Of one on bodies alone. */
+static void add_forces(double *restrict F, const double *restrict from, int stride)
 {
     for (int l = 0; l < ROWS; ++l, from += stride) {
-        if (mbsri_is_zero((size_t)(joint ? 6 + n : 6), from)) continue;
-        add_column(from, n, k->F + l * ROWS + 6, joint ? k->tau[l] : NULL);
-        k->moves = k->moves || (joint && !mbsri_is_zero((size_t)n, from + 6));
+        for (int r = 0; r < 6; ++r) F[l * ROWS + 6 + r] -= from[r];
     }
-    for (int l = 0; l < 2 * n && joint; ++l, from += stride) {
+}
+
+/* Of one on joints alone; over q and u. */
+static void add_loads(knowns *k, const double *from, int n, int stride)
+{
+    for (int l = 0; l < 2 * n; ++l, from += stride) {
+        for (int r = 0; r < n; ++r) k->tau[ROWS + l][r] += from[6 + r];
+    }
+}
+
+static void add_matrix(knowns *k, const double *from, int n, int stride)
+{
+    for (int l = 0; l < ROWS; ++l, from += stride) {
+        if (mbsri_is_zero((size_t)(6 + n), from)) continue;
+        add_column(from, n, k->F + l * ROWS + 6, k->tau[l]);
+        k->moves = k->moves || !mbsri_is_zero((size_t)n, from + 6);
+    }
+    for (int l = 0; l < 2 * n; ++l, from += stride) {
         if (mbsri_is_zero((size_t)(6 + n), from)) continue;
         add_column(from, n, k->by_joint[l], k->tau[ROWS + l]);
         k->moves = k->moves || !mbsri_is_zero(6, from);
     }
-    k->loads = k->loads || joint;
 }
 
 static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, knowns *k)
 {
     const mbsri_force *force = mbsri_force_at(f->model, (size_t)element);
-    const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT);
+    const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT),
+               alone = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
     const int n = f->model->body[i].n, width = ROWS + 2 * n;
     const int *list, count = mbsri_linear_bodies(f->linear, force, i, &list);
     const int status =
@@ -122,7 +138,13 @@ static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, knowns 
         if (list[l] == 0) continue;
         for (int j = 0, row = 0; j < count; ++j) {
             if (list[j] == 0) continue;
-            add_matrix(k, matrix + (size_t)column * (size_t)rows + row, n, rows, joint);
+            const double *from = matrix + (size_t)column * (size_t)rows + row;
+            if (alone)
+                add_loads(k, from + ROWS * (size_t)rows, n, rows);
+            else if (joint)
+                add_matrix(k, from, n, rows);
+            else
+                add_forces(k->F, from, rows);
             row += 6 + n;
         }
         column += width;
@@ -134,14 +156,14 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
 {
     const int i = s->step->body;
     int status = MBSR_OK;
-    k->loads = k->moves = false;
+    k->moves = false;
     memset(k->by_joint, 0, sizeof k->by_joint);
     memset(k->tau, 0, sizeof k->tau);
     memcpy(k->F, s->terms.P, sizeof k->F);
     for (int l = 0; l < s->step->children; ++l) {
         const double *from =
             f->matrices + f->plan.step[f->plan.child[s->step->first_child + l]].matrix;
-        for (int r = 0; r < ROWS * ROWS; ++r) k->F[r] += from[r];
+        for (int r = 0; r < ROWS * ROWS; r += ROWS) mbsri_add_pairs(ROWS / 2, from + r, k->F + r);
     }
     for (int e = 0; e < f->model->elements.anywhere && !status; ++e) {
         if (mbsri_force_at(f->model, (size_t)e)->def.table->flags & MBSR_FORCE_EVERY_BODY)
@@ -158,23 +180,7 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
 MBSRI_INLINE void add_product(const double *F, const double *x, const int first, const int count,
                               double y[ROWS])
 {
-    for (int l = first; l < first + count; ++l) {
-        for (int r = 0; r < ROWS; ++r) y[r] += x[l] * F[l * ROWS + r];
-    }
-}
-
-MBSRI_INLINE void add_sizes(const double *F, const double *x, const int first, const int count,
-                            double y[ROWS])
-{
-    for (int l = first; l < first + count; ++l) {
-        const double size = fabs(x[l]);
-        for (int r = 0; r < ROWS; ++r) y[r] += size * fabs(F[l * ROWS + r]);
-    }
-}
-
-static double dot6(const double *a, const double *b)
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
+    mbsri_add_columns(ROWS / 2, count, 1.0, F + first * ROWS, x + first, y);
 }
 
 static double size6(const double *a, const double *b)
@@ -199,12 +205,13 @@ MBSRI_INLINE void make_column(const axes_step *s, const int n, const double y[RO
     double *below = z->below[j], *momentum = z->momentum[j];
     for (int r = 0; r < n; ++r) {
         const double *J = s->J + 6 * r, *Jdot = s->Jdot + 6 * r;
-        momentum[r] = dot6(J, y) + own[r];
-        momentum[n + r] = dot6(J, y + 6) + dot6(Jdot, y) + own[n + r] + tau[r];
+        momentum[r] = mbsri_dot_six(J, y) + own[r];
+        momentum[n + r] = mbsri_dot_six(J, y + 6) + mbsri_dot_six(Jdot, y) + own[n + r] + tau[r];
         z->a[j][r] = s->c * momentum[r] - momentum[n + r];
     }
     if (s->step->borders == 0) return;
-    for (int r = 0; r < ROWS; ++r) below[r] = y[r] + slope[r];
+    memcpy(below, y, ROWS * sizeof *below);
+    mbsri_add_pairs(ROWS / 2, slope, below);
     add_cross(s->r, y + 3, below);
     add_cross(s->r, y + 9, below + 6);
     add_cross(s->rate, y + 3, below + 6);
@@ -238,7 +245,7 @@ MBSRI_INLINE void pass_own(const axes_step *s, const int n, const knowns *k, col
         const double *x = s->terms.x + (s->outside + j) * ROWS;
         double y[ROWS] = {0.0}, size[ROWS] = {0.0}, tau[MOST];
         add_product(k->F, x, first, count, y);
-        add_sizes(k->F, x, first, count, size);
+        mbsri_add_sizes(ROWS / 2, count, k->F + first * ROWS, x + first, size);
         memcpy(tau, k->tau[ROWS + j], sizeof tau);
         if (k->moves) {
             take_loads(k, n, x, first, count, tau);
@@ -393,15 +400,6 @@ MBSRI_INLINE void keep_factors(const axes_step *s, const int n, const int others
     }
 }
 
-static bool is_finite(const double *x, int count)
-{
-    double sum[4] = {0.0};
-    for (int k = 0; k < count; k += 4) {
-        for (int l = 0; l < 4; ++l) sum[l] += x[k + l] - x[k + l];
-    }
-    return sum[0] + sum[1] + sum[2] + sum[3] == 0.0;
-}
-
 /* False: a front takes over. */
 MBSRI_INLINE bool pass(const axes_step *s, const int n, const knowns *k)
 {
@@ -414,7 +412,7 @@ MBSRI_INLINE bool pass(const axes_step *s, const int n, const knowns *k)
     else
         memset(z.below, 0, sizeof z.below), memset(z.a + 2 * n, 0, ROWS * sizeof z.a[0]);
     if (!eliminate(s, n, &z, &p)) return false;
-    if (others && !is_finite(z.below[2 * n], ROWS * ROWS)) return false;
+    if (others && !mbsri_finite(ROWS * ROWS, z.below[2 * n])) return false;
     keep_numbers(s, n, others, &p);
     if (others)
         keep_factors(s, n, ROWS, &z, &p);

@@ -6,7 +6,7 @@
  */
 #include "newton/front/order.h"
 
-#include "base/memory.h"
+#include "base/heap.h"
 
 /* ---- by depth ---- */
 
@@ -39,40 +39,6 @@ typedef struct graph {
     int *left;       /* N + 1: successors that have not been passed; -1: the body itself has */
     int *marked, mark;
 } graph;
-
-typedef struct key {
-    int degree, body;
-} key;
-
-static bool less(key a, key b)
-{
-    return a.degree < b.degree || (a.degree == b.degree && a.body > b.body);
-}
-
-static bool push(graph *g, key now)
-{
-    if (!mbsri_reserve(g->from->allocator, &g->heap, 1, sizeof now)) return false;
-    key *heap = g->heap.data;
-    size_t at = g->heap.count++;
-    for (; at > 0 && less(now, heap[(at - 1) / 2]); at = (at - 1) / 2)
-        heap[at] = heap[(at - 1) / 2];
-    heap[at] = now;
-    return true;
-}
-
-static key pop(graph *g)
-{
-    key *heap = g->heap.data, top = heap[0], last = heap[--g->heap.count];
-    size_t at = 0, count = g->heap.count;
-    for (size_t child = 1; child < count; child = 2 * at + 1) {
-        if (child + 1 < count && less(heap[child + 1], heap[child])) ++child;
-        if (!less(heap[child], last)) break;
-        heap[at] = heap[child];
-        at = child;
-    }
-    if (count > 0) heap[at] = last;
-    return top;
-}
 
 static bool add_member(graph *g, int body)
 {
@@ -136,6 +102,12 @@ static bool pass(graph *g, int i)
     return room && close_clique(g, first);
 }
 
+/* Body i may be the next to be passed. */
+static bool push(graph *g, int i)
+{
+    return mbsri_heap_insert(g->from->allocator, &g->heap, (mbsri_key){degree(g, i), i, 0});
+}
+
 static bool begin(graph *g)
 {
     const mbsr_model *m = g->m;
@@ -152,7 +124,7 @@ static bool begin(graph *g)
         if (!close_clique(g, first)) return false;
     }
     for (int i = 1; i <= m->bodies; ++i) {
-        if (g->left[i] == 0 && !push(g, (key){degree(g, i), i})) return false;
+        if (g->left[i] == 0 && !push(g, i)) return false;
     }
     return true;
 }
@@ -162,18 +134,15 @@ static bool order_all(graph *g, int *order)
     int used = 0;
     if (!begin(g)) return false;
     while (used < g->m->bodies) {
-        key now = pop(g);
-        const int present = degree(g, now.body);
-        if (present > now.degree) { /* it has grown since */
-            now.degree = present;
-            if (!push(g, now)) return false;
+        const mbsri_key now = mbsri_heap_take(&g->heap);
+        if (degree(g, now.vertex) > now.score) { /* it has grown since */
+            if (!push(g, now.vertex)) return false;
             continue;
         }
-        order[used++] = now.body;
-        if (!pass(g, now.body)) return false;
-        const int parent = g->m->body[now.body].parent;
-        if (parent > 0 && --g->left[parent] == 0 && !push(g, (key){degree(g, parent), parent}))
-            return false;
+        order[used++] = now.vertex;
+        if (!pass(g, now.vertex)) return false;
+        const int parent = g->m->body[now.vertex].parent;
+        if (parent > 0 && --g->left[parent] == 0 && !push(g, parent)) return false;
     }
     return true;
 }

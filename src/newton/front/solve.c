@@ -10,6 +10,7 @@
 #include "newton/front/refine.h"
 
 #include "algebra/dense.h"
+#include "base/inlined.h"
 #include "newton/linear/groups.h"
 #include "recursion/closures.h"
 
@@ -41,7 +42,7 @@ static void lift(mbsri_front *f, int i, const double *ru)
     }
     for (int l = 0; l < g.members; ++l) {
         const mbsri_body *of = m->body + g.member[l];
-        const mbsri_terms own = mbsri_linear_terms(f->linear, g.member[l]);
+        const mbsri_terms own = l == 0 ? k : mbsri_linear_terms(f->linear, g.member[l]);
         mbsri_copy((size_t)of->n, range + of->group.iu, w + of->group.iu);
         mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->group.iu);
     }
@@ -135,6 +136,16 @@ static void reduce(mbsri_front *f, int i, const double *r)
     for (int l = 0; l < left->rows; ++l) f->h[row[l]] = h[l];
 }
 
+/* sums (2 n) += kept (2 n, columns) v */
+MBSRI_INLINE void add_kept(const int n, int columns, const double *kept, const double *v,
+                           double *momentum, double *rate)
+{
+    for (int j = 0; j < columns; ++j, kept += 2 * n) {
+        for (int l = 0; l < n; ++l) momentum[l] += kept[l] * v[j];
+        for (int l = 0; l < n; ++l) rate[l] += kept[n + l] * v[j];
+    }
+}
+
 /* d(M u) - w, and dp by its rate, of the joint; v: of all columns of the step. */
 static void find_momentum(mbsri_front *f, int k, const double *kept, const double *v)
 {
@@ -145,9 +156,12 @@ static void find_momentum(mbsri_front *f, int k, const double *kept, const doubl
     const int n = b->n;
     for (int l = 0; l < n; ++l) momentum[l] = -f->h[at->momentum + l];
     for (int l = 0; l < n; ++l) rate[l] = -f->h[at->rate + l];
-    for (int j = 0; j < f->left[k].columns; ++j, kept += 2 * n) {
-        for (int l = 0; l < n; ++l) momentum[l] += kept[l] * v[j];
-        for (int l = 0; l < n; ++l) rate[l] += kept[n + l] * v[j];
+    if (n == 1) {
+        double sum[2] = {momentum[0], rate[0]};
+        add_kept(1, f->left[k].columns, kept, v, sum, sum + 1);
+        momentum[0] = sum[0], rate[0] = sum[1];
+    } else {
+        add_kept(n, f->left[k].columns, kept, v, momentum, rate);
     }
     for (int l = 0; l < n; ++l) rate[l] /= f->c;
 }
@@ -195,7 +209,10 @@ static void move(mbsri_front *f, int i)
     const int x = mbsri_linear_motions(w, i), above = mbsri_linear_motions(w, b->parent);
     double *to = f->value + at->x;
     mbsri_zero((size_t)x, to);
-    if (b->parent > 0) mbsri_ax(x, above, 1.0, k.x, f->value + f->names[b->parent].x, to);
+    if (b->parent > 0 && x == 12 && above == 12)
+        mbsri_ax(12, 12, 1.0, k.x, f->value + f->names[b->parent].x, to);
+    else if (b->parent > 0)
+        mbsri_ax(x, above, 1.0, k.x, f->value + f->names[b->parent].x, to);
     mbsri_ax(x, b->nq, 1.0, k.x + above * x, f->value + at->q, to);
     mbsri_ax(x, b->n, 1.0, k.x + (above + b->nq) * x, f->value + at->u, to);
     if (w->deep[i]) mbsri_ax(b->d, b->n, -1.0, k.J, f->value + at->rates, to + w->e[i] + b->d);

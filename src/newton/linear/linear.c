@@ -552,10 +552,10 @@ void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, con
                        double *below)
 {
     const int d = b->d, dp = b->pred.d;
-    mbsri_atx(d, dp, -1.0, k->H, y, below);
-    mbsri_atx(d, dp, -1.0, k->H, y + d, below + dp);
-    mbsri_atx(d, dp, -1.0, k->Hdot, y, below + dp);
-    if (deep) mbsri_atx(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
+    mbsri_atx_often(d, dp, -1.0, k->H, y, below);
+    mbsri_atx_often(d, dp, -1.0, k->H, y + d, below + dp);
+    mbsri_atx_often(d, dp, -1.0, k->Hdot, y, below + dp);
+    if (deep) mbsri_atx_often(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
 }
 
 void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,

@@ -118,10 +118,17 @@ void mbsri_linear_calls(const mbsri_linear *l, size_t k, int *first, int *last);
 int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, const int **list);
 const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns);
 
-/* S, slope and C of closure k, one behind the other: columns x columns, twice rows x columns. */
-static inline const double *mbsri_linear_closure(const mbsri_linear *l, size_t k)
+/* Of closure k: columns x columns, twice rows x columns. */
+typedef struct mbsri_closure_part {
+    const double *S, *slope, *C;
+} mbsri_closure_part;
+
+static inline mbsri_closure_part mbsri_linear_closure(const mbsri_linear *l, size_t k)
 {
-    return l->store + l->closure[k];
+    const mbsri_closure *c = (const mbsri_closure *)l->model->closures.data + k;
+    const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
+    const double *S = l->store + l->closure[k], *slope = S + columns * columns;
+    return (mbsri_closure_part){S, slope, slope + rows * columns};
 }
 
 /* y_pi += B y, the part of the predecessor's forces that does not come from the joint itself. */

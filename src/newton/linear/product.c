@@ -75,8 +75,7 @@ static void find_push(const mbsri_linear *w, const double *delta, mbsri_vectors 
     mbsri_zero(m->size.v, v->kappa);
     for (size_t l = 0; l < m->closures.count; ++l) {
         const mbsri_closure *c = mbsri_closure_at(w->model, l);
-        const double *C =
-            mbsri_linear_closure(w, l) + (size_t)c->columns * (size_t)(c->columns + c->rows);
+        const double *C = mbsri_linear_closure(w, l).C;
         for (int r = 0; r < c->rows; ++r) {
             const bool counts = r < c->position_rows && !w->dropped[c->row + r];
             v->in[r] = counts ? w->c * eta[c->position_row + r] : 0.0;
@@ -221,20 +220,18 @@ static void add_closures(const mbsri_linear *w, const double *delta, mbsri_vecto
     for (size_t l = 0; l < m->closures.count; ++l) {
         const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const int columns = c->columns, rows = c->rows;
-        const double *S = mbsri_linear_closure(w, l),
-                     *slope = S + (size_t)columns * (size_t)columns,
-                     *C = slope + (size_t)rows * (size_t)columns;
+        const mbsri_closure_part of = mbsri_linear_closure(w, l);
         double *place = v->in, *rate = place + columns, *force = v->out,
                velocity[MBSR_CLOSURE_ROWS] = {0.0}, gap[MBSR_CLOSURE_ROWS] = {0.0},
                lambda[MBSR_CLOSURE_ROWS];
         read_closure(w, c, delta, v, place, rate);
-        mbsri_ax(rows, columns, 1.0, slope, place, velocity);
-        mbsri_ax(rows, columns, 1.0, C, rate, velocity);
-        mbsri_ax(rows, columns, 1.0, C, place, gap);
+        mbsri_ax(rows, columns, 1.0, of.slope, place, velocity);
+        mbsri_ax(rows, columns, 1.0, of.C, rate, velocity);
+        mbsri_ax(rows, columns, 1.0, of.C, place, gap);
         close_rows(w, c, delta, velocity, gap, lambda, r);
         mbsri_zero((size_t)columns, force);
-        mbsri_ax(columns, columns, 1.0, S, place, force);
-        mbsri_atx(rows, columns, 1.0, C, lambda, force);
+        mbsri_ax(columns, columns, 1.0, of.S, place, force);
+        mbsri_atx(rows, columns, 1.0, of.C, lambda, force);
         for (int k = 0; k < c->bodies; ++k) {
             const mbsri_body *b = m->body + c->body[k];
             if (c->column[k] < 0 || c->body[k] == 0) continue;

@@ -162,9 +162,7 @@ static void add_closures(const mbsri_linear *w, const double *r, mbsri_vectors *
         const mbsri_closure *c = mbsri_closure_at(w->model, l);
         const int columns = c->columns, rows = c->rows;
         const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-        const double *S = mbsri_linear_closure(w, l),
-                     *slope = S + (size_t)columns * (size_t)columns,
-                     *C = slope + (size_t)rows * (size_t)columns;
+        const mbsri_closure_part of = mbsri_linear_closure(w, l);
         double *force = v->out, *place = v->in, *rate = place + columns,
                velocity[MBSR_CLOSURE_ROWS] = {0.0}, gap[MBSR_CLOSURE_ROWS] = {0.0},
                lambda[MBSR_CLOSURE_ROWS] = {0.0};
@@ -175,12 +173,12 @@ static void add_closures(const mbsri_linear *w, const double *r, mbsri_vectors *
             if (c->column[k] < 0 || c->body[k] == 0) continue;
             read_force(w, c->body[k], v, f, joints ? f + m->body[c->body[k]].d : NULL);
         }
-        mbsri_ax(rows, columns, 1.0, C, force, lambda);
+        mbsri_ax(rows, columns, 1.0, of.C, force, lambda);
         open_rows(w, c, r, lambda, velocity, gap, delta);
-        mbsri_atx(columns, columns, 1.0, S, force, place);
-        mbsri_atx(rows, columns, 1.0, slope, velocity, place);
-        mbsri_atx(rows, columns, 1.0, C, gap, place);
-        mbsri_atx(rows, columns, 1.0, C, velocity, rate);
+        mbsri_atx(columns, columns, 1.0, of.S, force, place);
+        mbsri_atx(rows, columns, 1.0, of.slope, velocity, place);
+        mbsri_atx(rows, columns, 1.0, of.C, gap, place);
+        mbsri_atx(rows, columns, 1.0, of.C, velocity, rate);
         for (int k = 0; k < c->bodies; ++k) {
             const int i = c->body[k], at = c->column[k];
             const mbsri_body *b = m->body + i;
@@ -211,8 +209,7 @@ static void find_push(const mbsri_linear *w, mbsri_vectors *v, double *delta)
     }
     for (size_t l = 0; l < m->closures.count; ++l) {
         const mbsri_closure *c = mbsri_closure_at(w->model, l);
-        const double *C =
-            mbsri_linear_closure(w, l) + (size_t)c->columns * (size_t)(c->columns + c->rows);
+        const double *C = mbsri_linear_closure(w, l).C;
         mbsri_zero((size_t)c->rows, v->in);
         for (int k = 0; k < c->bodies; ++k) {
             const mbsri_body *b = m->body + c->body[k];

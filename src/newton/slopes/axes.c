@@ -62,11 +62,6 @@ static void moment(const double J[6], const double m[6], double out[3])
     mbsri_add_cross3(J + 3, m + 3, out);
 }
 
-static double product(const double a[6], const double b[6])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5];
-}
-
 static void see(const mbsri_body *b, const mbsr_data *d, axes *a)
 {
     static const double still[6] = {0.0};
@@ -108,27 +103,33 @@ static void leave(const axes *a, const double dr[3], const double drate[3], doub
 
 /* ---- the predecessor's motion ---- */
 
-static void pose_columns(const axes *a, double *x, double *below)
+/* e_k x b: minus column k of [b]x */
+static void unit_cross(const double B[9], int k, double out[3])
 {
+    for (int l = 0; l < 3; ++l) out[l] = -B[3 * k + l];
+}
+
+static void pose_columns(const axes *a, const double r[9], double *x, double *below)
+{
+    double w[9], z[9];
+    mbsri_cross_matrix3(a->between, w);
+    mbsri_cross_matrix3(a->between + 3, z);
     for (int k = 0; k < 3; ++k, x += 12, below += 12) {
-        double theta[3] = {0.0};
-        theta[k] = 1.0;
         x[k] = 1.0;
-        mbsri_cross3(theta, a->r, x + 3);
-        add_turn(theta, a->between, x + 6);
+        unit_cross(r, k, x + 3);
+        unit_cross(w, k, x + 6);
+        unit_cross(z, k, x + 9);
         mbsri_add_cross3(a->above, x + 3, x + 9);
         leave(a, x + 3, x + 9, below);
     }
     for (int k = 0; k < 3; ++k, x += 12) x[3 + k] = 1.0;
 }
 
-static void rate_columns(const axes *a, double *x, double *below)
+static void rate_columns(const axes *a, const double r[9], double *x, double *below)
 {
     for (int k = 0; k < 3; ++k, x += 12, below += 12) {
-        double alpha[3] = {0.0};
-        alpha[k] = 1.0;
         x[6 + k] = 1.0;
-        mbsri_cross3(alpha, a->r, x + 9);
+        unit_cross(r, k, x + 9);
         mbsri_add_cross3(x + 9, a->m + 3, below + 6);
     }
     for (int k = 0; k < 3; ++k, x += 12) x[9 + k] = 1.0;
@@ -191,8 +192,8 @@ static void own_rows(const axes *a, int k, double *of_q, double *of_u)
         double E[6], rate[6];
         change_axis(a, j, k, E);
         change_rate(a, j, k, E, rate);
-        of_q[j] = of_u[a->n + j] = product(E, a->m);
-        of_q[a->n + j] = product(E, a->sigma) + product(rate, a->m);
+        of_q[j] = of_u[a->n + j] = mbsri_dot_six(E, a->m);
+        of_q[a->n + j] = mbsri_dot_six(E, a->sigma) + mbsri_dot_six(rate, a->m);
     }
 }
 
@@ -225,8 +226,10 @@ void mbsri_axes_slopes(const mbsri_body *b, const mbsr_data *d, double *x, doubl
     mbsri_zero(2 * n * columns, own);
     mbsri_zero(n * columns, qdot);
     if (outside > 0) {
-        pose_columns(&a, x, below);
-        rate_columns(&a, x + 72, below + 72);
+        double r[9];
+        mbsri_cross_matrix3(a.r, r);
+        pose_columns(&a, r, x, below);
+        rate_columns(&a, r, x + 72, below + 72);
         turn_rows(&a, own);
     }
     for (size_t k = 0; k < n; ++k) {

@@ -16,6 +16,7 @@
 #include "algebra/differences.h"
 #include "algebra/numbers.h"
 #include "algebra/space3.h"
+#include "base/inlined.h"
 #include "flexible/slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/move.h"
@@ -73,33 +74,33 @@ static void product(int d, const double *A, const double *x, double *y)
 }
 
 /* The column (-d(M V), dh - d(M' V), -dh - d(M A)) goes to P. */
-static void store(const mbsri_body *b, bool accelerated, const double *dMV, const double *dh,
-                  const double *dMdotV, const double *dMA, double *P)
+MBSRI_INLINE void store(const int d, const bool accelerated, const double *dMV, const double *dh,
+                        const double *dMdotV, const double *dMA, double *P)
 {
-    for (int k = 0; k < b->d; ++k) {
+    for (int k = 0; k < d; ++k) {
         P[k] -= dMV[k];
-        P[b->d + k] += dh[k] - dMdotV[k];
-        if (accelerated) P[2 * b->d + k] -= dh[k] + dMA[k];
+        P[d + k] += dh[k] - dMdotV[k];
+        if (accelerated) P[2 * d + k] -= dh[k] + dMA[k];
     }
 }
 
 /* ---- bodies in space ---- */
 
 /* What a rotation does to both halves of x. */
-static void turn(const double axis[3], const double *x, double *y)
+MBSRI_INLINE void turn(const double axis[3], const double *x, double *y)
 {
     mbsri_cross3(axis, x, y);
     mbsri_cross3(axis, x + 3, y + 3);
 }
 
 /* dM x along a rotation, with Mx = M x. */
-static void turn_mass(const double axis[3], const double *M, const double *x, const double *Mx,
-                      double *y)
+MBSRI_INLINE void turn_mass(const double axis[3], const double *M, const double *x,
+                            const double *Mx, double *y)
 {
     double turned[6];
     turn(axis, Mx, y);
     turn(axis, x, turned);
-    mbsri_ax(6, 6, -1.0, M, turned, y);
+    mbsri_ax_often(6, 6, -1.0, M, turned, y);
 }
 
 /* M V, M A and (0, omega x v), M times that. */
@@ -111,16 +112,16 @@ typedef struct spatial {
 static void take(const mbsri_body *b, const mbsr_data *d, bool accelerated, spatial *s)
 {
     *s = (spatial){.M = d->M + b->dd, .V = d->V + b->v, .A = d->A + b->v};
-    mbsri_ax(6, 6, 1.0, s->M, s->V, s->MV);
+    mbsri_ax_often(6, 6, 1.0, s->M, s->V, s->MV);
     if (!accelerated) return;
-    mbsri_ax(6, 6, 1.0, s->M, s->A, s->MA);
+    mbsri_ax_often(6, 6, 1.0, s->M, s->A, s->MA);
     mbsri_cross3(s->V, s->V + 3, s->sweep + 3);
-    mbsri_ax(6, 6, 1.0, s->M, s->sweep, s->swept);
+    mbsri_ax_often(6, 6, 1.0, s->M, s->sweep, s->swept);
 }
 
 /* The column along theta = axis, at V and A held. */
-static void rotation_column(const mbsri_body *b, const spatial *s, const double axis[3],
-                            bool accelerated, double *P)
+MBSRI_INLINE void rotation_column(const spatial *s, const double axis[3], const bool accelerated,
+                                  double *P)
 {
     double dMV[6], dMdotV[6] = {0.0}, dh[6] = {0.0}, dMA[6] = {0.0};
     turn_mass(axis, s->M, s->V, s->MV, dMV);
@@ -133,12 +134,11 @@ static void rotation_column(const mbsri_body *b, const spatial *s, const double 
     }
     mbsri_copy(6, dMdotV, dh);
     mbsri_add_cross3(s->V + 3, dMV + 3, dh);
-    store(b, accelerated, dMV, dh, dMdotV, dMA, P);
+    store(6, accelerated, dMV, dh, dMdotV, dMA, P);
 }
 
 /* The column along number k of V. */
-static void velocity_column(const mbsri_body *b, const spatial *s, int k, bool accelerated,
-                            double *P)
+MBSRI_INLINE void velocity_column(const spatial *s, int k, const bool accelerated, double *P)
 {
     const double *dMV = s->M + 6 * k, none[6] = {0.0};
     double dV[6] = {0.0}, dMdotV[6] = {0.0}, dh[6];
@@ -150,15 +150,16 @@ static void velocity_column(const mbsri_body *b, const spatial *s, int k, bool a
         for (int l = 0; l < 6; ++l) dMdotV[l] += change[l];
         mbsri_cross3(dV, s->V + 3, sweep + 3);
         mbsri_add_cross3(s->V, dV + 3, sweep + 3);
-        mbsri_ax(6, 6, -1.0, s->M, sweep, dMdotV);
+        mbsri_ax_often(6, 6, -1.0, s->M, sweep, dMdotV);
     }
     mbsri_copy(6, dMdotV, dh);
     mbsri_add_cross3(dV + 3, s->MV + 3, dh);
     mbsri_add_cross3(s->V + 3, dMV + 3, dh);
-    store(b, accelerated, dMV, dh, dMdotV, none, P);
+    store(6, accelerated, dMV, dh, dMdotV, none, P);
 }
 
-static void spatial_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P)
+MBSRI_INLINE void spatial_columns(const mbsri_body *b, const mbsr_data *d, const bool accelerated,
+                                  double *P)
 {
     const size_t rows = accelerated ? 18 : 12;
     spatial s;
@@ -166,9 +167,9 @@ static void spatial_columns(const mbsri_body *b, const mbsr_data *d, bool accele
     for (int k = 0; k < 3; ++k) {
         double axis[3] = {0.0};
         axis[k] = 1.0;
-        rotation_column(b, &s, axis, accelerated, P + rows * (size_t)k);
+        rotation_column(&s, axis, accelerated, P + rows * (size_t)k);
     }
-    for (int k = 0; k < 6; ++k) velocity_column(b, &s, k, accelerated, P + rows * (size_t)(6 + k));
+    for (int k = 0; k < 6; ++k) velocity_column(&s, k, accelerated, P + rows * (size_t)(6 + k));
 }
 
 /* ---- bodies with a constant M, or in the plane ---- */
@@ -192,12 +193,12 @@ static void planar_columns(const mbsri_body *b, const mbsr_data *d, bool acceler
     const double dMV[3] = {-omega * c[0], -omega * c[1], -c[0] * V[0] - c[1] * V[1]},
                  dMA[3] = {-A[2] * c[0], -A[2] * c[1], -c[0] * A[0] - c[1] * A[1]},
                  along = c[0] * V[1] - c[1] * V[0], square = omega * omega;
-    store(b, accelerated, dMV, (double[]){square * c[1], -square * c[0], 0.0},
+    store(3, accelerated, dMV, (double[]){square * c[1], -square * c[0], 0.0},
           (double[]){square * c[1], -square * c[0], -omega * along}, dMA, P + 2 * rows);
     for (size_t k = 0; k < 2; ++k)
-        store(b, accelerated, none, none, (double[]){0.0, 0.0, -omega * c[k]}, none,
+        store(3, accelerated, none, none, (double[]){0.0, 0.0, -omega * c[k]}, none,
               P + (3 + k) * rows);
-    store(b, accelerated, none, (double[]){-2.0 * omega * c[0], -2.0 * omega * c[1], 0.0},
+    store(3, accelerated, none, (double[]){-2.0 * omega * c[0], -2.0 * omega * c[1], 0.0},
           (double[]){-2.0 * omega * c[0], -2.0 * omega * c[1], -c[0] * V[0] - c[1] * V[1]}, none,
           P + 5 * rows);
 }
@@ -306,8 +307,10 @@ int mbsri_body_slopes_add(const mbsr_model *m, mbsr_data *d, int i, bool acceler
         status = function_columns(m, b, d, accelerated, &w, P);
     else if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE)
         flexible_columns(b, d, accelerated, P, work);
+    else if (b->joint.space == MBSR_SPACE_SPATIAL && accelerated)
+        spatial_columns(b, d, true, P);
     else if (b->joint.space == MBSR_SPACE_SPATIAL)
-        spatial_columns(b, d, accelerated, P);
+        spatial_columns(b, d, false, P);
     else
         plain_columns(b, d, accelerated, P);
     if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");
