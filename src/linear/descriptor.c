@@ -185,8 +185,8 @@ static bool is_zero(int n, const double *x)
 static int columns_of_A(const coordinates *c, mbsr_newton *newton, double *delta, double *r,
                         double *A)
 {
-    const int size = c->size - c->nq + c->nu;
-    for (int j = 0; j < size; ++j) {
+    const int size = c->rows, known = c->size - c->nq + c->nu;
+    for (int j = 0; j < known; ++j) {
         int own = 0, qi = 0, nq = 0, n = 0, ui = 0;
         const int i = j < c->nu ? joint_of_rate(c, j, &own) : 0;
         memset(delta, 0, (size_t)c->size * sizeof *delta);
@@ -210,10 +210,10 @@ static int columns_of_A(const coordinates *c, mbsr_newton *newton, double *delta
 static int columns_of_E(const coordinates *c, mbsr_newton *newton, double *delta, double *r,
                         double *A, double *E)
 {
-    const int size = c->size - c->nq + c->nu;
+    const int size = c->rows, known = c->size - c->nq + c->nu;
     for (int j = 0; j < 2 * c->nu; ++j) E[(size_t)j * (size_t)(size + 1)] = 1.0;
     memset(delta, 0, (size_t)c->size * sizeof *delta);
-    for (int j = 3 * c->nu; j < size; ++j) {
+    for (int j = 3 * c->nu; j < known; ++j) {
         double *of_A = A + (size_t)j * (size_t)size, *of_E = E + (size_t)j * (size_t)size;
         delta[j - c->nu + c->nq] = 1.0;
         const int status = mbsr_newton_multiply(newton, delta, r);
@@ -236,7 +236,7 @@ static int columns_of_E(const coordinates *c, mbsr_newton *newton, double *delta
 static int columns_of_B(const coordinates *c, mbsr_newton *newton, const mbsr_linear_opt *opt,
                         double *tau, double *r, double *B)
 {
-    const int size = c->size - c->nq + c->nu;
+    const int size = c->rows;
     for (int j = 0; j < opt->inputs; ++j) {
         if (opt->input[j].kind != MBSR_SIGNAL_JOINT) continue;
         memset(tau, 0, (size_t)c->nu * sizeof *tau);
@@ -273,7 +273,9 @@ int mbsri_pencil_assemble(mbsr_linear *l, coordinates *c, const mbsr_model *mode
                           mbsr_error *error)
 {
     mbsri_coordinates_of(c, model, data, t);
-    l->info.size = c->size - c->nq + c->nu;
+    c->rows = c->size - c->nq + c->nu;
+    for (int j = 0; j < opt->inputs; ++j) c->rows += mbsri_is_motion(opt->input + j) ? 2 : 0;
+    l->info.size = c->rows;
     int status = take_descriptor(l, l->info.size);
     double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c->size + 1) * sizeof *delta);
     if (status || !delta)
