@@ -99,9 +99,9 @@ typedef struct mbsr_trim_info {
  * Newton's method with least steps: of more unknowns than equations determine, each moves no more
  * than needed (columns brought to one length), and mbsr_trim_info.loose names one that nothing
  * determines. It finds unstable rests as well as stable ones, which mbsr_trim_info.growth tells.
- * Dense, O(n^3), made for some hundred rates; a set of values costs mbsr_parameters_model, three of
- * them a parameter and step. q_rest (nq, may be q) and value (count) are written on success. opt,
- * info, error may be NULL; count may be 0.
+ * Dense, O(n^3), made for some hundred rates; a set of values costs mbsr_parameters_model: one a
+ * step, two more for each parameter without products or that moves loops. q_rest (nq, may be q) and
+ * value (count) are written on success. opt, info, error may be NULL; count may be 0.
  *
  * MBSR_NO_CONVERGENCE names the joint whose forces are farthest from balance; MBSR_LOOP_OPEN: the
  * loops cannot be closed with what is held. MBSR_ERR_ID, MBSR_ERR_VALUE (a parameter that comes

@@ -86,7 +86,7 @@ void mbsr_derivatives_batch_destroy(mbsr_derivatives_batch *batch)
 /* ---- evaluating ---- */
 
 /* Numbers of output k for a state. */
-static size_t length_of(const request *r, int k)
+static size_t numbers_of_output(const request *r, int k)
 {
     const size_t nu = (size_t)r->b->model->nu;
     return r->product == MATRICES && k > 0 ? nu * nu : nu;
@@ -100,7 +100,7 @@ static int evaluate_state(const request *r, mbsr_derivatives *d, int state)
     for (int k = 0; k < INPUTS; ++k)
         in[k] = r->in[k] ? r->in[k] + (size_t)state * (size_t)(k == 0 ? m->nq : m->nu) : NULL;
     for (int k = 0; k < OUTPUTS; ++k)
-        out[k] = r->out[k] ? r->out[k] + (size_t)state * length_of(r, k) : NULL;
+        out[k] = r->out[k] ? r->out[k] + (size_t)state * numbers_of_output(r, k) : NULL;
     int status = mbsr_derivatives_forward(d, r->t, in[0], in[1], in[2], out[0], NULL);
     if (status) return status;
     switch (r->product) {
@@ -126,7 +126,7 @@ static void evaluate_share(void *arg, int which)
         if (r->status) r->status[state] = status;
         if (status == MBSR_OK) continue;
         for (int k = 0; k < OUTPUTS; ++k) {
-            const size_t n = length_of(r, k);
+            const size_t n = numbers_of_output(r, k);
             for (size_t l = 0; l < n && r->out[k]; ++l) r->out[k][(size_t)state * n + l] = NAN;
         }
         if (s->failed >= 0) continue;

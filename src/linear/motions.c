@@ -82,7 +82,7 @@ typedef struct moved_motion {
     double added[3];
 } moved_motion;
 
-static int move(void *user, double t, double *s, double *sdot, double *sddot)
+static int move_motion(void *user, double t, double *s, double *sdot, double *sddot)
 {
     const moved_motion *m = user;
     const int status = m->motion(m->user, t, s, sdot, sddot);
@@ -105,8 +105,8 @@ static int make_moved(const mbsr_model *model, const mbsr_signal *s, moved_motio
     if (status) return status;
     moved->motion = of_closure ? closure.motion : body.joint.motion;
     moved->user = of_closure ? closure.user : body.joint.user;
-    status = of_closure ? mbsr_model_drive_closure(*made, s->id, move, moved)
-                        : mbsr_model_drive(*made, s->id, move, moved);
+    status = of_closure ? mbsr_model_drive_closure(*made, s->id, move_motion, moved)
+                        : mbsr_model_drive(*made, s->id, move_motion, moved);
     if (!status) status = mbsr_model_finish(*made);
     if (!status) status = mbsr_data_create(*made, data, error);
     if (status == MBSR_OK) return MBSR_OK;
