@@ -88,9 +88,11 @@ int mbsri_coordinates_find(mbsri_coordinates *c, mbsri_arena *arena, const doubl
 {
     size_t count = 0, squares = 0, widest = 1;
     c->at = mbsri_arena_take(arena, (size_t)(c->bodies + 1) * sizeof *c->at);
-    for (int i = 0; i < c->bodies && c->at; ++i) {
-        int n, nq;
-        mbsr_body_coordinates(c->model, i, NULL, &nq, NULL, &n);
+    c->joint = mbsri_arena_take(arena, (size_t)(c->bodies + 1) * sizeof *c->joint);
+    for (int i = 0; i < c->bodies && !arena->failed; ++i) {
+        int *j = c->joint[i];
+        mbsr_body_coordinates(c->model, i, j, j + 1, j + 2, j + 3);
+        const int nq = j[1], n = j[3];
         c->at[i] = (int)count;
         count += (size_t)nq * (size_t)n;
         squares += (size_t)n * (size_t)n;
@@ -133,8 +135,7 @@ int mbsri_coordinates_find(mbsri_coordinates *c, mbsri_arena *arena, const doubl
 void mbsri_coordinates_lift(const mbsri_coordinates *c, const double *x, double *dq)
 {
     for (int i = 0; i < c->bodies; ++i) {
-        int n, nq, qi, ui;
-        mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
+        const int qi = c->joint[i][0], nq = c->joint[i][1], ui = c->joint[i][2], n = c->joint[i][3];
         for (int k = 0; k < nq; ++k) {
             dq[qi + k] = 0.0;
             for (int j = 0; j < n; ++j) dq[qi + k] += c->G[c->at[i] + j * nq + k] * x[ui + j];
@@ -145,8 +146,7 @@ void mbsri_coordinates_lift(const mbsri_coordinates *c, const double *x, double 
 void mbsri_coordinates_take(const mbsri_coordinates *c, const double *dq, double *x)
 {
     for (int i = 0; i < c->bodies; ++i) {
-        int n, nq, qi, ui;
-        mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
+        const int qi = c->joint[i][0], nq = c->joint[i][1], ui = c->joint[i][2], n = c->joint[i][3];
         for (int j = 0; j < n; ++j) {
             x[ui + j] = 0.0;
             for (int k = 0; k < nq; ++k) x[ui + j] += c->left[c->at[i] + k * n + j] * dq[qi + k];

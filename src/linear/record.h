@@ -35,6 +35,7 @@ typedef struct mbsri_coordinates {
     double *G, *left,
         *turning; /* of each body from `at` on: G (nq x n), G^+ (n x nq), G^+ G' (n x n) */
     int *at;
+    int (*joint)[4]; /* of each body: first coordinate, how many; first rate, how many */
 } mbsri_coordinates;
 
 void mbsri_coordinates_of(mbsri_coordinates *c, const mbsr_model *model, mbsr_data *data, double t);
