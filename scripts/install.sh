@@ -86,4 +86,6 @@ if [[ " $* " = *" test "* ]]; then
     # A second LAPACK for scripts/lapack.sh. Debian makes it the default by installing it, unless
     # `update-alternatives --config` has chosen one.
     optional libopenblas0-pthread
+    # For the example of a swing-up, which is left out without.
+    optional coinor-libipopt-dev
 fi

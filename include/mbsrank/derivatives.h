@@ -37,6 +37,7 @@
 
 #include <mbsrank/dynamics.h>
 #include <mbsrank/parameters.h>
+#include <mbsrank/threads.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -127,6 +128,51 @@ MBSR_API int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, c
  * parameters together in O(N + parameters). Statuses of mbsr_derivatives_adjoint. */
 MBSR_API int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const double *w,
                                                 const double *w_lambda, double *by_theta);
+
+/* ---- at many states ----
+ *
+ * Of forward dynamics, as mbsr_derivatives_forward and a product at each state give it, number by
+ * number. Arrays have one column a state without padding, of nq numbers in q and nu in others, nu x
+ * nu in matrices. All states are evaluated whatever becomes of the others. */
+
+typedef struct mbsr_derivatives_batch mbsr_derivatives_batch;
+
+/* An object of one state for each worker of `parallel` (threads.h; NULL: the caller's thread
+ * alone), which share the states out. What `parallel` refers to must outlive it, and functions of
+ * the model are called from several threads. One batch belongs to one call at a time. Statuses of
+ * mbsr_derivatives_create, MBSR_ERR_VALUE (parallel). */
+MBSR_API int mbsr_derivatives_batch_create(const mbsr_model *model, const mbsr_parallel *parallel,
+                                           mbsr_derivatives_batch **batch, mbsr_error *error);
+MBSR_API void mbsr_derivatives_batch_destroy(mbsr_derivatives_batch *batch); /* NULL is allowed */
+
+/* At `states` >= 1 states q, u, tau (NULL: none) at time t: udot (may be NULL), and its change
+ * dudot along dq, du, dtau (NULL: zero). Outputs must not overlap inputs. status: `states` numbers,
+ * or NULL: those of mbsr_derivatives_forward and mbsr_derivatives_tangent. The result is that of
+ * the first state that failed, which mbsr_derivatives_batch_failed and mbsr_derivatives_batch_error
+ * name, or MBSR_OK; the outputs of such states are NaN. MBSR_ERR_NULL and MBSR_ERR_VALUE (states <
+ * 1) leave outputs and status as they are. */
+MBSR_API int mbsr_derivatives_batch_tangent(mbsr_derivatives_batch *batch, double t, int states,
+                                            const double *q, const double *u, const double *tau,
+                                            const double *dq, const double *du, const double *dtau,
+                                            double *udot, double *dudot, int *status);
+
+/* Likewise the gradients of sum w_k udot_k by q along joint rates, by u and tau; each may be NULL.
+ */
+MBSR_API int mbsr_derivatives_batch_adjoint(mbsr_derivatives_batch *batch, double t, int states,
+                                            const double *q, const double *u, const double *tau,
+                                            const double *w, double *udot, double *by_q,
+                                            double *by_u, double *by_tau, int *status);
+
+/* Likewise the matrices of mbsr_derivatives_matrices; each may be NULL. */
+MBSR_API int mbsr_derivatives_batch_matrices(mbsr_derivatives_batch *batch, double t, int states,
+                                             const double *q, const double *u, const double *tau,
+                                             double *udot, double *by_q, double *by_u,
+                                             double *by_tau, int *status);
+
+/* Of the last call: the first state that failed, counted from 0, or -1; and the failure, with the
+ * number of the state in the text (never NULL). */
+MBSR_API int mbsr_derivatives_batch_failed(const mbsr_derivatives_batch *batch);
+MBSR_API const mbsr_error *mbsr_derivatives_batch_error(const mbsr_derivatives_batch *batch);
 
 /* The last failure; never NULL. */
 MBSR_API const mbsr_error *mbsr_derivatives_error(const mbsr_derivatives *derivatives);

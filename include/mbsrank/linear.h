@@ -99,9 +99,9 @@ typedef struct mbsr_trim_info {
  * Newton's method with least steps: of more unknowns than equations determine, each moves no more
  * than needed (columns brought to one length), and mbsr_trim_info.loose names one that nothing
  * determines. It finds unstable rests as well as stable ones, which mbsr_trim_info.growth tells.
- * Dense, O(n^3), made for some hundred rates; a set of values costs mbsr_parameters_model, three of
- * them a parameter and step. q_rest (nq, may be q) and value (count) are written on success. opt,
- * info, error may be NULL; count may be 0.
+ * Dense, O(n^3), made for some hundred rates; a set of values costs mbsr_parameters_model: one a
+ * step, two more for each parameter without products or that moves loops. q_rest (nq, may be q) and
+ * value (count) are written on success. opt, info, error may be NULL; count may be 0.
  *
  * MBSR_NO_CONVERGENCE names the joint whose forces are farthest from balance; MBSR_LOOP_OPEN: the
  * loops cannot be closed with what is held. MBSR_ERR_ID, MBSR_ERR_VALUE (a parameter that comes
@@ -122,9 +122,12 @@ typedef enum mbsr_signal_kind {
                         * a motor; output: displacement dq along it */
     MBSR_SIGNAL_RATE,  /* output: du of that rate */
     MBSR_SIGNAL_PARAMETER, /* input: parameter `id` of the list of the options */
-    MBSR_SIGNAL_POINT, /* output: displacement of `point` of body `id` along world axis `part` */
-    MBSR_SIGNAL_FORCE  /* output: number `part` of what element `id` exerts on the body at
-                        * `place`, f and then tau of mbsr_force_load */
+    MBSR_SIGNAL_POINT,  /* output: displacement of `point` of body `id` along world axis `part` */
+    MBSR_SIGNAL_FORCE,  /* output: number `part` of what element `id` exerts on the body at
+                         * `place`, f and then tau of mbsr_force_load */
+    MBSR_SIGNAL_MOTION, /* input: acceleration of entry `part` of the motion that the joint of body
+                         * `id` follows; its value and rate become states */
+    MBSR_SIGNAL_CLOSURE_MOTION /* input: likewise of closure `id` */
 } mbsr_signal_kind;
 
 /* An input or output. */
@@ -139,6 +142,8 @@ typedef struct mbsr_signal {
  *   bodies.NAME.tau[1..]   input: joint force along a rate of the body's joint; alone: the first
  *   bodies.NAME.q[1..]     output: displacement along it;   .u[1..]: the rate
  *   bodies.NAME.x, .y, .z  output: the body's origin
+ *   bodies.NAME.motion[1..], closures.NAME.motion[1..]
+ *                          input: acceleration of what a stock joint or closure follows
  *   forces.NAME.f[1..]     output: of mbsr_force_load on its first body;   .tau[1..] likewise
  *
  * and inputs by the names of parameters in the list (NULL: none). Names as in parameters.h.
@@ -187,7 +192,8 @@ MBSR_API int mbsr_linear_get_info(const mbsr_linear *linear,
 
 /* Rows of E, A and B: dq' = ..., momenta, equations of u, velocity rows and position rows of
  * closures. Columns: dq, dp, du (nu each), then loop forces of velocity rows (of stiff rows the
- * force of the spring), then multipliers of position rows. */
+ * force of the spring), then multipliers of position rows, then value and rate of each motion that
+ * is an input, with rows s' = v and v' = w. */
 typedef enum mbsr_linear_part {
     MBSR_LINEAR_E,
     MBSR_LINEAR_A,

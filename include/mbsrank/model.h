@@ -118,6 +118,15 @@ MBSR_API int mbsr_model_drop_locked(mbsr_model *model, int body);
  * have none (MBSR_ERR_SPACE). */
 MBSR_API int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values);
 
+/* Puts a motion in the place of that which the joint of a body follows, such as in a copy of a
+ * model: as many entries, a `user` of its own (which functions of a joint's own table are given
+ * too). MBSR_ERR_VALUE for a joint that follows none, MBSR_ERR_NULL for a motion that is NULL. */
+MBSR_API int mbsr_model_drive(mbsr_model *model, int body, mbsr_motion_fn motion, void *user);
+
+/* Likewise of a closure. */
+MBSR_API int mbsr_model_drive_closure(mbsr_model *model, int closure, mbsr_motion_fn motion,
+                                      void *user);
+
 /* What of an inertia is neglected. */
 enum {
     MBSR_MASS = 1,   /* the mass, and what it adds to the tensor about the body's origin */

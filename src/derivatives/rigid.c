@@ -65,6 +65,8 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     r->force = take(base, &used, bodies * sizeof *r->force);
     r->spare = take(base, &used, nu * sizeof *r->spare);
     r->side = take(base, &used, nu * sizeof *r->side);
+    r->along = take(base, &used, 3 * bodies * sizeof *r->along);
+    r->reach = take(base, &used, bodies * sizeof *r->reach);
     const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
                  count = r->elements ? nu : 0;
     r->own = take(base, &used, loaded * sizeof *r->own);

@@ -166,6 +166,7 @@ void mbsri_rigid_elements_along(mbsr_derivatives *w, const double *dq, const dou
     mbsri_rigid *r = w->rigid;
     const mbsri_sweeps *tree = r->tree;
     turn_rates(w, false, dq, w->dq);
+    memset(r->seen[0], 0, sizeof r->seen[0]); /* the way back adds to what the root sees */
     for (int i = 1; i <= tree->bodies && tree->body_forces; ++i) {
         move_seen(r, i, dq, du);
         if (!(tree->body[i].flags & MBSRI_LOADED)) continue;

@@ -202,6 +202,12 @@ MBSRI_INLINE void add_cross_many(const double a[3], const v4 b[3], v4 y[3])
     }
 }
 
+/* Whether it is the first that hands forces to its predecessor. */
+MBSRI_INLINE bool is_first(const mbsri_rigid *r, const mbsri_rigid_body *b)
+{
+    return !(r->body[b->parent].flags & MBSRI_BRANCHES) || b->flags & MBSRI_OPENS;
+}
+
 /* Past body i with n rates, of four columns from `at` on: y = D^-1 e for e, and the forces. */
 MBSRI_INLINE void lean_back(const mbsri_rigid *r, int i, int n, int at)
 {
@@ -231,7 +237,7 @@ MBSRI_INLINE void lean_back(const mbsri_rigid *r, int i, int n, int at)
     }
     if (b->parent == 0) return;
     add_cross_many(b->r, f + 3, f);
-    const bool first = !(r->body[b->parent].flags & MBSRI_BRANCHES) || b->flags & MBSRI_OPENS;
+    const bool first = is_first(r, b);
     for (int l = 0; l < 6 && !first; ++l) f[l] += load(to[l] + at);
     for (int l = 0; l < 6; ++l) store(to[l] + at, f[l]);
 }
@@ -261,22 +267,36 @@ MBSRI_INLINE void go_forth(const mbsri_rigid *r, int i, int n, int at)
         for (int l = 0; l < 6; ++l) store(r->force[i][l] + at, A[l]);
 }
 
-/* M^-1 times the columns side by side. */
-MBSRI_INLINE void solve_side(const mbsri_rigid *r)
+/* No forces on body i, of `width` columns. */
+MBSRI_INLINE void clear_forces(const mbsri_rigid *r, int i, int width)
+{
+    for (int at = 0; at < width; at += 4) {
+        for (int l = 0; l < 6; ++l) store(r->force[i][l] + at, splat(0.0));
+    }
+}
+
+/* M^-1 times the columns side by side, `width` of them. What none of them reaches has neither e nor
+ * forces. */
+MBSRI_INLINE void solve_side(const mbsri_rigid *r, int width)
 {
     for (int i = r->tree->bodies; i >= 1; --i) {
-        const int n = r->body[i].n;
-        for (int at = 0; at < MBSRI_RIGID_SIDE; at += 4) {
+        const mbsri_rigid_body *b = r->body + i;
+        const int n = b->n;
+        if (!r->reach[i]) {
+            if (r->reach[b->parent] && is_first(r, b)) clear_forces(r, b->parent, width);
+            continue;
+        }
+        for (int at = 0; at < width; at += 4) {
             if (n == 1)
                 lean_back(r, i, 1, at);
             else
                 lean_back(r, i, n, at);
         }
     }
-    memset(r->force, 0, sizeof *r->force);
+    clear_forces(r, 0, width);
     for (int i = 1; i <= r->tree->bodies; ++i) {
         const int n = r->body[i].n;
-        for (int at = 0; at < MBSRI_RIGID_SIDE; at += 4) {
+        for (int at = 0; at < width; at += 4) {
             if (n == 1)
                 go_forth(r, i, 1, at);
             else
@@ -333,26 +353,71 @@ MBSRI_INLINE void solve_some(const mbsri_rigid *r, double *const list[MBSRI_RIGI
 {
     double *column[MBSRI_RIGID_SIDE];
     for (int l = 0; l < MBSRI_RIGID_SIDE; ++l) column[l] = l < count ? list[l] : r->spare;
-    for (int at = 0; at < MBSRI_RIGID_SIDE; at += 4) exchange_four(r, column + at, at, false);
-    solve_side(r);
-    for (int at = 0; at < MBSRI_RIGID_SIDE; at += 4) exchange_four(r, column + at, at, true);
+    const int width = (count + 3) / 4 * 4;
+    for (int at = 0; at < width; at += 4) exchange_four(r, column + at, at, false);
+    solve_side(r, width);
+    for (int at = 0; at < width; at += 4) exchange_four(r, column + at, at, true);
 }
 
-/* The same of all columns of up to three matrices. */
+/* Where columns of joints that are marked are not zero, on the way to the root: there, before, and
+ * of all but unit vectors behind. */
+static void find_reach(const mbsri_rigid *r, bool units)
+{
+    unsigned char *reach = r->reach;
+    const int bodies = r->tree->bodies;
+    for (int i = 1; i <= bodies && !units; ++i) {
+        const int parent = r->body[i].parent;
+        if (parent > 0) reach[i] |= reach[parent];
+    }
+    for (int i = bodies; i >= 1; --i) reach[r->body[i].parent] |= reach[i];
+}
+
+/* r->along: bodies so that those behind one stand together. */
+static void order_bodies(const mbsri_rigid *r)
+{
+    int *along = r->along, *size = along + r->tree->bodies + 1, *next = size + r->tree->bodies + 1;
+    const int bodies = r->tree->bodies;
+    for (int i = 0; i <= bodies; ++i) size[i] = 1;
+    for (int i = bodies; i >= 1; --i) size[r->body[i].parent] += size[i];
+    next[0] = 1;
+    for (int i = 1; i <= bodies; ++i) {
+        const int parent = r->body[i].parent, place = next[parent];
+        along[place] = i;
+        next[parent] += size[i];
+        next[i] = place + 1;
+    }
+}
+
+/* The same of all columns of up to three matrices, branch by branch: those side by side have most
+ * zeros in common. */
 static void solve_columns(const mbsri_rigid *r, double *const matrix[3])
 {
-    const size_t nu = (size_t)r->model->nu;
+    const size_t nu = (size_t)r->model->nu, bodies = (size_t)r->tree->bodies;
     double *list[MBSRI_RIGID_SIDE];
-    int count = 0;
-    for (int which = 0; which < 3; ++which) {
-        for (size_t k = 0; k < nu && matrix[which]; ++k) {
-            list[count++] = matrix[which] + k * nu;
-            if (count < MBSRI_RIGID_SIDE) continue;
-            solve_some(r, list, count);
-            count = 0;
+    order_bodies(r);
+    for (int first = 0; first < 3; first += 2) {
+        const bool units = first == 2;
+        int count = 0;
+        memset(r->reach, 0, bodies + 1);
+        for (size_t place = 1; place <= bodies; ++place) {
+            const int i = r->along[place];
+            const mbsri_rigid_body *b = r->body + i;
+            for (int k = 0; k < (units ? 1 : 2) * b->n; ++k) {
+                const int which = units ? 2 : k / b->n, u = r->column[b->first + k % b->n].u;
+                if (!matrix[which]) continue;
+                list[count++] = matrix[which] + (size_t)u * nu;
+                r->reach[i] = 1;
+                if (count < MBSRI_RIGID_SIDE) continue;
+                find_reach(r, units);
+                solve_some(r, list, count);
+                memset(r->reach, 0, bodies + 1);
+                count = 0;
+            }
         }
+        if (count == 0) continue;
+        find_reach(r, units);
+        solve_some(r, list, count);
     }
-    if (count > 0) solve_some(r, list, count);
 }
 
 static void rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *by_load,

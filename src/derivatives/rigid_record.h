@@ -122,6 +122,8 @@ struct mbsri_rigid {
     double (*force)[6][MBSRI_RIGID_SIDE]; /* bodies + 1 */
     double *spare;                        /* nu: a column that nobody asks for */
     double (*side)[MBSRI_RIGID_SIDE];     /* nu */
+    int *along;                           /* 3 (bodies + 1): see order_bodies */
+    unsigned char *reach;                 /* bodies + 1: what is not zero in these columns */
     /* with other elements than gravity and those on one coordinate */
     bool elements;
     mbsri_rigid_own *own;     /* bodies + 1, of those with loads */

@@ -88,9 +88,11 @@ int mbsri_coordinates_find(mbsri_coordinates *c, mbsri_arena *arena, const doubl
 {
     size_t count = 0, squares = 0, widest = 1;
     c->at = mbsri_arena_take(arena, (size_t)(c->bodies + 1) * sizeof *c->at);
-    for (int i = 0; i < c->bodies && c->at; ++i) {
-        int n, nq;
-        mbsr_body_coordinates(c->model, i, NULL, &nq, NULL, &n);
+    c->joint = mbsri_arena_take(arena, (size_t)(c->bodies + 1) * sizeof *c->joint);
+    for (int i = 0; i < c->bodies && !arena->failed; ++i) {
+        int *j = c->joint[i];
+        mbsr_body_coordinates(c->model, i, j, j + 1, j + 2, j + 3);
+        const int nq = j[1], n = j[3];
         c->at[i] = (int)count;
         count += (size_t)nq * (size_t)n;
         squares += (size_t)n * (size_t)n;
@@ -133,8 +135,7 @@ int mbsri_coordinates_find(mbsri_coordinates *c, mbsri_arena *arena, const doubl
 void mbsri_coordinates_lift(const mbsri_coordinates *c, const double *x, double *dq)
 {
     for (int i = 0; i < c->bodies; ++i) {
-        int n, nq, qi, ui;
-        mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
+        const int qi = c->joint[i][0], nq = c->joint[i][1], ui = c->joint[i][2], n = c->joint[i][3];
         for (int k = 0; k < nq; ++k) {
             dq[qi + k] = 0.0;
             for (int j = 0; j < n; ++j) dq[qi + k] += c->G[c->at[i] + j * nq + k] * x[ui + j];
@@ -145,8 +146,7 @@ void mbsri_coordinates_lift(const mbsri_coordinates *c, const double *x, double 
 void mbsri_coordinates_take(const mbsri_coordinates *c, const double *dq, double *x)
 {
     for (int i = 0; i < c->bodies; ++i) {
-        int n, nq, qi, ui;
-        mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
+        const int qi = c->joint[i][0], nq = c->joint[i][1], ui = c->joint[i][2], n = c->joint[i][3];
         for (int j = 0; j < n; ++j) {
             x[ui + j] = 0.0;
             for (int k = 0; k < nq; ++k) x[ui + j] += c->left[c->at[i] + k * n + j] * dq[qi + k];
@@ -185,8 +185,8 @@ static bool is_zero(int n, const double *x)
 static int columns_of_A(const coordinates *c, mbsr_newton *newton, double *delta, double *r,
                         double *A)
 {
-    const int size = c->size - c->nq + c->nu;
-    for (int j = 0; j < size; ++j) {
+    const int size = c->rows, known = c->size - c->nq + c->nu;
+    for (int j = 0; j < known; ++j) {
         int own = 0, qi = 0, nq = 0, n = 0, ui = 0;
         const int i = j < c->nu ? joint_of_rate(c, j, &own) : 0;
         memset(delta, 0, (size_t)c->size * sizeof *delta);
@@ -210,10 +210,10 @@ static int columns_of_A(const coordinates *c, mbsr_newton *newton, double *delta
 static int columns_of_E(const coordinates *c, mbsr_newton *newton, double *delta, double *r,
                         double *A, double *E)
 {
-    const int size = c->size - c->nq + c->nu;
+    const int size = c->rows, known = c->size - c->nq + c->nu;
     for (int j = 0; j < 2 * c->nu; ++j) E[(size_t)j * (size_t)(size + 1)] = 1.0;
     memset(delta, 0, (size_t)c->size * sizeof *delta);
-    for (int j = 3 * c->nu; j < size; ++j) {
+    for (int j = 3 * c->nu; j < known; ++j) {
         double *of_A = A + (size_t)j * (size_t)size, *of_E = E + (size_t)j * (size_t)size;
         delta[j - c->nu + c->nq] = 1.0;
         const int status = mbsr_newton_multiply(newton, delta, r);
@@ -236,7 +236,7 @@ static int columns_of_E(const coordinates *c, mbsr_newton *newton, double *delta
 static int columns_of_B(const coordinates *c, mbsr_newton *newton, const mbsr_linear_opt *opt,
                         double *tau, double *r, double *B)
 {
-    const int size = c->size - c->nq + c->nu;
+    const int size = c->rows;
     for (int j = 0; j < opt->inputs; ++j) {
         if (opt->input[j].kind != MBSR_SIGNAL_JOINT) continue;
         memset(tau, 0, (size_t)c->nu * sizeof *tau);
@@ -273,7 +273,9 @@ int mbsri_pencil_assemble(mbsr_linear *l, coordinates *c, const mbsr_model *mode
                           mbsr_error *error)
 {
     mbsri_coordinates_of(c, model, data, t);
-    l->info.size = c->size - c->nq + c->nu;
+    c->rows = c->size - c->nq + c->nu;
+    for (int j = 0; j < opt->inputs; ++j) c->rows += mbsri_is_motion(opt->input + j) ? 2 : 0;
+    l->info.size = c->rows;
     int status = take_descriptor(l, l->info.size);
     double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c->size + 1) * sizeof *delta);
     if (status || !delta)

@@ -7,6 +7,8 @@
 
 #include <mbsrank/linear.h>
 
+#include <stdbool.h>
+
 struct mbsr_linear {
     mbsri_arena arena;
     mbsr_linear_info info;
@@ -29,9 +31,11 @@ typedef struct mbsri_coordinates {
     mbsr_data *data;
     double t;
     int nq, nu, bodies, size; /* size: of y */
+    int rows;                 /* of the pencil, with value and rate of motions that are inputs */
     double *G, *left,
         *turning; /* of each body from `at` on: G (nq x n), G^+ (n x nq), G^+ G' (n x n) */
     int *at;
+    int (*joint)[4]; /* of each body: first coordinate, how many; first rate, how many */
 } mbsri_coordinates;
 
 void mbsri_coordinates_of(mbsri_coordinates *c, const mbsr_model *model, mbsr_data *data, double t);
@@ -63,6 +67,23 @@ int mbsri_pencil_assemble(mbsr_linear *l, mbsri_coordinates *c, const mbsr_model
 void mbsri_pencil_rows(const mbsri_coordinates *c, const double *r, double factor, double *to);
 int mbsri_signals_enter(mbsr_linear *l, const mbsri_coordinates *c, const double *y,
                         const double *yp, const mbsr_linear_opt *opt, mbsr_error *error);
+
+/* Motions among the signals: whether one is, how many a joint or closure has, and the columns of
+ * input j, with its two states from `at` on; r: 2 numbers for each of y. A status. */
+static inline bool mbsri_is_motion(const mbsr_signal *s)
+{
+    return s->kind == MBSR_SIGNAL_MOTION || s->kind == MBSR_SIGNAL_CLOSURE_MOTION;
+}
+
+int mbsri_motions_of(const mbsr_model *m, mbsr_signal_kind kind, int id);
+int mbsri_motion_enter(mbsr_linear *l, const mbsri_coordinates *c, const double *y,
+                       const double *yp, const mbsr_linear_opt *opt, int j, int at, double *r,
+                       mbsr_error *error);
+
+/* The body at a place of an element's list; MBSR_GROUND also where there is no such place. And one
+ * number of what it exerts there; the data is at velocities. A status. */
+int mbsri_body_of_force(const mbsr_model *m, int force, int place);
+int mbsri_sample_force(const mbsr_model *m, mbsr_data *d, const mbsr_signal *s, double *value);
 
 /* Whether these exist in the model. A status. */
 int mbsri_signals_check(const mbsr_model *model, const mbsr_linear_opt *opt, mbsr_error *error);

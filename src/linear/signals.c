@@ -8,6 +8,8 @@
 
 #include "base/error.h"
 
+#include <mbsrank/closure.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,20 +27,10 @@ static int refuse_signal(bool input, int k, const char *why, int number, mbsr_er
                       input ? "input" : "output", k, why, number);
 }
 
-/* The body at a place of an element's list; MBSR_GROUND also where there is no such place. */
-static int body_of_force(const mbsr_model *m, int force, int place)
-{
-    mbsr_force_def def;
-    if (mbsr_force_definition(m, force, &def)) return MBSR_GROUND;
-    const bool every = (def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
-    if (place < 0 || place >= (every ? mbsr_model_bodies(m) : def.bodies)) return MBSR_GROUND;
-    return every ? place : (def.body_list ? def.body_list : def.body)[place];
-}
-
 /* Numbers of f and tau of an element on the body at a place; 0: on none. */
 static int numbers_of_force(const mbsr_model *m, int force, int place)
 {
-    const int body = body_of_force(m, force, place);
+    const int body = mbsri_body_of_force(m, force, place);
     int n;
     if (body == MBSR_GROUND) return 0;
     mbsr_body_coordinates(m, body, NULL, NULL, NULL, &n);
@@ -69,6 +61,12 @@ static int check_signal(const mbsr_model *m, const mbsr_parameters *list, bool i
         if (input) break;
         if (s->part >= 0 && s->part < numbers_of_force(m, s->id, s->place)) return MBSR_OK;
         return refuse_signal(false, k, "no number of an element:", s->part, error);
+    case MBSR_SIGNAL_MOTION:
+    case MBSR_SIGNAL_CLOSURE_MOTION:
+        if (!input) break;
+        if (s->part >= 0 && s->part < mbsri_motions_of(m, s->kind, s->id)) return MBSR_OK;
+        return refuse_signal(true, k, "of no such motion of a stock joint or closure:", s->part,
+                             error);
     }
     return refuse_signal(input, k, "of a kind that it cannot be:", (int)s->kind, error);
 }
@@ -98,16 +96,6 @@ static double step_of_signal(const mbsr_parameter *p)
     return p->value != 0.0 ? 0x1p-10 * fabs(p->value) : way ? 0x1p-10 : 1.0;
 }
 
-/* One number of what an element exerts; the data is at velocities. */
-static int sample_force(const mbsr_model *m, mbsr_data *d, const mbsr_signal *s, double *value)
-{
-    double f[MBSR_MAX_D] = {0.0}, tau[MBSR_MAX_D] = {0.0};
-    const int status = mbsr_force_load(m, d, s->id, s->place, f, tau),
-              size = mbsr_body_dimension(m, body_of_force(m, s->id, s->place));
-    *value = s->part < size ? f[s->part] : tau[s->part - size];
-    return status;
-}
-
 /* Column j of B, and what forces see of it at once. r: 2 numbers for each of y. */
 static int enter_parameter(mbsr_linear *l, const mbsri_coordinates *c, const double *y,
                            const double *yp, const mbsr_linear_opt *opt, int j, double *r,
@@ -133,7 +121,7 @@ static int enter_parameter(mbsr_linear *l, const mbsri_coordinates *c, const dou
         for (int i = 0; i < l->outputs && !status; ++i) {
             double force = 0.0;
             if (opt->output[i].kind != MBSR_SIGNAL_FORCE) continue;
-            status = sample_force(m, d, opt->output + i, &force);
+            status = mbsri_sample_force(m, d, opt->output + i, &force);
             l->direct[j * l->outputs + i] += weight * force;
         }
         if (status)
@@ -188,7 +176,7 @@ static int see_force(mbsr_linear *l, const mbsri_coordinates *c, int i, const mb
             if (k >= nu) u[rate] += places[p] * h;
             status = mbsr_stage_positions(c->model, c->data, c->t, q);
             if (!status) status = mbsr_stage_velocities(c->model, c->data, u);
-            if (!status) status = sample_force(c->model, c->data, s, &force);
+            if (!status) status = mbsri_sample_force(c->model, c->data, s, &force);
             slope += weights[p] / (12.0 * h) * force;
         }
         l->seen[(size_t)(k < nu ? rate : 2 * nu + rate) * (size_t)l->outputs + (size_t)i] = slope;
@@ -204,9 +192,14 @@ int mbsri_signals_enter(mbsr_linear *l, const mbsri_coordinates *c, const double
     int status = MBSR_OK;
     if (!work)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, "%s: no memory", name);
-    for (int j = 0; j < l->inputs && !status; ++j)
+    int at = c->size - c->nq + c->nu;
+    for (int j = 0; j < l->inputs && !status; ++j) {
         if (opt->input[j].kind == MBSR_SIGNAL_PARAMETER)
             status = enter_parameter(l, c, y, yp, opt, j, work, error);
+        if (!mbsri_is_motion(opt->input + j)) continue;
+        status = mbsri_motion_enter(l, c, y, yp, opt, j, at, work, error);
+        at += 2;
+    }
     if (status) return status;
     for (int i = 0; i < l->outputs && !status; ++i) {
         const mbsr_signal *s = opt->output + i;
@@ -256,23 +249,43 @@ static int read_part(const char *text, const char *part)
     return k >= 1 && k <= 2 * MBSR_MAX_D && strcmp(end, "]") == 0 ? (int)k - 1 : -1;
 }
 
-/* The body or element of that label; -1: none. */
-static int find_labelled(const mbsr_model *m, bool force, const char *label)
+/* What signals belong to, as names begin. */
+enum { OF_BODY, OF_FORCE, OF_CLOSURE, OWNERS };
+static const char *const owner[] = {"body", "force element", "closure"},
+                         *const room[] = {"bodies.", "forces.", "closures."},
+                         *const label_of[] = {"body", "force", "closure"};
+
+/* The body, element or closure of that label; -1: none. */
+static int find_labelled(const mbsr_model *m, int kind, const char *label)
 {
     char made[LABEL];
-    const int count = force ? mbsr_model_forces(m) : mbsr_model_bodies(m);
+    const int count = kind == OF_FORCE     ? mbsr_model_forces(m)
+                      : kind == OF_CLOSURE ? mbsr_model_closures(m)
+                                           : mbsr_model_bodies(m);
     for (int k = 0; k < count; ++k) {
         mbsr_force_def def = {.name = NULL};
-        if (force) (void)mbsr_force_definition(m, k, &def);
-        const char *given = force ? def.name : mbsr_body_name(m, k);
-        mbsri_print(made, sizeof made, "%s%d", force ? "force" : "body", k);
+        if (kind == OF_FORCE) (void)mbsr_force_definition(m, k, &def);
+        const char *given = kind == OF_FORCE     ? def.name
+                            : kind == OF_CLOSURE ? mbsr_closure_name(m, k)
+                                                 : mbsr_body_name(m, k);
+        mbsri_print(made, sizeof made, "%s%d", label_of[kind], k);
         if (strcmp(given && *given ? given : made, label) == 0) return k;
     }
     return -1;
 }
 
+static bool signal_of_motion(const mbsr_model *m, mbsr_signal_kind kind, int id, const char *part,
+                             mbsr_signal *out)
+{
+    const int at = read_part(part, "motion");
+    if (at < 0 || at >= mbsri_motions_of(m, kind, id)) return false;
+    *out = (mbsr_signal){.kind = kind, .id = id, .part = at};
+    return true;
+}
+
 static bool signal_of_body(const mbsr_model *m, int body, const char *part, mbsr_signal *out)
 {
+    if (signal_of_motion(m, MBSR_SIGNAL_MOTION, body, part, out)) return true;
     static const char *const rates[] = {"tau", "q", "u"};
     int u, n;
     mbsr_body_coordinates(m, body, NULL, NULL, &u, &n);
@@ -293,9 +306,9 @@ static bool signal_of_force(const mbsr_model *m, int force, const char *part, mb
     mbsr_signal made = {.kind = MBSR_SIGNAL_FORCE, .id = force};
     if (mbsr_force_definition(m, force, &def) || def.table->flags & MBSR_FORCE_EVERY_BODY)
         return false;
-    while (made.place + 1 < def.bodies && body_of_force(m, force, made.place) == MBSR_GROUND)
+    while (made.place + 1 < def.bodies && mbsri_body_of_force(m, force, made.place) == MBSR_GROUND)
         ++made.place;
-    const int body = body_of_force(m, force, made.place), f = read_part(part, "f"),
+    const int body = mbsri_body_of_force(m, force, made.place), f = read_part(part, "f"),
               tau = read_part(part, "tau");
     if (body == MBSR_GROUND) return false;
     const int size = mbsr_body_dimension(m, body);
@@ -323,22 +336,24 @@ int mbsr_signal_find(const mbsr_model *model, const mbsr_parameters *list, const
         *signal = (mbsr_signal){.kind = MBSR_SIGNAL_PARAMETER, .id = parameter};
         return MBSR_OK;
     }
-    const bool body = strncmp(text, "bodies.", 7) == 0, force = strncmp(text, "forces.", 7) == 0;
     char label[LABEL];
-    const char *part = body || force ? read_label(text + 7, label) : NULL;
+    int kind = 0;
+    while (kind < OWNERS && strncmp(text, room[kind], strlen(room[kind])) != 0) ++kind;
+    const char *part = kind < OWNERS ? read_label(text + strlen(room[kind]), label) : NULL;
     if (!part)
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "%s: %.100s: names are bodies.NAME.PART, forces.NAME.PART, or those of "
-                          "parameters",
+                          "%s: %.100s: names are bodies.NAME.PART, forces.NAME.PART, "
+                          "closures.NAME.PART, or those of parameters",
                           function, text);
-    const int id = find_labelled(model, force, label);
+    const int id = find_labelled(model, kind, label);
     if (id < 0)
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "%s: there is no %s '%.100s'", function, body ? "body" : "force element",
-                          label);
-    if (body ? signal_of_body(model, id, part, signal) : signal_of_force(model, id, part, signal))
+                          "%s: there is no %s '%.100s'", function, owner[kind], label);
+    if (kind == OF_BODY    ? signal_of_body(model, id, part, signal)
+        : kind == OF_FORCE ? signal_of_force(model, id, part, signal)
+                           : signal_of_motion(model, MBSR_SIGNAL_CLOSURE_MOTION, id, part, signal))
         return MBSR_OK;
-    return mbsri_fail(error, MBSR_ERR_VALUE, body ? id : MBSR_NONE, force ? id : MBSR_NONE,
-                      "%s: %s '%.100s' has no %.40s", function, body ? "body" : "force element",
-                      label, part);
+    return mbsri_fail(error, MBSR_ERR_VALUE, kind == OF_BODY ? id : MBSR_NONE,
+                      kind == OF_FORCE ? id : MBSR_NONE, "%s: %s '%.100s' has no %.40s", function,
+                      owner[kind], label, part);
 }

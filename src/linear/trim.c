@@ -32,7 +32,11 @@ typedef struct trim {
     const int *which;
     bool *held, *rigid; /* nu; rows */
     int *row_of;        /* gaps: their rows */
-    double *span;       /* nu */
+    struct {
+        int count, *chosen, *place; /* parameters that have them, and which of all these are */
+        double *change;             /* params: zeros */
+    } products;
+    double *span; /* nu */
     double *q, *lambda, *theta, *new_q, *new_lambda, *new_theta;
     double *r, *new_r; /* equations: scaled */
     struct {
@@ -187,11 +191,57 @@ static int balance_with(trim *w, int k, double step, double *out, mbsr_error *er
     return status;
 }
 
-/* Columns of parameters, by central differences, or on one side where the other is refused. */
-static int parameter_columns(trim *w, mbsr_error *error)
+/* Parameters that move neither rows nor gaps and have products. A status. */
+static int choose_products(trim *w, const mbsr_model *m, mbsr_error *error)
 {
-    for (int k = 0; k < w->params; ++k) {
-        double *a = w->linear.A + (size_t)(w->nu + w->rows + k) * (size_t)w->equations;
+    mbsr_derivatives *by;
+    int status = mbsr_derivatives_create(m, &by, error);
+    for (int k = 0; k < w->params && !status; ++k) {
+        mbsr_parameter p;
+        mbsr_parameter_get(w->list, w->which[k], &p);
+        const bool apart = p.part <= MBSR_PARAMETER_ARMATURE || p.part == MBSR_PARAMETER_LAW ||
+                           (p.part == MBSR_PARAMETER_JOINT && w->rows == 0);
+        const int chosen =
+            apart ? mbsr_derivatives_parameters(by, w->list, 1, w->which + k) : MBSR_ERR_SPACE;
+        if (chosen == MBSR_ERR_SPACE) continue;
+        status = chosen;
+        w->products.chosen[w->products.count] = w->which[k];
+        w->products.place[w->products.count++] = k;
+    }
+    if (status && by) *error = *mbsr_derivatives_error(by);
+    mbsr_derivatives_destroy(by);
+    return status;
+}
+
+static double *column_of_parameter(const trim *w, int k)
+{
+    return w->linear.A + (size_t)(w->nu + w->rows + k) * (size_t)w->equations;
+}
+
+/* Columns of parameters that have products; the others are zero. */
+static int product_columns(trim *w, mbsr_derivatives *by, mbsr_error *error)
+{
+    int status = MBSR_OK;
+    for (int k = 0; k < w->products.count && !status; ++k) {
+        double *a = column_of_parameter(w, w->products.place[k]);
+        w->products.change[k] = 1.0;
+        status = mbsr_derivatives_parameter_tangent(by, w->products.change, a, NULL);
+        w->products.change[k] = 0.0;
+        for (int l = 0; l < w->nu; ++l) a[l] *= w->span[l];
+    }
+    if (status) *error = *mbsr_derivatives_error(by);
+    return status;
+}
+
+/* Those of others, by central differences, or on one side where the other is refused. */
+static int difference_columns(trim *w, mbsr_error *error)
+{
+    for (int k = 0, next = 0; k < w->params; ++k) {
+        if (next < w->products.count && w->products.place[next] == k) {
+            ++next;
+            continue;
+        }
+        double *a = column_of_parameter(w, k);
         const double step = parameter_step(w, k);
         const int up = balance_with(w, k, step, a, error),
                   down = balance_with(w, k, -step, w->new_r, error);
@@ -325,11 +375,15 @@ static int linearise_trim(trim *w, mbsr_data *d, mbsr_error *error)
     memset(w->linear.A, 0, (size_t)w->equations * (size_t)w->unknowns * sizeof *w->linear.A);
     int status = mbsr_derivatives_create(mbsr_data_model(d), &by, error);
     if (status) return status;
+    if (w->products.count > 0 &&
+        mbsr_derivatives_parameters(by, w->list, w->products.count, w->products.chosen))
+        w->products.count = 0; /* not at these values */
     status = position_columns(w, d, by, error);
+    if (!status) status = product_columns(w, by, error);
     mbsr_derivatives_destroy(by);
     if (!status) status = force_columns(w, d, error);
     if (!status) status = trim_balance(w, d, w->q, w->lambda, w->r, error);
-    if (!status) status = parameter_columns(w, error);
+    if (!status) status = difference_columns(w, error);
     return status ? status : solve_step(w, error);
 }
 
@@ -385,6 +439,7 @@ static bool take_trim(trim *w, mbsri_arena *arena)
                {&w->span, n},
                {&w->by_nu, n},
                {&w->rate, n},
+               {&w->products.change, n},
                {&w->linear.column, n},
                {&w->linear.x, n},
                {&w->linear.s, n},
@@ -398,6 +453,8 @@ static bool take_trim(trim *w, mbsri_arena *arena)
     w->linear.lwork = (int)(8 * (m + n));
     for (size_t k = 0; k < sizeof all / sizeof *all; ++k)
         *all[k].place = mbsri_arena_take(arena, all[k].size * sizeof(double));
+    w->products.chosen = mbsri_arena_take(arena, n * sizeof *w->products.chosen);
+    w->products.place = mbsri_arena_take(arena, n * sizeof *w->products.place);
     w->held = mbsri_arena_take(arena, n * sizeof *w->held);
     w->rigid = mbsri_arena_take(arena, n * sizeof *w->rigid);
     w->row_of = mbsri_arena_take(arena, m * sizeof *w->row_of);
@@ -524,6 +581,7 @@ int mbsr_trim(const mbsr_parameters *list, double t, const double *q, int count,
         status = mbsr_parameter_get(list, which[k], &p);
         w.theta[k] = p.value;
     }
+    if (!status) status = choose_products(&w, m, error);
     if (!status) status = describe_trim(&w, d, opt, error);
     if (!status) status = iterate_trim(&w, opt, &d, error);
     if (!status) memcpy(q_rest, w.q, (size_t)w.nq * sizeof *q_rest);

@@ -125,6 +125,51 @@ int mbsr_model_drop_locked(mbsr_model *model, int body)
     return status;
 }
 
+/* A status: another motion in the place of one that is there. */
+static int replace_motion(mbsr_model *m, const char *label, int body, mbsr_motion_fn *motion,
+                          void **user, mbsr_motion_fn new_motion, void *new_user)
+{
+    if (!new_motion)
+        return mbsri_fail(&m->error, MBSR_ERR_NULL, body, MBSR_NONE, "%s: motion is NULL", label);
+    if (!*motion)
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE, "%s: it follows no motion",
+                          label);
+    *motion = new_motion;
+    *user = new_user;
+    return MBSR_OK;
+}
+
+int mbsr_model_drive(mbsr_model *model, int body, mbsr_motion_fn motion, void *user)
+{
+    static const char function[] = "mbsr_model_drive";
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    int status;
+    mbsri_body_entry *entry = mbsri_find_entry(m, body, function, &status);
+    if (status) return status;
+    char label[MBSRI_LABEL], culprit[MBSRI_LABEL + sizeof function + 2];
+    snprintf(culprit, sizeof culprit, "%s: %s", amended_label(m, entry, body, label), function);
+    return replace_motion(m, culprit, body, &entry->joint.motion, &entry->joint.user, motion, user);
+}
+
+int mbsr_model_drive_closure(mbsr_model *model, int closure, mbsr_motion_fn motion, void *user)
+{
+    static const char function[] = "mbsr_model_drive_closure";
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    if (m->finished)
+        return mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
+                          "%s: the model is finished", function);
+    if (closure < 0 || (size_t)closure >= m->closures.count)
+        return mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
+                          "%s: there is no closure %d", function, closure);
+    mbsri_closure *c = (mbsri_closure *)m->closures.data + closure;
+    char label[MBSRI_LABEL], culprit[MBSRI_LABEL + sizeof function + 2];
+    mbsri_label(label, "closure", closure, (const char *)m->stored.names.data + c->name);
+    snprintf(culprit, sizeof culprit, "%s: %s", label, function);
+    return replace_motion(m, culprit, MBSR_NONE, &c->def.motion, &c->def.user, motion, user);
+}
+
 /* Whether rates k and l are two of one quaternion. */
 static bool same_quaternion(const mbsri_joint *joint, int k, int l)
 {

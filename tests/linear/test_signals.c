@@ -6,6 +6,7 @@
 
 #include <complex.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 static const double mass = 2.0, stiffness = 50.0, damping = 3.0, weight = 9.81, length = 0.7,
@@ -130,10 +131,167 @@ static void what_there_is_not(void **state)
     mbsr_model_destroy(m);
 }
 
+/* ---- motions ---- */
+
+static const double turning = 3.0;
+
+static int stay(void *user, double t, double *s, double *sdot, double *sddot)
+{
+    (void)user;
+    (void)t;
+    s[0] = 0.2;
+    sdot[0] = sddot[0] = 0.0;
+    return 0;
+}
+
+static int turn(void *user, double t, double *s, double *sdot, double *sddot)
+{
+    (void)user;
+    s[0] = turning * t;
+    sdot[0] = turning;
+    sddot[0] = 0.0;
+    return 0;
+}
+
+/* A mass on a spring on a base that a joint moves, or a closure. */
+static mbsr_model *make_moved_base(bool by_closure, mbsr_data **d)
+{
+    mbsr_model *m = empty();
+    const double up[3] = {0, 0, 1};
+    const mbsr_axis rise = {.kind = MBSR_AXIS_TRANSLATION, .direction = {0, 0, 1}, .driven = 1};
+    add_body(m, MBSR_GROUND, "base",
+             by_closure ? mbsr_joint_prismatic(NULL, NULL, up)
+                        : mbsr_joint_compound(NULL, NULL, 1, &rise, stay, NULL),
+             by_closure ? mbsr_inertia_particle(5.0) : mbsr_inertia_zero());
+    add_body(m, 0, "mass", mbsr_joint_prismatic(NULL, NULL, up), mbsr_inertia_particle(mass));
+    mbsr_force_def spring = mbsr_force_joint_spring(1, 0, stiffness, damping, 0.0);
+    spring.name = "spring";
+    add_force(m, spring);
+    add_force(m, mbsr_force_gravity(0, 0, -weight));
+    if (by_closure) {
+        mbsr_closure_def drive = mbsr_closure_rows(0, NULL, MBSR_GROUND, NULL, 1, up);
+        drive.name = "drive";
+        drive.motion = stay;
+        assert_ok(mbsr_model_add_closure(m, &drive, NULL), mbsr_model_error(m));
+    }
+    *d = finish(m);
+    return m;
+}
+
+static void expect(double complex y, double re, double im, double scale)
+{
+    assert_close(re, creal(y), 1e-9 * scale);
+    assert_close(im, cimag(y), 1e-9 * scale);
+}
+
+/* m (x" + w) + d x' + k x = -m g with w the base's acceleration: x, x', heights, and the force. */
+static void a_base_that_moves(void **state)
+{
+    (void)state;
+    static const char *const in[] = {"bodies.base.motion", "closures.drive.motion[1]"},
+                             *const out[] = {"bodies.mass.q", "bodies.mass.u", "bodies.mass.z",
+                                             "bodies.base.z", "forces.spring.tau"};
+    for (int by_closure = 0; by_closure < 2; ++by_closure) {
+        mbsr_data *d;
+        mbsr_model *m = make_moved_base(by_closure, &d);
+        mbsr_signal input, output[OUTPUTS];
+        mbsr_error error;
+        assert_ok(mbsr_signal_find(m, NULL, in[by_closure], &input, &error), &error);
+        for (int k = 0; k < OUTPUTS; ++k)
+            assert_ok(mbsr_signal_find(m, NULL, out[k], output + k, &error), &error);
+        mbsr_linear_opt opt = mbsr_default_linear_opt();
+        opt.inputs = 1, opt.outputs = OUTPUTS;
+        opt.input = &input, opt.output = output;
+        const double sag = -mass * weight / stiffness, q[2] = {by_closure ? 0.2 : sag, sag};
+        mbsr_linear *l;
+        mbsr_linear_info info;
+        assert_ok(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), &error);
+        assert_ok(mbsr_linear_get_info(l, &info), NULL);
+        assert_int_equal(info.states, 4); /* x and x', value and rate of the motion */
+        for (int k = 1; k < 5; ++k) {
+            double re[OUTPUTS], im[OUTPUTS];
+            const double f = 0.3 * k;
+            const double complex p = 2.0 * pi * f * I,
+                                 x = -mass / ((mass * p + damping) * p + stiffness);
+            assert_ok(mbsr_linear_response(l, f, re, im), NULL);
+            expect(x, re[0], im[0], 1.0);
+            expect(p * x, re[1], im[1], 1.0);
+            expect(x + 1.0 / (p * p), re[2], im[2], 1.0);
+            expect(1.0 / (p * p), re[3], im[3], 1.0);
+            expect(-(stiffness + damping * p) * x, re[4], im[4], stiffness);
+        }
+        mbsr_linear_destroy(l);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
+/* A bead on a spring in a tube that turns: m r" + d r' + k (r - r0) = m v^2 r, v' = w. */
+static void a_tube_that_turns(void **state)
+{
+    (void)state;
+    mbsr_model *m = empty();
+    const double out[3] = {1, 0, 0}, r0 = 0.4;
+    const mbsr_axis spin = {.kind = MBSR_AXIS_ROTATION, .direction = {0, 0, 1}, .driven = 1};
+    add_body(m, MBSR_GROUND, "tube", mbsr_joint_compound(NULL, NULL, 1, &spin, turn, NULL),
+             mbsr_inertia_zero());
+    add_body(m, 0, "bead", mbsr_joint_prismatic(NULL, NULL, out), mbsr_inertia_particle(mass));
+    add_force(m, mbsr_force_joint_spring(1, 0, stiffness, damping, r0));
+    mbsr_data *d = finish(m);
+    mbsr_signal input, output;
+    mbsr_error error;
+    assert_ok(mbsr_signal_find(m, NULL, "bodies.tube.motion", &input, &error), &error);
+    assert_ok(mbsr_signal_find(m, NULL, "bodies.bead.q", &output, &error), &error);
+    mbsr_linear_opt opt = mbsr_default_linear_opt();
+    opt.inputs = opt.outputs = 1;
+    opt.input = &input, opt.output = &output;
+    const double softer = stiffness - mass * turning * turning, r = stiffness * r0 / softer;
+    mbsr_linear *l;
+    assert_ok(mbsr_linear_create(m, d, 0.0, &r, NULL, &opt, &l, &error), &error);
+    double re, im;
+    assert_ok(mbsr_linear_response(l, 0.7, &re, &im), NULL);
+    const double complex p = 2.0 * pi * 0.7 * I;
+    expect(2.0 * mass * turning * r / (((mass * p + damping) * p + softer) * p), re, im, 1.0);
+    mbsr_linear_destroy(l);
+    input.part = 1;
+    assert_int_equal(mbsr_linear_create(m, d, 0.0, &r, NULL, &opt, &l, &error), MBSR_ERR_VALUE);
+    assert_non_null(strstr(error.text, "input 0"));
+    assert_int_equal(mbsr_signal_find(m, NULL, "bodies.bead.motion", &input, &error),
+                     MBSR_ERR_VALUE);
+    assert_non_null(strstr(error.text, "has no motion"));
+    opt.outputs = 1, opt.inputs = 0, output = input;
+    assert_int_equal(mbsr_linear_create(m, d, 0.0, &r, NULL, &opt, &l, &error), MBSR_ERR_VALUE);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void motions_that_cannot_be_replaced(void **state)
+{
+    (void)state;
+    mbsr_data *d;
+    mbsr_model *m = make_moved_base(true, &d), *copy;
+    assert_int_equal(mbsr_model_drive(NULL, 0, stay, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_model_drive_closure(NULL, 0, stay, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_model_drive(m, 0, stay, NULL), MBSR_ERR_FINISHED);
+    assert_int_equal(mbsr_model_drive_closure(m, 0, stay, NULL), MBSR_ERR_FINISHED);
+    assert_ok(mbsr_model_copy(m, &copy, NULL), NULL);
+    assert_int_equal(mbsr_model_drive(copy, 0, stay, NULL), MBSR_ERR_VALUE);
+    assert_non_null(strstr(mbsr_model_error(copy)->text, "base"));
+    assert_int_equal(mbsr_model_drive(copy, 7, stay, NULL), MBSR_ERR_ID);
+    assert_int_equal(mbsr_model_drive_closure(copy, 1, stay, NULL), MBSR_ERR_ID);
+    assert_int_equal(mbsr_model_drive_closure(copy, 0, NULL, NULL), MBSR_ERR_NULL);
+    assert_non_null(strstr(mbsr_model_error(copy)->text, "drive"));
+    assert_ok(mbsr_model_drive_closure(copy, 0, turn, NULL), mbsr_model_error(copy));
+    mbsr_model_destroy(copy);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_on_a_spring),
-                                       cmocka_unit_test(a_point_and_a_rate),
-                                       cmocka_unit_test(what_there_is_not)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_mass_on_a_spring), cmocka_unit_test(a_point_and_a_rate),
+        cmocka_unit_test(what_there_is_not),  cmocka_unit_test(a_base_that_moves),
+        cmocka_unit_test(a_tube_that_turns),  cmocka_unit_test(motions_that_cannot_be_replaced)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

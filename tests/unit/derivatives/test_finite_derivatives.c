@@ -6,19 +6,24 @@
 enum { T = 1u << FINITE_T, Q = 1u << FINITE_Q, U = 1u << FINITE_U, TAU = 1u << FINITE_TAU };
 enum { UDOT = 1u << FINITE_UDOT, R = 1u << FINITE_R, OTHER = 1u << FINITE_OTHER, MOST = 64 };
 
+/* Of the last call of a batch, which ends with the call; else the object has it. */
+static mbsr_error of_batch;
+
 static const mbsr_error *why(const finite_subject *s)
 {
-    return mbsr_derivatives_error(s->object);
+    return of_batch.status ? &of_batch : mbsr_derivatives_error(s->object);
 }
 
 static int run_forward(finite_subject *s)
 {
+    of_batch.status = MBSR_OK;
     return mbsr_derivatives_forward(s->object, s->in[FINITE_T][0], s->in[FINITE_Q], s->in[FINITE_U],
                                     s->in[FINITE_TAU], s->out[0], NULL);
 }
 
 static int run_inverse(finite_subject *s)
 {
+    of_batch.status = MBSR_OK;
     return mbsr_derivatives_inverse(s->object, s->in[FINITE_T][0], s->in[FINITE_Q], s->in[FINITE_U],
                                     s->in[FINITE_UDOT], s->out[0]);
 }
@@ -38,6 +43,51 @@ static int run_adjoint(finite_subject *s)
 static int run_matrices(finite_subject *s)
 {
     return mbsr_derivatives_matrices(s->object, s->out[0], s->out[1], s->out[2]);
+}
+
+/* ---- batches of one state ---- */
+
+static mbsr_derivatives_batch *open_batch(const finite_subject *s)
+{
+    mbsr_derivatives_batch *batch = NULL;
+    of_batch.status = MBSR_OK;
+    if (s->object)
+        assert_int_equal(mbsr_derivatives_batch_create(s->model, NULL, &batch, NULL), MBSR_OK);
+    return batch;
+}
+
+static int close_batch(mbsr_derivatives_batch *batch, int status)
+{
+    if (batch && status) of_batch = *mbsr_derivatives_batch_error(batch);
+    mbsr_derivatives_batch_destroy(batch);
+    return status;
+}
+
+static int run_batch_tangent(finite_subject *s)
+{
+    mbsr_derivatives_batch *b = open_batch(s);
+    double **in = s->in;
+    return close_batch(b, mbsr_derivatives_batch_tangent(
+                              b, in[FINITE_T][0], 1, in[FINITE_Q], in[FINITE_U], in[FINITE_TAU],
+                              in[FINITE_R], in[FINITE_R], in[FINITE_OTHER], NULL, s->out[0], NULL));
+}
+
+static int run_batch_adjoint(finite_subject *s)
+{
+    mbsr_derivatives_batch *b = open_batch(s);
+    double **in = s->in;
+    return close_batch(b, mbsr_derivatives_batch_adjoint(
+                              b, in[FINITE_T][0], 1, in[FINITE_Q], in[FINITE_U], in[FINITE_TAU],
+                              in[FINITE_R], NULL, s->out[0], s->out[1], s->out[2], NULL));
+}
+
+static int run_batch_matrices(finite_subject *s)
+{
+    mbsr_derivatives_batch *b = open_batch(s);
+    double **in = s->in;
+    return close_batch(b, mbsr_derivatives_batch_matrices(b, in[FINITE_T][0], 1, in[FINITE_Q],
+                                                          in[FINITE_U], in[FINITE_TAU], NULL,
+                                                          s->out[0], s->out[1], s->out[2], NULL));
 }
 
 /* As many parameters as the model has rates are chosen before. */
@@ -90,6 +140,15 @@ static const finite_row rows[] = {
     {"mbsr_derivatives_adjoint", run_adjoint, run_forward, T | Q | U | TAU, R, FINITE_OBJECT,
      of_all},
     {"mbsr_derivatives_matrices", run_matrices, run_forward, T | Q | U | TAU, 0, FINITE_OBJECT,
+     of_matrices},
+    {"mbsr_derivatives_batch_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_batch_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_batch_failed", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_batch_error", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_batch_tangent", run_batch_tangent, NULL, 0, T | Q | U | TAU | R | OTHER, 0,
+     of_rates},
+    {"mbsr_derivatives_batch_adjoint", run_batch_adjoint, NULL, 0, T | Q | U | TAU | R, 0, of_all},
+    {"mbsr_derivatives_batch_matrices", run_batch_matrices, NULL, 0, T | Q | U | TAU, 0,
      of_matrices},
     {"mbsr_derivatives_parameters", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_derivatives_parameter_tangent", run_parameter_tangent, choose_and_run_forward,

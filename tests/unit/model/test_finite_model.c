@@ -512,6 +512,8 @@ static const char *const others[] = {
     "mbsr_joint_chain_of",
     "mbsr_body_locks",
     "mbsr_model_drop_locked",
+    "mbsr_model_drive",
+    "mbsr_model_drive_closure",
     "mbsr_body_regularisation",
     "mbsr_force_joint_servo",
     "mbsr_force_joint_curve",
