@@ -84,7 +84,7 @@ static void planes(void **unused)
         shape[0].kind = MBSR_SHAPE_PLANE;
         shape[0].frame = mbsr_frame_along(on, normal);
         scene plane = scene_of(2, shape);
-        for (int l = 0; l < 40; ++l) {
+        for (int l = 0; l < 25; ++l) {
             double q[7], u[6];
             mbsr_contact_point x[64], y[64];
             draw_pose(&seed, q, u);
@@ -98,7 +98,7 @@ static void planes(void **unused)
         end_scene(&field);
         end_scene(&plane);
     }
-    assert_true(touched > 150);
+    assert_true(touched > 90);
 }
 
 /* ---- paraboloids ---- */
@@ -119,7 +119,7 @@ static void paraboloids(void **unused)
         shape[1].size[0] = 0.2 * unit;
         shape[0].law.stiffness = shape[1].law.stiffness = 2e4 / pow(unit, 1.5);
         scene s = scene_of(2, shape);
-        for (int l = 0; l < 50; ++l) {
+        for (int l = 0; l < 20; ++l) {
             double q[7], u[6];
             mbsr_contact_point point[4];
             draw_pose(&seed, q, u);
@@ -189,14 +189,14 @@ static void borders(void **unused)
     for (int k = 0; k < 3; ++k) {
         const double z = 0.2 - 0.045 * k;
         double height[2500], most = 0.0, change = 0.0, beyond[3];
-        mbsr_shape shape[2] = {field_of(rough, 50, 40, 1.0, height), sample_shape(kinds[k], 0)};
+        mbsr_shape shape[2] = {field_of(rough, 30, 25, 1.0, height), sample_shape(kinds[k], 0)};
         if (k > 0) shape[1].size[0] = 0.12, shape[1].size[1] = 0.1, shape[1].size[2] = 0.12;
         shape[1].rounding = k == 2 ? 0.05 : 0.0;
         scene s = scene_of(2, shape);
         for (int begin = 0; begin < 2; ++begin) {
             double part[2] = {begin ? 0.95 : 0.3, begin ? 1.15 : 0.5};
-            change = largest_change(&s, 60, z, part, &most);
-            for (int closer = 0; closer < 6; ++closer)
+            change = largest_change(&s, 50, z, part, &most);
+            for (int closer = 0; closer < 5; ++closer)
                 change = largest_change(&s, 10, z, part, &most);
             assert_true(change < 1e-4 * most);
         }
