@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { MOST_SAMPLES = 8192 };
+enum { MOST_SAMPLES = 8192, MOST_IN_ALL = 1 << 22, MOST_DRAWN = 256 };
 
 /* ---- drawing ---- */
 
@@ -20,18 +20,29 @@ static void take_corner(const mbsr_file_shape *s, int row, int column, double x[
     x[2] = s->height[(ptrdiff_t)row * s->columns + column];
 }
 
+/* So many cells along one direction are drawn as one. */
+static int cells_in_one(int samples)
+{
+    return 1 + (samples - 2) / MOST_DRAWN;
+}
+
 bool mbsri_heights_drawn(mbsri_scene *s, mbsr_file_shape *shape)
 {
     static const int corner[6][2] = {{0, 0}, {0, 1}, {1, 0}, {1, 1}, {1, 0}, {0, 1}};
-    const size_t cells = (size_t)(shape->rows - 1) * (size_t)(shape->columns - 1);
-    double *x = mbsri_arena_take(s->arena, 18 * cells * sizeof *x);
+    const int down = cells_in_one(shape->rows), across = cells_in_one(shape->columns),
+              last[2] = {shape->rows - 1, shape->columns - 1};
+    const int cells = ((last[0] + down - 1) / down) * ((last[1] + across - 1) / across);
+    double *x = mbsri_arena_take(s->arena, 18 * (size_t)cells * sizeof *x);
     if (!x) return false;
-    shape->triangles = (int)(2 * cells);
+    shape->triangles = 2 * cells;
     shape->triangle = x;
-    for (int j = 0; j < shape->rows - 1; ++j) {
-        for (int i = 0; i < shape->columns - 1; ++i) {
-            for (int k = 0; k < 6; ++k, x += 3)
-                take_corner(shape, j + corner[k][0], i + corner[k][1], x);
+    for (int j = 0; j < last[0]; j += down) {
+        for (int i = 0; i < last[1]; i += across) {
+            for (int k = 0; k < 6; ++k, x += 3) {
+                const int row = j + corner[k][0] * down, column = i + corner[k][1] * across;
+                take_corner(shape, row < last[0] ? row : last[0],
+                            column < last[1] ? column : last[1], x);
+            }
         }
     }
     return true;
@@ -54,6 +65,7 @@ const char *mbsri_heights_read(mbsri_arena *arena, const char *text, size_t size
     if (ny < 2 || nx < 2 || ny > MOST_SAMPLES || nx > MOST_SAMPLES)
         return "it is no binary file of 2 to 8192 rows and columns (pictures are not read)";
     const size_t count = (size_t)ny * nx;
+    if (count > MOST_IN_ALL) return "it has more than 4194304 samples";
     if (size != 8 + 4 * count) return "it has not as many numbers as it says";
     *rows = (int)ny, *columns = (int)nx;
     *height = mbsri_arena_take(arena, count * sizeof **height);
@@ -138,6 +150,9 @@ static bool read_samples(mbsri_mjcf *m, const mbsri_element *e, int *rows, int *
                                      k ? "ncol" : "nrow", size[k], MOST_SAMPLES);
     }
     *rows = (int)size[0], *columns = (int)size[1];
+    if (size[0] * size[1] > MOST_IN_ALL)
+        return mbsri_file_refuse(m->s, e, "it has %g samples, more than 4194304",
+                                 size[0] * size[1]);
     if (elevation) return take_elevation(m, e, elevation, *rows, *columns, height);
     *height = mbsri_arena_take(m->s->arena, (size_t)*rows * (size_t)*columns * sizeof **height);
     return *height != NULL;

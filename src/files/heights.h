@@ -5,8 +5,8 @@
 
 #include "files/scene.h"
 
-/* Triangles of its cells, for what draws a height field whose size and samples stand. False: no
- * memory. */
+/* Triangles of its cells, at most 2 x 256 x 256, for what draws a height field whose size and
+ * samples stand. False: no memory. */
 bool mbsri_heights_drawn(mbsri_scene *s, mbsr_file_shape *shape);
 
 /* Samples of a binary file as MuJoCo has it: two 32-bit numbers, rows and columns, and float

@@ -320,6 +320,7 @@ static void heights_come_back(void **unused)
     static const char *const wrong[][2] = {
         {FIELD("nrow='1' ncol='3'"), "nrow is 1"},
         {FIELD("nrow='2' ncol='1e9'"), "ncol is 1e+09"},
+        {FIELD("nrow='4096' ncol='8192'"), "samples"},
         {FIELD("nrow='2' ncol='3' elevation='1 2 3 4 5'"), "nrow times ncol"},
         {FIELD("nrow='2' ncol='3' elevation='1 2 3 4 5 nan'"), "nrow times ncol"}};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
