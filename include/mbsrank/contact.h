@@ -55,6 +55,11 @@ typedef struct mbsr_shape {
     int vertices, triangles; /* MESH: their numbers */
     const double *vertex;    /* 3 a vertex, m, in the shape's frame */
     const int *triangle;     /* 3 a triangle, counter-clockwise from outside */
+    /* HEIGHTS: samples along y and x, 2 or more each, over the rectangle of `size`, and heights
+     * along z, m, row by row; first that of the least y, in it that of the least x. The surface is
+     * smooth (docs/contact.md). */
+    int rows, columns;
+    const double *height;
     /* Two shapes touch where one's groups and the other's mask have a bit in common; default 1
      * and 1. */
     unsigned groups, mask;
@@ -75,7 +80,8 @@ MBSR_API void mbsr_contacts_destroy(mbsr_contacts *contacts);
 
 /* Adds a shape; *id (may be NULL) counts from 0. Refused by name: sizes that are not positive and
  * finite, frames that are not right-handed and orthonormal to 1e-6, laws out of range, meshes that
- * are open, flat or not convex to 1e-6 of their size, a plane that is not on the ground.
+ * are open, flat or not convex to 1e-6 of their size, height fields of less than 2 x 2 samples or
+ * with heights that are not finite, planes and height fields that are not on the ground.
  * MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_ID, MBSR_ERR_FINISHED (the element
  * has been made), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_contacts_add(mbsr_contacts *contacts, const mbsr_shape *shape, int *id,
@@ -97,8 +103,9 @@ typedef struct mbsr_file mbsr_file; /* files.h */
 
 /* What mbsr_contacts_add_file has done. */
 typedef struct mbsr_contacts_of_file {
-    int shapes;       /* that were added */
-    int left_out;     /* planes that move, and meshes without a hull (hull_corners of files.h) */
+    int shapes;   /* that were added */
+    int left_out; /* planes and height fields that move, and meshes without a hull (hull_corners of
+                     files.h) */
     double stiffness; /* N/m of each shape */
 } mbsr_contacts_of_file;
 

@@ -225,6 +225,9 @@ typedef struct mbsr_file_shape {
     int hull_corners, hull_sides;
     const double *hull_corner; /* 3 each, m */
     const int *hull_side;      /* 3 corners each, counter-clockwise from outside */
+    /* Of a height field, as in contact.h; the triangles are those of its cells, for drawings. */
+    int rows, columns;
+    const double *height;
 } mbsr_file_shape;
 
 /* Two shapes that touch by numbers of their own, as <pair> of MJCF has them; see mbsr_file_shape.

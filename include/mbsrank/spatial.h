@@ -33,7 +33,8 @@ typedef enum mbsr_shape_kind {
     MBSR_SHAPE_CAPSULE,   /* radius, half length between the centres of its caps, along z */
     MBSR_SHAPE_ELLIPSOID, /* half axes */
     MBSR_SHAPE_PLANE,     /* z = 0, all below is solid; drawn with half edges, 0: endless */
-    MBSR_SHAPE_MESH       /* by its triangles; size: scale, in drawings alone */
+    MBSR_SHAPE_MESH,      /* by its triangles; size: scale, in drawings alone */
+    MBSR_SHAPE_HEIGHTS    /* half edges along x and y of a grid of heights, all below is solid */
 } mbsr_shape_kind;
 
 /* The frame in which it stands: no displacement, no rotation. */

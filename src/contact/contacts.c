@@ -115,17 +115,19 @@ static int check_shape(const mbsr_shape *shape, const char *name, mbsr_error *er
     const char *const function = "mbsr_contacts_add";
     double value;
     const char *wrong = wrong_in_law(&shape->law, &value);
-    if (shape->kind < MBSR_SHAPE_BOX || shape->kind > MBSR_SHAPE_MESH)
+    const bool fields = shape->kind == MBSR_SHAPE_HEIGHTS;
+    if (shape->kind < MBSR_SHAPE_BOX || shape->kind > MBSR_SHAPE_HEIGHTS)
         return mbsri_contact_fail(error, MBSR_ERR_VALUE, "%s: %s: kind is %d", function, name,
                                   (int)shape->kind);
     if (shape->body < MBSR_GROUND)
         return mbsri_contact_fail(error, MBSR_ERR_ID,
                                   "%s: %s: body is %d, neither a body nor MBSR_GROUND", function,
                                   name, shape->body);
-    if (shape->kind == MBSR_SHAPE_PLANE && shape->body != MBSR_GROUND)
+    if (mbsri_is_ground(shape->kind) && shape->body != MBSR_GROUND)
         return mbsri_contact_fail(error, MBSR_ERR_VALUE,
-                                  "%s: %s: a plane on body %d, but planes are on the ground",
-                                  function, name, shape->body);
+                                  "%s: %s: %s on body %d, but %s are on the ground", function, name,
+                                  fields ? "a height field" : "a plane", shape->body,
+                                  fields ? "height fields" : "planes");
     if (!is_frame(&shape->frame))
         return mbsri_contact_fail(error, MBSR_ERR_VALUE,
                                   "%s: %s: frame is not right-handed and orthonormal to 1e-6",
@@ -354,7 +356,7 @@ int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *
         if (status) return status;
         find_margins(c);
         list_bodies(c);
-        for (int k = 0; k < c->count; ++k) c->planes += c->shape[k].kind == MBSR_SHAPE_PLANE;
+        for (int k = 0; k < c->count; ++k) c->grounds += mbsri_is_ground(c->shape[k].kind);
         const size_t most = max_pairs > 0 ? (size_t)max_pairs : 16 * (size_t)c->count + 64;
         c->most = (int)(pairs < most ? pairs : most);
         c->made = true;

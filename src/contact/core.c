@@ -4,6 +4,7 @@
 
 #include "algebra/space3.h"
 #include "contact/error.h"
+#include "contact/field.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -246,6 +247,19 @@ static int make_cylinder(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_
     return make_mesh(&prism, s, text);
 }
 
+/* ---- height fields ---- */
+
+static int make_heights(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT_SIZE])
+{
+    size_t bytes;
+    const int status = mbsri_field_check(from, text, &bytes);
+    if (status) return status;
+    s->memory = calloc(1, bytes);
+    if (!s->memory) return MBSR_ERR_NO_MEMORY;
+    mbsri_field_make(from, s->memory, s);
+    return MBSR_OK;
+}
+
 /* ---- all ---- */
 
 /* How many of the sizes a kind has. */
@@ -253,7 +267,8 @@ static int sizes_of(mbsr_shape_kind kind)
 {
     static const int count[] = {
         [MBSR_SHAPE_BOX] = 3,     [MBSR_SHAPE_SPHERE] = 1,    [MBSR_SHAPE_CYLINDER] = 2,
-        [MBSR_SHAPE_CAPSULE] = 2, [MBSR_SHAPE_ELLIPSOID] = 3, [MBSR_SHAPE_MESH] = 0};
+        [MBSR_SHAPE_CAPSULE] = 2, [MBSR_SHAPE_ELLIPSOID] = 3, [MBSR_SHAPE_MESH] = 0,
+        [MBSR_SHAPE_HEIGHTS] = 2};
     return count[kind];
 }
 
@@ -305,6 +320,7 @@ int mbsri_core_make(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT_
         return make_box(s, half);
     }
     case MBSR_SHAPE_MESH: return make_mesh(from, s, text);
+    case MBSR_SHAPE_HEIGHTS: return make_heights(from, s, text);
     default: return MBSR_OK; /* a plane has none */
     }
 }

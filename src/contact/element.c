@@ -91,6 +91,17 @@ static int note_point(void *user, const mbsri_touch *t)
 
 typedef int (*purpose)(void *user, const mbsri_touch *touch);
 
+/* The points of shapes a and b. */
+static int visit_pair(visit *v, const mbsri_placed *a, const mbsri_placed *b, purpose what)
+{
+    const int status = mbsri_touches(a, b, v->law.margin, what, v);
+    if (status == MBSR_ERR_MEMORY_SIZE && v->args->text)
+        mbsri_contact_print(v->args->text, MBSR_TEXT_SIZE,
+                            "a corner touches a height field at too many places, of %s and %s",
+                            a->shape->name, b->shape->name);
+    return status;
+}
+
 /* All pairs of shapes of all bodies. */
 static int visit_all(visit *v, purpose what)
 {
@@ -103,7 +114,7 @@ static int visit_all(visit *v, purpose what)
         v->on[0] = v->args->body + c->shape[v->a].place;
         v->on[1] = v->args->body + c->shape[v->b].place;
         v->law = mbsri_law_of_shapes(c, v->a, v->b);
-        status = mbsri_touches(near.placed + v->a, near.placed + v->b, v->law.margin, what, v);
+        status = visit_pair(v, near.placed + v->a, near.placed + v->b, what);
     }
     return status;
 }
@@ -140,9 +151,8 @@ static int pairs(const mbsr_force_args *args, int (*pair)[2], int *count)
     for (int k = 0; k < found && !status; ++k) {
         const int a = near.pair[k][0], b = near.pair[k][1];
         const int x = c->shape[a].place, y = c->shape[b].place;
-        visit v = {.args = args};
-        status = mbsri_touches(near.placed + a, near.placed + b,
-                               mbsri_law_of_shapes(c, a, b).margin, note_point, &v);
+        visit v = {.args = args, .law = mbsri_law_of_shapes(c, a, b)};
+        status = visit_pair(&v, near.placed + a, near.placed + b, note_point);
         if (!v.any) continue;
         near.pair[used][0] = x < y ? x : y;
         near.pair[used++][1] = x < y ? y : x;
@@ -177,7 +187,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
             v.law = mbsri_law_of_shapes(c, a, b);
             mbsri_near_put(c->shape + a, v.on[0], placed);
             mbsri_near_put(c->shape + b, v.on[1], placed + 1);
-            status = mbsri_touches(placed, placed + 1, v.law.margin, add_slopes, &v);
+            status = visit_pair(&v, placed, placed + 1, add_slopes);
         }
     }
     return status;

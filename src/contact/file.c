@@ -125,8 +125,8 @@ typedef struct made {
 static int add_file_shape(made *m, int k, mbsr_error *error)
 {
     const mbsr_file_shape *from = m->file->shape + k;
-    const bool moves = from->kind == MBSR_SHAPE_PLANE && from->body != MBSR_GROUND,
-               mesh = from->kind == MBSR_SHAPE_MESH;
+    const bool ground = from->kind == MBSR_SHAPE_PLANE || from->kind == MBSR_SHAPE_HEIGHTS,
+               moves = ground && from->body != MBSR_GROUND, mesh = from->kind == MBSR_SHAPE_MESH;
     m->id[k] = MBSR_NONE;
     if (!from->contact) return MBSR_OK;
     if (moves || (mesh && from->hull_corners == 0)) {
@@ -139,6 +139,8 @@ static int add_file_shape(made *m, int k, mbsr_error *error)
     s.kind = from->kind;
     s.frame = from->frame;
     for (int l = 0; l < 3; ++l) s.size[l] = from->size[l];
+    s.rows = from->rows, s.columns = from->columns;
+    s.height = from->height;
     s.groups = from->groups;
     s.mask = from->mask;
     s.law = law_of(from->friction, from->settle, from->margin, m->mass, m->stiffness);

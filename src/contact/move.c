@@ -183,6 +183,49 @@ static void ellipsoid_over(const mbsri_touch *t, const mbsri_motion *by, const d
     mbsri_add3(-1.0, bent, c->pa);
 }
 
+/* pb = what its body carries it along + q in the surface, and n turns by C q; pa moves by
+ * va - Ka (dn - wa x n), which for a point is va. */
+static void over_surface(const mbsri_touch *t, const mbsri_motion *by, const double between[3],
+                         change *c)
+{
+    double K[9] = {0.0}, at[3], own[3], carried[3], turn[3], right[3], e[2][3], A[2][2], b[2];
+    mbsri_cross3(by->wa, t->n, own);
+    mbsri_cross3(by->wb, t->n, carried);
+    if (t->features == MBSRI_ELLIPSOID_SURFACE)
+        mbsri_support_ellipsoid(t->half, t->Ra, t->n, at, K);
+    difference_of(carried, own, turn);
+    mbsri_rotate3(K, turn, right);
+    for (int k = 0; k < 3; ++k) right[k] = between[k] - right[k] - t->s * carried[k];
+    const double axis[3] = {fabs(t->n[0]) < 0.6, fabs(t->n[0]) >= 0.6, 0.0};
+    mbsri_cross3(t->n, axis, e[0]);
+    (void)mbsri_direction3(e[0], e[0]);
+    mbsri_cross3(t->n, e[0], e[1]);
+    for (int j = 0; j < 2; ++j) {
+        double bent[3], moved[3];
+        mbsri_rotate3(t->Rb, e[j], bent);
+        mbsri_rotate3(K, bent, moved);
+        mbsri_add3(t->s, bent, moved);
+        mbsri_add3(1.0, e[j], moved);
+        for (int i = 0; i < 2; ++i) A[i][j] = mbsri_dot3(e[i], moved);
+        b[j] = mbsri_dot3(e[j], right);
+    }
+    const double det = A[0][0] * A[1][1] - A[0][1] * A[1][0],
+                 x = (A[1][1] * b[0] - A[0][1] * b[1]) / det,
+                 y = (A[0][0] * b[1] - A[1][0] * b[0]) / det;
+    double q[3] = {0.0, 0.0, 0.0}, bent[3];
+    mbsri_add3(x, e[0], q);
+    mbsri_add3(y, e[1], q);
+    mbsri_rotate3(t->Rb, q, bent);
+    for (int k = 0; k < 3; ++k) {
+        c->n[k] = carried[k] + bent[k];
+        turn[k] = c->n[k] - own[k];
+    }
+    mbsri_rotate3(K, turn, bent);
+    memcpy(c->pa, by->va, sizeof c->pa);
+    mbsri_add3(-1.0, bent, c->pa);
+    c->weight = t->by_distance * c->s + mbsri_dot3(t->by_place, q);
+}
+
 void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved *moved)
 {
     change c = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0};
@@ -212,6 +255,8 @@ void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved
     case MBSRI_ELLIPSOID_LINE:
     case MBSRI_ELLIPSOID_POINT:
     case MBSRI_ELLIPSOID_ELLIPSOID: ellipsoid_over(t, by, between, &c); break;
+    case MBSRI_POINT_SURFACE:
+    case MBSRI_ELLIPSOID_SURFACE: over_surface(t, by, between, &c); break;
     }
     /* p = pa - s n / 2 + (rb - ra) n / 2 */
     const double half = 0.5 * (t->rb - t->ra - t->s);

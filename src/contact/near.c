@@ -8,6 +8,7 @@
 
 #include "algebra/space3.h"
 #include "contact/error.h"
+#include "contact/field.h"
 
 #include <string.h>
 
@@ -48,12 +49,12 @@ static int choose_axis(const mbsr_contacts *c, const mbsri_near *near, int last)
     int best = last;
     for (int k = 0; k < 3; ++k) {
         double sum = 0.0, square = 0.0;
-        for (int i = 0; i < c->count - c->planes; ++i) {
+        for (int i = 0; i < c->count - c->grounds; ++i) {
             const double x = near->placed[near->order[i]].x[k] - near->placed[near->order[0]].x[k];
             sum += x;
             square += x * x;
         }
-        spread[k] = square - sum * sum / (c->count - c->planes);
+        spread[k] = square - sum * sum / (c->count - c->grounds);
     }
     for (int k = 0; k < 3; ++k) {
         if (spread[k] > 2.0 * spread[best]) best = k;
@@ -77,7 +78,7 @@ static void begin_order(const mbsr_contacts *c, mbsri_near *near)
 {
     int used = 0;
     for (int k = 0; k < c->count; ++k) {
-        if (c->shape[k].kind != MBSR_SHAPE_PLANE) near->order[used++] = k;
+        if (!mbsri_is_ground(c->shape[k].kind)) near->order[used++] = k;
     }
     near->kept[0] = 1;
     near->kept[1] = 0;
@@ -107,9 +108,10 @@ static bool overlap(const mbsri_placed *a, const mbsri_placed *b)
     return yes;
 }
 
-/* Whether the box around a shape reaches below a plane. */
+/* Whether the box around a shape reaches below a plane or height field. */
 static bool reaches(const mbsri_placed *plane, const mbsri_placed *s)
 {
+    if (plane->shape->field) return mbsri_field_reached(plane, s);
     const double *n = plane->R + 6;
     double least = -plane->shape->margin;
     for (int k = 0; k < 3; ++k)
@@ -120,7 +122,7 @@ static bool reaches(const mbsri_placed *plane, const mbsri_placed *s)
 static int sweep(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near *near, int axis,
                  int *count)
 {
-    const int others = c->count - c->planes;
+    const int others = c->count - c->grounds;
     for (int i = 0; i < others; ++i) {
         const int a = near->order[i];
         const mbsri_placed *pa = near->placed + a;
@@ -136,11 +138,11 @@ static int sweep(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near
     return MBSR_OK;
 }
 
-static int find_on_planes(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near *near,
+static int find_on_ground(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near *near,
                           int *count)
 {
     for (int p = 0; p < c->count; ++p) {
-        if (c->shape[p].kind != MBSR_SHAPE_PLANE) continue;
+        if (!mbsri_is_ground(c->shape[p].kind)) continue;
         for (int s = 0; s < c->count; ++s) {
             if (!mbsri_may_touch(c, p, s) || !reaches(near->placed + p, near->placed + s)) continue;
             const int status = put_pair(c, args, near, p, s, count);
@@ -178,9 +180,9 @@ int mbsri_near_find(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_n
         mbsri_near_put(c->shape + k, args->body + c->shape[k].place, near->placed + k);
     if (!near->kept[0]) begin_order(c, near);
     near->kept[1] = choose_axis(c, near, near->kept[1]);
-    sort_order(near, c->count - c->planes, near->kept[1]);
+    sort_order(near, c->count - c->grounds, near->kept[1]);
     int status = sweep(c, args, near, near->kept[1], count);
-    if (!status) status = find_on_planes(c, args, near, count);
+    if (!status) status = find_on_ground(c, args, near, count);
     if (!status) mbsri_near_sort(near, c->count, *count);
     return status;
 }

@@ -8,8 +8,8 @@
 /* What the element keeps in the memory of a data object. */
 typedef struct mbsri_near {
     mbsri_placed *placed; /* by shape */
-    int *order;           /* shapes but planes, by where they begin along an axis */
-    int (*pair)[2];       /* of shapes, a < b, in ascending order */
+    int *order;     /* shapes but those of the ground alone, by where they begin along an axis */
+    int (*pair)[2]; /* of shapes, a < b, in ascending order */
     int (*spare)[2];
     int *start;
     int *kept; /* whether the order is one; the axis */

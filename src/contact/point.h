@@ -23,7 +23,9 @@ typedef enum mbsri_features {
     MBSRI_ELLIPSOID_PLANE,
     MBSRI_ELLIPSOID_LINE,
     MBSRI_ELLIPSOID_POINT,
-    MBSRI_ELLIPSOID_ELLIPSOID
+    MBSRI_ELLIPSOID_ELLIPSOID,
+    MBSRI_POINT_SURFACE, /* of a over a height field b */
+    MBSRI_ELLIPSOID_SURFACE
 } mbsri_features;
 
 /* One point. Where the features were found the other way round, a and b are exchanged (`turned`),
@@ -43,7 +45,9 @@ typedef struct mbsri_touch {
     double window;         /* where weights fade at the ends, m */
     double half[3], Ra[9]; /* half axes and axes of an ellipsoid; radius of a rim or circle in
                               half[0] */
-    double half_b[3], Rb[9]; /* ELLIPSOID_ELLIPSOID: of b */
+    double half_b[3], Rb[9]; /* ELLIPSOID_ELLIPSOID: of b; SURFACE: Rb turns how pb moves into how
+                                the normal does */
+    double by_distance, by_place[3]; /* SURFACE: derivatives of the weight by s and pb */
     double by_cosine, curve; /* first and second derivatives of the weight by n . ta, of a cylinder
                                 on a plane */
 } mbsri_touch;

@@ -22,6 +22,8 @@ typedef struct mbsri_core {
     double half[3];           /* box, cylinder (radius, half length), ellipsoid */
 } mbsri_core;
 
+typedef struct mbsri_field mbsri_field; /* field.h */
+
 typedef struct mbsri_shape {
     char name[MBSRI_SHAPE_NAME];
     int id, body, place; /* place: of the body in the element's list */
@@ -32,7 +34,8 @@ typedef struct mbsri_shape {
     mbsr_contact_law law;
     double margin; /* the largest that it has in a law, from when the element is made */
     mbsri_core core;
-    void *memory; /* of the core */
+    const mbsri_field *field; /* HEIGHTS, else NULL */
+    void *memory;             /* of the core */
 } mbsri_shape;
 
 typedef struct mbsri_couple {
@@ -50,12 +53,18 @@ struct mbsr_contacts {
     mbsri_couple *couple;
     /* from here on set when the element is made */
     bool made;
-    int bodies, planes, most; /* most: pairs of shapes */
-    int *body;                /* ids */
-    int *first;               /* bodies + 1: of the shapes of each in `member` */
+    int bodies, grounds, most; /* grounds: shapes that only the ground has; most: pairs of shapes */
+    int *body;                 /* ids */
+    int *first;                /* bodies + 1: of the shapes of each in `member` */
     int *member;
     unsigned char *touches; /* count x count bits: whether shapes may touch */
 };
+
+/* Planes and height fields are on the ground, and solid all the way down. */
+static inline bool mbsri_is_ground(mbsr_shape_kind kind)
+{
+    return kind == MBSR_SHAPE_PLANE || kind == MBSR_SHAPE_HEIGHTS;
+}
 
 static inline bool mbsri_by_groups(const mbsri_shape *x, const mbsri_shape *y)
 {

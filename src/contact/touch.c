@@ -3,6 +3,7 @@
 #include "contact/touch.h"
 
 #include "algebra/space3.h"
+#include "contact/field.h"
 #include "contact/round.h"
 
 #include <string.h>
@@ -15,6 +16,7 @@ typedef struct search {
     const mbsri_placed *a, *b;
     double margin; /* forces begin so far before the surfaces meet, m */
     bool turned;
+    double weight; /* of points of a */
     mbsri_touch_fn touch;
     void *user;
 } search;
@@ -67,7 +69,7 @@ static int over_plane(const search *w, const double pa[3], const double n[3], co
     mbsri_touch t = {.features = MBSRI_POINT_PLANE,
                      .ra = w->a->shape->core.radius,
                      .rb = w->b->shape->core.radius,
-                     .weight = 1.0};
+                     .weight = w->weight};
     memcpy(t.n, n, sizeof t.n);
     memcpy(t.pa, pa, sizeof t.pa);
     for (int k = 0; k < 3; ++k) t.s += n[k] * (pa[k] - on[k]);
@@ -98,7 +100,7 @@ static int near_point(const search *w, const double pa[3], const double pb[3], c
     mbsri_touch t = {.features = line ? MBSRI_POINT_LINE : MBSRI_POINT_POINT,
                      .ra = w->a->shape->core.radius,
                      .rb = w->b->shape->core.radius + more,
-                     .weight = 1.0};
+                     .weight = w->weight};
     memcpy(t.pa, pa, sizeof t.pa);
     memcpy(t.pb, pb, sizeof t.pb);
     if (line) memcpy(t.tb, line, sizeof t.tb);
@@ -170,7 +172,7 @@ static int point_over_cylinder(const search *w, const double pa[3], const double
         mbsri_touch t = {.features = MBSRI_POINT_CIRCLE,
                          .ra = w->a->shape->core.radius,
                          .rb = b->shape->core.radius,
-                         .weight = 1.0};
+                         .weight = w->weight};
         const double rim[3] = {radius * local[0] / rho, radius * local[1] / rho, end[2]};
         memcpy(t.pa, pa, sizeof t.pa);
         outward(b, rim, t.pb);
@@ -509,7 +511,7 @@ static int ellipsoid_on_plane(const search *w)
     return give(w, &t);
 }
 
-/* ---- all of two shapes ---- */
+/* ---- planes and ellipsoids ---- */
 
 static int ellipsoid_over(const search *w)
 {
@@ -526,14 +528,50 @@ static int on_plane(const search *w)
     }
 }
 
+/* ---- height fields ---- */
+
+static int give_found(const void *user, mbsri_touch *t)
+{
+    return give(user, t);
+}
+
+static int sample_over(const void *user, const double x[3], double weight)
+{
+    search w = *(const search *)user;
+    w.weight = weight;
+    return point_over(&w, x);
+}
+
+/* Corners of the shape over the field, or the ellipsoid; and where that has edges or faces, samples
+ * of the field over it. */
+static int on_field(const search *w)
+{
+    const mbsri_core *core = &w->a->shape->core;
+    const search back = {w->b, w->a, w->margin, !w->turned, 1.0, w->touch, w->user};
+    int status = 0;
+    if (w->a->shape->kind == MBSR_SHAPE_ELLIPSOID)
+        return mbsri_field_feet(w->a, w->b, w->a->x, w->margin, give_found, w);
+    for (int k = 0; k < core->corners && !status; ++k) {
+        double pa[3];
+        outward(w->a, core->corner[k], pa);
+        status = mbsri_field_feet(w->a, w->b, pa, w->margin, give_found, w);
+    }
+    if (status || core->edges == 0) return status;
+    return mbsri_field_samples(w->b, w->a, sample_over, &back);
+}
+
+/* ---- all of two shapes ---- */
+
 int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, double margin, mbsri_touch_fn touch,
                   void *user)
 {
-    const search over = {a, b, margin, false, touch, user},
-                 under = {b, a, margin, true, touch, user};
+    const search over = {a, b, margin, false, 1.0, touch, user},
+                 under = {b, a, margin, true, 1.0, touch, user};
     const mbsr_shape_kind ka = a->shape->kind, kb = b->shape->kind;
     if (kb == MBSR_SHAPE_PLANE) return on_plane(&over);
     if (ka == MBSR_SHAPE_PLANE) return on_plane(&under);
+    if (kb == MBSR_SHAPE_HEIGHTS) return on_field(&over);
+    if (ka == MBSR_SHAPE_HEIGHTS) return on_field(&under);
     if (ka == MBSR_SHAPE_ELLIPSOID) return ellipsoid_over(&over);
     if (kb == MBSR_SHAPE_ELLIPSOID) return ellipsoid_over(&under);
     if (ka == MBSR_SHAPE_SPHERE) return corners_over(&over);

@@ -133,7 +133,7 @@ static bool add_main_class(mbsri_mjcf *m, const mbsri_element *e)
 
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
 {
-    mbsri_mjcf m = {.s = s, .home = s->home};
+    mbsri_mjcf m = {.s = s, .home = s->home, .root = root};
     int number;
     const char *name = mbsri_attribute(root, "model");
     s->name = name ? name : "";

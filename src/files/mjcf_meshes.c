@@ -11,8 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Its file, with the folders of its model and of meshes; NULL: it has none. */
-static const char *path_of(const mbsri_mjcf *m, const mbsri_element *e)
+const char *mbsri_mjcf_asset_path(const mbsri_mjcf *m, const mbsri_element *e)
 {
     const char *file = mbsri_attribute(e, "file");
     const mbsri_compiler *c = mbsri_mjcf_compiler(m, e);
@@ -64,7 +63,7 @@ bool mbsri_mjcf_add_mesh(mbsri_mjcf *m, const mbsri_element *e)
     if (!(turn[0] != 0.0 || turn[1] != 0.0 || turn[2] != 0.0 || turn[3] != 0.0))
         return mbsri_file_refuse(m->s, e, "refquat has no direction");
     mesh.place.reference = mbsr_frame_quaternion(origin, turn);
-    mesh.file = path_of(m, e);
+    mesh.file = mbsri_mjcf_asset_path(m, e);
     const char *name = mesh_name(m, e);
     mbsri_mjcf_mesh *to = mbsri_list_add(m->s->arena, &m->meshes, sizeof *to);
     if (!to) return false;

@@ -70,7 +70,8 @@ typedef struct mbsri_compiler {
 
 typedef struct mbsri_mjcf {
     mbsri_scene *s;
-    const char *home;     /* folder of the file, with its slash */
+    const char *home; /* folder of the file, with its slash */
+    const mbsri_element *root;
     mbsri_list compilers; /* mbsri_compiler, by number of the model */
     int copied;           /* elements so far */
     double total;         /* mass of all bodies, > 0: theirs are scaled to it */
@@ -155,6 +156,14 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
  */
 bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
                            bool *known);
+
+/* The file of an asset, with the folders of its model and of assets; NULL: it has none. */
+const char *mbsri_mjcf_asset_path(const mbsri_mjcf *m, const mbsri_element *e);
+
+/* Size and samples of a shape that is a height field; *known false: its file is not read, as a
+ * finding says. */
+bool mbsri_mjcf_field_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+                            bool *known);
 
 /* ---- what a file means, before it is read ---- */
 

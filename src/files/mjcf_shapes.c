@@ -11,18 +11,18 @@
 static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *kind, bool *known)
 {
     static const char *const names[] = {"box",       "sphere", "cylinder", "capsule",
-                                        "ellipsoid", "plane",  "mesh"};
+                                        "ellipsoid", "plane",  "mesh",     "hfield"};
     const char *type = mbsri_mjcf_get(node, "type");
     *known = true;
     *kind = mbsri_mjcf_get(node, "mesh") ? MBSR_SHAPE_MESH : MBSR_SHAPE_SPHERE;
     if (!type) return true;
-    for (int k = 0; k < 7; ++k) {
+    for (int k = 0; k < 8; ++k) {
         if (strcmp(type, names[k]) != 0) continue;
         *kind = (mbsr_shape_kind)k;
         return true;
     }
     *known = false;
-    if (strcmp(type, "hfield") != 0 && strcmp(type, "sdf") != 0)
+    if (strcmp(type, "sdf") != 0)
         return mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
     mbsri_file_find(m->s, node->e, "a shape of type '%.10s' is left out", type);
     return true;
@@ -31,7 +31,7 @@ static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *k
 /* Sizes, and the frame of one that is given from end to end. */
 static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
 {
-    static const int least[] = {3, 1, 2, 2, 3, 0, 0};
+    static const int least[] = {3, 1, 2, 2, 3, 0, 0, 0};
     double ends[6], along[3], length = 0.0, middle[3];
     int given, count;
     const bool ended = shape->kind == MBSR_SHAPE_CAPSULE || shape->kind == MBSR_SHAPE_CYLINDER ||
@@ -170,7 +170,10 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
         !find_use(m, &node, &shape))
         return false;
     const char *mesh = mbsri_mjcf_get(&node, "mesh");
-    if (!mesh && !read_size(m, &node, &shape)) return false;
+    const bool field = shape.kind == MBSR_SHAPE_HEIGHTS;
+    if (field && !mbsri_mjcf_field_shape(m, &node, &shape, &known)) return false;
+    if (!known) return true;
+    if (!mesh && !field && !read_size(m, &node, &shape)) return false;
     shape.frame = mbsr_frame_product(at->frame, &shape.frame);
     const mbsr_frame own = shape.frame;
     if (mesh && !mbsri_mjcf_mesh_shape(m, &node, &shape, &known)) return false;

@@ -13,7 +13,7 @@
 #define LOOKS "rgba material size type "
 #define TOUCH                                                                                      \
     "contype conaffinity condim priority friction solmix solref solimp margin gap surfacevel "     \
-    "adhesion fluidshape fluidcoef hfield "
+    "adhesion fluidshape fluidcoef "
 #define LIMITS "solreflimit solimplimit solreffriction solimpfriction "
 #define DRIVE                                                                                      \
     NAMES "joint jointinparent tendon site refsite body slidersite cranksite cranklength gear "    \
@@ -52,6 +52,7 @@ static const vocabulary words[] = {
      "name class content_type file vertex normal texcoord face refpos refquat scale smoothnormal "
      "maxhullvert inertia "
      "material "},
+    {"asset", "hfield", "name class content_type file nrow ncol elevation size "},
     {"worldbody", "body", NAMES PLACE "mocap gravcomp sleep simple "},
     {"worldbody", "frame", NAMES PLACE},
     {"asset", "model", "name file content_type "},
@@ -65,7 +66,7 @@ static const vocabulary words[] = {
                   "actuatorfrcrange actuatorfrclimited "},
     {"worldbody", "freejoint", NAMES "align "},
     {"worldbody", "geom",
-     NAMES PLACE LOOKS TOUCH "mass density shellinertia fromto mesh fitscale "},
+     NAMES PLACE LOOKS TOUCH "mass density shellinertia fromto mesh hfield fitscale "},
     {"worldbody", "site", NAMES PLACE LOOKS "fromto "},
     {"contact", "pair",
      "name class geom1 geom2 condim friction solref solimp solreffriction margin gap "},

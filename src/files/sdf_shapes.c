@@ -53,7 +53,9 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
         if (mbsri_is(of, geometries[k].name)) g = geometries + k;
     *known = g != NULL;
     if (of && !g && !mbsri_is(of, "empty"))
-        mbsri_file_find(s, of, "a shape of this kind is not drawn");
+        mbsri_file_find(s, of,
+                        mbsri_is(of, "heightmap") ? "pictures of heights are not read"
+                                                  : "a shape of this kind is not drawn");
     if (!g) return true;
     shape->kind = g->kind;
     if (g->kind == MBSR_SHAPE_MESH) {

@@ -233,6 +233,7 @@ bool mbsri_shape_solid(mbsr_shape_kind kind, const double size[3], double *volum
         return true;
     }
     case MBSR_SHAPE_PLANE:
+    case MBSR_SHAPE_HEIGHTS:
     case MBSR_SHAPE_MESH: break;
     }
     *volume = 0.0;

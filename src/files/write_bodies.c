@@ -162,11 +162,26 @@ static bool has_size(mbsri_writer *w, const mbsr_file_shape *s, int sizes)
     return good;
 }
 
+/* The lowest height of a field, and how much higher its highest is. */
+typedef struct span {
+    double low, size;
+} span;
+
+static span span_of(const mbsr_file_shape *s)
+{
+    double low = INFINITY, high = -INFINITY;
+    for (int k = 0; k < s->rows * s->columns; ++k) {
+        low = fmin(low, s->height[k]);
+        high = fmax(high, s->height[k]);
+    }
+    return (span){low, high - low};
+}
+
 static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
 {
     static const char *const types[] = {"box",       "sphere", "cylinder", "capsule",
-                                        "ellipsoid", "plane",  "mesh"};
-    static const int sizes[] = {3, 1, 2, 2, 3, 3, 0};
+                                        "ellipsoid", "plane",  "mesh",     "hfield"};
+    static const int sizes[] = {3, 1, 2, 2, 3, 3, 0, 0};
     mbsri_text *t = &w->text;
     if (!has_size(w, s, sizes[s->kind])) return;
     mbsri_begin(t, "geom");
@@ -174,9 +189,14 @@ static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
     mbsri_set_text(t, "type", types[s->kind]);
     if (s->kind == MBSR_SHAPE_MESH)
         mbsri_set_text(t, "mesh", mbsri_write_print(w, "mesh_%d", number));
+    else if (s->kind == MBSR_SHAPE_HEIGHTS)
+        mbsri_set_text(t, "hfield", mbsri_write_print(w, "hfield_%d", number));
     else
         mbsri_set_numbers(t, "size", sizes[s->kind], s->size);
-    mbsri_write_frame(w, &s->frame);
+    mbsr_frame frame =
+        mbsr_frame_at(0.0, 0.0, s->kind == MBSR_SHAPE_HEIGHTS ? span_of(s).low : 0.0);
+    frame = mbsr_frame_product(&s->frame, &frame);
+    mbsri_write_frame(w, &frame);
     if (s->coloured) mbsri_set_numbers(t, "rgba", 4, s->colour);
     if (!s->visual) mbsri_set_text(t, "group", "3");
     mbsri_set_contact(w, s);
@@ -251,22 +271,56 @@ static void set_triangles(mbsri_writer *w, const mbsr_file_shape *s)
     mbsri_set_numbers(&w->text, "face", (int)count, number);
 }
 
-static void write_meshes(mbsri_writer *w)
+static void write_mesh(mbsri_writer *w, int k)
+{
+    const mbsr_file_shape *s = w->file->shape + k;
+    mbsri_begin(&w->text, "mesh");
+    mbsri_set_text(&w->text, "name", mbsri_write_print(w, "mesh_%d", k));
+    if (s->triangles > 0)
+        set_triangles(w, s);
+    else
+        mbsri_set_text(&w->text, "file", s->mesh);
+    mbsri_set_numbers(&w->text, "scale", 3, s->size);
+    mbsri_end(&w->text);
+}
+
+/* The first row of the text has the largest y; MuJoCo scales heights to its size. */
+static void write_field(mbsri_writer *w, int k)
+{
+    const mbsr_file_shape *s = w->file->shape + k;
+    const span heights = span_of(s);
+    const double top = heights.size > 0.0 ? heights.size : 1.0,
+                 size[4] = {s->size[0], s->size[1], top, 0.1 * top};
+    double *number =
+        mbsri_arena_take(w->arena, (size_t)s->rows * (size_t)s->columns * sizeof *number);
+    if (!number) return;
+    for (int j = 0; j < s->rows; ++j) {
+        for (int i = 0; i < s->columns; ++i)
+            number[j * s->columns + i] =
+                s->height[(s->rows - 1 - j) * s->columns + i] - heights.low;
+    }
+    mbsri_begin(&w->text, "hfield");
+    mbsri_set_text(&w->text, "name", mbsri_write_print(w, "hfield_%d", k));
+    mbsri_set_numbers(&w->text, "size", 4, size);
+    mbsri_set_number(&w->text, "nrow", s->rows);
+    mbsri_set_number(&w->text, "ncol", s->columns);
+    mbsri_set_numbers(&w->text, "elevation", s->rows * s->columns, number);
+    mbsri_end(&w->text);
+}
+
+static void write_assets(mbsri_writer *w)
 {
     bool some = false;
     for (int k = 0; w->file && k < w->file->shapes; ++k) {
         const mbsr_file_shape *s = w->file->shape + k;
-        if (s->kind != MBSR_SHAPE_MESH || !keeps_mesh(w, s)) continue;
+        const bool mesh = s->kind == MBSR_SHAPE_MESH && keeps_mesh(w, s);
+        if (!mesh && s->kind != MBSR_SHAPE_HEIGHTS) continue;
         if (!some) mbsri_begin(&w->text, "asset"), mbsri_into(&w->text);
         some = true;
-        mbsri_begin(&w->text, "mesh");
-        mbsri_set_text(&w->text, "name", mbsri_write_print(w, "mesh_%d", k));
-        if (s->triangles > 0)
-            set_triangles(w, s);
+        if (mesh)
+            write_mesh(w, k);
         else
-            mbsri_set_text(&w->text, "file", s->mesh);
-        mbsri_set_numbers(&w->text, "scale", 3, s->size);
-        mbsri_end(&w->text);
+            write_field(w, k);
     }
     if (some) mbsri_out(&w->text, "asset");
 }
@@ -331,7 +385,7 @@ void mbsri_write_bodies(mbsri_writer *w)
 {
     int *first, *next;
     if (!link_children(w, &first, &next)) return;
-    write_meshes(w);
+    write_assets(w);
     mbsri_begin(&w->text, "worldbody");
     mbsri_into(&w->text);
     write_shapes_and_sites(w, MBSR_GROUND);

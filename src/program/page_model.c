@@ -156,7 +156,8 @@ static const char *mesh_name(const mbsr_file *f, int k, char name[32])
 static void put_shapes(FILE *to, const mbsr_file *f)
 {
     static const char *const kinds[] = {"box",       "sphere", "cylinder", "capsule",
-                                        "ellipsoid", "plane",  "mesh"};
+                                        "ellipsoid", "plane",  "mesh",     "mesh"};
+    static const double whole[3] = {1.0, 1.0, 1.0};
     fputs("\"shapes\": [", to);
     for (int k = 0; k < f->shapes; ++k) {
         const mbsr_file_shape *s = f->shape + k;
@@ -169,7 +170,7 @@ static void put_shapes(FILE *to, const mbsr_file *f)
         put_json(to, s->name);
         put_vector(to, "at", 3, s->frame.x);
         put_vector(to, "turn", 4, quaternion);
-        put_vector(to, "size", 3, s->size);
+        put_vector(to, "size", 3, s->kind == MBSR_SHAPE_HEIGHTS ? whole : s->size);
         put_vector(to, "colour", 4, s->colour);
         fprintf(to, ", \"coloured\": %s", s->coloured ? "true" : "false");
         char own[32];

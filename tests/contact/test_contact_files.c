@@ -341,6 +341,27 @@ static void fingers(void **unused)
     end_touching(&t);
 }
 
+/* ---- height fields ---- */
+
+/* A ball slides down a slope without friction as on a plane: 45 degrees, its rows along y. */
+static const char slope[] =
+    "<mujoco><asset><hfield name='s' size='9 9 18 1' nrow='3' ncol='2' elevation='1 1 .5 .5 0 0'/>"
+    "</asset><worldbody><geom type='hfield' hfield='s' condim='1'/><body pos='0 0 9'><freejoint/>"
+    "<geom type='sphere' size='.1' mass='2' condim='1'/></body></worldbody></mujoco>";
+
+static void sliding_down(void **unused)
+{
+    (void)unused;
+    touching t;
+    const double root = sqrt(0.5), k = 2.0 / (0.02 * 0.02), off = 0.1 - 2.0 * 9.81 * root / k,
+                 q[7] = {1, 0, 0, 0, 0, -root * off, 9.0 + root * off};
+    begin_touching(&t, slope, q, (const double[6]){0});
+    if (mbsr_simulation_to(&t.s, 0.5)) fail_msg("%s", t.s.error.text);
+    assert_close(mbsr_simulation_u(&t.s)[4], -0.25 * 9.81, 1e-4);
+    assert_close(mbsr_simulation_u(&t.s)[5], -0.25 * 9.81, 1e-4);
+    end_touching(&t);
+}
+
 /* ---- a ball between plates ---- */
 
 /* A plate slides onto a ball on the floor: at the end the ball rolls on both, with the arms a above
@@ -393,10 +414,10 @@ static void refusals(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quadruped),        cmocka_unit_test(groups),
-        cmocka_unit_test(between),          cmocka_unit_test(fingers),
-        cmocka_unit_test(rolling_between),  cmocka_unit_test(refusals),
-        cmocka_unit_test(mesh_hulls),       cmocka_unit_test(hulls_are_small),
-        cmocka_unit_test(pairs_and_margins)};
+        cmocka_unit_test(quadruped),         cmocka_unit_test(groups),
+        cmocka_unit_test(between),           cmocka_unit_test(fingers),
+        cmocka_unit_test(rolling_between),   cmocka_unit_test(refusals),
+        cmocka_unit_test(mesh_hulls),        cmocka_unit_test(hulls_are_small),
+        cmocka_unit_test(pairs_and_margins), cmocka_unit_test(sliding_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -347,11 +347,36 @@ static void pulled_slab(void **unused)
     }
 }
 
+/* What boxes cost that are thrown over a floor, in counts, which are the same on all machines. */
+static void counts(void **unused)
+{
+    (void)unused;
+    const mbsr_contact_law law = law_in(systems[0], 1e6, 1.0, 0.4);
+    mbsr_ida_stats stats;
+    run r;
+    begin(&r, systems[0], true, law);
+    for (int k = 0; k < 4; ++k) {
+        add(&r, MBSR_SHAPE_BOX, law, 1.0 * k, 0.11 + 0.01 * k);
+        r.u[6 * k + 3] = 1.0 + 0.1 * k;
+        r.u[6 * k + 1] = 0.2 * k;
+    }
+    start(&r, 1e-4);
+    to(&r, 0.5);
+    assert_int_equal(mbsr_simulation_get_stats(&r.s, &stats), MBSR_OK);
+    print_message("%ld steps, %ld residuals, %ld matrices, %ld error tests failed\n", stats.steps,
+                  stats.residuals, stats.factorisations, stats.error_test_failures);
+    assert_true(stats.steps < 800);
+    assert_true(stats.residuals < 5 * stats.steps);
+    assert_true(stats.factorisations < 2 * stats.steps);
+    assert_true(5 * stats.error_test_failures < stats.steps);
+    end(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rolling),  cmocka_unit_test(sliding),    cmocka_unit_test(spinning_down),
-        cmocka_unit_test(bouncing), cmocka_unit_test(cradle),     cmocka_unit_test(stack),
-        cmocka_unit_test(leaning),  cmocka_unit_test(pulled_slab)};
+        cmocka_unit_test(rolling),  cmocka_unit_test(sliding),     cmocka_unit_test(spinning_down),
+        cmocka_unit_test(bouncing), cmocka_unit_test(cradle),      cmocka_unit_test(stack),
+        cmocka_unit_test(leaning),  cmocka_unit_test(pulled_slab), cmocka_unit_test(counts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

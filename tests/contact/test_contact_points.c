@@ -349,6 +349,8 @@ static void too_many(void **unused)
     q[6] = 0.1, q[7] = 0.2;
     assert_int_equal(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, a), MBSR_ERR_MEMORY_SIZE);
     assert_non_null(strstr(mbsr_data_error(d)->text, "more than 1 pairs"));
+    assert_non_null(strstr(mbsr_data_error(d)->text, "shape "));
+    assert_non_null(strstr(mbsr_data_error(d)->text, "among them"));
     q[6] = 5;
     assert_int_equal(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, a), MBSR_OK);
     mbsr_data_destroy(d);

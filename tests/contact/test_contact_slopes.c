@@ -188,8 +188,44 @@ static void slopes(void **unused)
     assert_true(worst < 1e-6);
 }
 
+/* A body on a rough field, its hollows narrower than some shapes. */
+static void slopes_on_field(void **unused)
+{
+    (void)unused;
+    enum { SIDE = 21 };
+    uint64_t seed = 11;
+    double worst = 0.0, height[SIDE * SIDE];
+    int tried = 0;
+    for (int k = 0; k < SIDE * SIDE; ++k) height[k] = 0.04 * draw(&seed);
+    for (int kind = MBSR_SHAPE_BOX; kind <= MBSR_SHAPE_MESH; ++kind) {
+        if (kind == MBSR_SHAPE_PLANE) continue;
+        mbsr_shape shape[2] = {sample_shape(MBSR_SHAPE_HEIGHTS, MBSR_GROUND),
+                               sample_shape((mbsr_shape_kind)kind, 0)};
+        shape[0].size[0] = shape[0].size[1] = 1.0;
+        shape[0].rows = shape[0].columns = SIDE;
+        shape[0].height = height;
+        shape[0].frame.x[0] = 0.03, shape[0].frame.x[2] = -0.1;
+        scene s = scene_of(2, shape);
+        for (int k = 0; k < 12; ++k) {
+            const double up[3] = {0.0, 0.0, 1.0};
+            state at;
+            draw_state(&seed, 1, &at);
+            if (k == 0) at.q[4] = 1.09;
+            if (approach(&s, &at, up, 0.004) == 0) continue;
+            const double off = slopes_off(&s, &at);
+            if (off > 1e-6) print_message("kind %d, state %d: %g\n", kind, k, off);
+            worst = fmax(worst, off);
+            ++tried;
+        }
+        end_scene(&s);
+    }
+    print_message("%d states on a field, largest error %g\n", tried, worst);
+    assert_true(tried > 50);
+    assert_true(worst < 1e-6);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(slopes)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(slopes), cmocka_unit_test(slopes_on_field)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

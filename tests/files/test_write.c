@@ -275,6 +275,69 @@ static void contacts_come_back(void **unused)
     end_trip(&t);
 }
 
+static int load_heights(void *user, const char *path, const char **text, size_t *size)
+{
+    static const char bytes[] = "\2\0\0\0\3\0\0\0"
+                                "\0\0\x80\x3f\0\0\0\x40\0\0\x40\x40"
+                                "\0\0\xa0\x40\0\0\xc0\x40\0\0\x10\x41";
+    const int shorter = strstr(path, "short") != NULL;
+    (void)user;
+    *text = bytes;
+    *size = sizeof bytes - 1 - (size_t)shorter;
+    return strstr(path, ".bin") ? 0 : 2;
+}
+
+#define FIELD(words)                                                                               \
+    "<mujoco><asset><hfield name='h' size='2 1 4 .5' " words "/></asset><worldbody>"               \
+    "<geom type='hfield' hfield='h' pos='0 0 1'/></worldbody></mujoco>"
+
+/* Heights as MuJoCo 3.14 has them, of the same numbers in the text and in a file. */
+static void heights_come_back(void **unused)
+{
+    (void)unused;
+    static const char *const text[2] = {FIELD("nrow='2' ncol='3' elevation='1 2 3 5 6 9'"),
+                                        FIELD("file='dir/h.bin'")};
+    static const double of[2][6] = {{2, 2.5, 4, 0, 0.5, 1}, {0, 0.5, 1, 2, 2.5, 4}};
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.load = load_heights;
+    for (int k = 0; k < 2; ++k) {
+        trip t;
+        go_round(&t, text[k], strlen(text[k]), &opt);
+        for (int l = 0; l < 2; ++l) {
+            const mbsr_file_shape *s = t.file[l]->shape;
+            assert_int_equal(t.file[l]->shapes, 1);
+            assert_int_equal(s->kind, MBSR_SHAPE_HEIGHTS);
+            assert_int_equal(s->rows, 2);
+            assert_int_equal(s->columns, 3);
+            assert_int_equal(s->triangles, 4);
+            assert_near("height", 6, s->height, of[k], 1e-15);
+            assert_near("size", 2, s->size, (const double[2]){2.0, 1.0}, 1e-15);
+            assert_near("place", 3, s->frame.x, (const double[3]){0.0, 0.0, 1.0}, 1e-15);
+        }
+        assert_int_equal(t.file[0]->findings + t.written->findings, 0);
+        end_trip(&t);
+    }
+    static const char *const wrong[][2] = {
+        {FIELD("nrow='1' ncol='3'"), "nrow is 1"},
+        {FIELD("nrow='2' ncol='1e9'"), "ncol is 1e+09"},
+        {FIELD("nrow='4096' ncol='8192'"), "samples"},
+        {FIELD("nrow='2' ncol='3' elevation='1 2 3 4 5'"), "nrow times ncol"},
+        {FIELD("nrow='2' ncol='3' elevation='1 2 3 4 5 nan'"), "nrow times ncol"}};
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; ++k)
+        assert_file_refused(wrong[k][0], &opt, wrong[k][1]);
+    assert_file_refused("<mujoco><worldbody><geom type='hfield' hfield='x'/></worldbody></mujoco>",
+                        &opt, "there is no hfield 'x'");
+    static const char *const left[][2] = {{FIELD("file='h.png'"), "no such file"},
+                                          {FIELD("file='short.bin'"), "as many numbers"}};
+    for (int k = 0; k < 2; ++k) {
+        mbsr_file *file = read_small(left[k][0], &opt);
+        assert_int_equal(file->shapes, 0);
+        assert_int_equal(file->findings, 1);
+        assert_contains(file->finding[0].text, left[k][1]);
+        mbsr_file_destroy(file);
+    }
+}
+
 static void loops_come_back(void **unused)
 {
     (void)unused;
@@ -611,6 +674,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_features_come_back),
         cmocka_unit_test(contacts_come_back),
+        cmocka_unit_test(heights_come_back),
         cmocka_unit_test(loops_come_back),
         cmocka_unit_test(what_mujoco_would_refuse_is_not_written),
         cmocka_unit_test(coordinates_in_another_order_are_found),

@@ -1,0 +1,181 @@
+/* Contacts do not depend on the number of threads, nor beyond rounding on the order of bodies.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "shapes.h"
+
+#include <stdlib.h>
+
+enum { BODIES = 14, STATES = 6, THREADS = 3 };
+
+/* Of each body in the order in which it is added: bodies of all shapes, and the ground. */
+typedef struct pile {
+    mbsr_contacts *contacts;
+    mbsr_model *model;
+    mbsr_data *data[THREADS];
+    double q[STATES][7 * BODIES], u[STATES][6 * BODIES], a[THREADS][STATES][6 * BODIES];
+} pile;
+
+static const mbsr_shape_kind kinds[] = {MBSR_SHAPE_BOX,      MBSR_SHAPE_SPHERE,
+                                        MBSR_SHAPE_CYLINDER, MBSR_SHAPE_CAPSULE,
+                                        MBSR_SHAPE_MESH,     MBSR_SHAPE_ELLIPSOID};
+
+static void add_piece(pile *p, int number)
+{
+    mbsr_error error;
+    const double tensor[6] = {0.02, 0.03, 0.04, 0, 0, 0}, at[3] = {0, 0, 0};
+    mbsr_body_def body = mbsr_default_body_def();
+    mbsr_shape shape = sample_shape(kinds[number % 6], MBSR_GROUND);
+    body.joint = mbsr_joint_free(NULL, NULL);
+    body.inertia = mbsr_inertia_rigid(1.0, at, tensor);
+    assert_int_equal(mbsr_model_add_body(p->model, &body, &shape.body), MBSR_OK);
+    assert_int_equal(mbsr_contacts_add(p->contacts, &shape, NULL, &error), MBSR_OK);
+}
+
+/* The same states whatever the order; place: of each piece. */
+static void draw_states(pile *p, const int place[BODIES])
+{
+    uint64_t seed = 17;
+    for (int s = 0; s < STATES; ++s) {
+        for (int k = 0; k < BODIES; ++k) {
+            double *q = p->q[s] + 7 * place[k], *u = p->u[s] + 6 * place[k], length = 0.0;
+            for (int l = 0; l < 4; ++l) q[l] = draw(&seed), length += q[l] * q[l];
+            for (int l = 0; l < 4; ++l) q[l] /= sqrt(length);
+            q[4] = 0.35 * (k % 3) + 0.02 * draw(&seed);
+            q[5] = 0.35 * (k / 3 % 2) + 0.02 * draw(&seed);
+            q[6] = 0.2 + 0.3 * (k / 6) + 0.02 * draw(&seed);
+            for (int l = 0; l < 6; ++l) u[l] = draw(&seed);
+        }
+    }
+}
+
+static void open_pile(pile *p, const int place[BODIES])
+{
+    mbsr_error error;
+    mbsr_force_def force;
+    const mbsr_model_def def = mbsr_default_model_def();
+    const mbsr_shape ground = sample_shape(MBSR_SHAPE_PLANE, MBSR_GROUND);
+    memset(p, 0, sizeof *p);
+    assert_int_equal(mbsr_model_create(&def, &p->model, &error), MBSR_OK);
+    assert_int_equal(mbsr_contacts_create(&p->contacts, &error), MBSR_OK);
+    for (int at = 0; at < BODIES; ++at) {
+        for (int k = 0; k < BODIES; ++k)
+            if (place[k] == at) add_piece(p, k);
+    }
+    assert_int_equal(mbsr_contacts_add(p->contacts, &ground, NULL, &error), MBSR_OK);
+    assert_int_equal(mbsr_contacts_force(p->contacts, 0, &force, &error), MBSR_OK);
+    assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
+    assert_int_equal(mbsr_model_finish(p->model), MBSR_OK);
+    for (int k = 0; k < THREADS; ++k)
+        assert_int_equal(mbsr_data_create(p->model, p->data + k, &error), MBSR_OK);
+    draw_states(p, place);
+}
+
+static void close_pile(pile *p)
+{
+    for (int k = 0; k < THREADS; ++k) mbsr_data_destroy(p->data[k]);
+    mbsr_model_destroy(p->model);
+    mbsr_contacts_destroy(p->contacts);
+}
+
+/* All states with data k; NaN where it fails. */
+static void evaluate(void *user, int k)
+{
+    pile *p = user;
+    for (int s = 0; s < STATES; ++s) {
+        if (mbsr_forward_dynamics(p->model, p->data[k], 0.0, p->q[s], p->u[s], NULL, p->a[k][s]))
+            p->a[k][s][0] = NAN;
+    }
+}
+
+static void find_places(int place[BODIES], int step)
+{
+    for (int k = 0; k < BODIES; ++k) place[k] = (k * step + 3 * (step > 1)) % BODIES;
+}
+
+static void check_close(double x[STATES][6 * BODIES], double y[STATES][6 * BODIES])
+{
+    for (int s = 0; s < STATES; ++s) {
+        double size = 1.0;
+        for (int k = 0; k < 6 * BODIES; ++k) size = fmax(size, fabs(y[s][k]));
+        for (int k = 0; k < 6 * BODIES; ++k) assert_close(x[s][k], y[s][k], 1e-12 * size);
+    }
+}
+
+/* Several data of one model side by side, one that has its tree split, and batches. */
+static void threads(void **unused)
+{
+    (void)unused;
+    int place[BODIES];
+    pile *p = malloc(sizeof *p);
+    assert_non_null(p);
+    find_places(place, 1);
+    open_pile(p, place);
+    evaluate(p, 0);
+    double alone[STATES][6 * BODIES], in_batch[STATES][6 * BODIES];
+    memcpy(alone, p->a[0], sizeof alone);
+    for (int k = 0; k < 6 * BODIES; ++k) assert_true(isfinite(alone[0][k]));
+    for (int count = 1; count <= THREADS; ++count) {
+        mbsr_threads *workers = NULL;
+        mbsr_split *split = NULL;
+        mbsr_batch *batch = NULL;
+        mbsr_error error;
+        if (mbsr_threads_create(count, &workers, &error) == MBSR_ERR_UNAVAILABLE) break;
+        const mbsr_parallel parallel = mbsr_threads_parallel(workers);
+        memset(p->a, 0, sizeof p->a);
+        parallel.run(parallel.user, THREADS, evaluate, p);
+        for (int k = 0; k < THREADS; ++k) assert_memory_equal(p->a[k], alone, sizeof alone);
+        assert_int_equal(mbsr_split_create(p->model, &parallel, &split, &error), MBSR_OK);
+        assert_int_equal(mbsr_data_use_split(p->data[0], split), MBSR_OK);
+        evaluate(p, 0);
+        assert_memory_equal(p->a[0], alone, sizeof alone);
+        assert_int_equal(mbsr_data_use_split(p->data[0], NULL), MBSR_OK);
+        mbsr_split_destroy(split);
+        if (mbsr_batch_create_parallel(p->model, &parallel, &batch, &error))
+            fail_msg("%s", error.text);
+        if (mbsr_batch_forward_dynamics(p->model, batch, 0.0, STATES, p->q[0], p->u[0], NULL,
+                                        p->a[1][0], NULL))
+            fail_msg("%s", mbsr_batch_error(batch)->text);
+        if (count == 1) memcpy(in_batch, p->a[1], sizeof in_batch);
+        assert_memory_equal(p->a[1], in_batch, sizeof in_batch);
+        check_close(p->a[1], alone);
+        mbsr_batch_destroy(batch);
+        mbsr_threads_destroy(workers);
+    }
+    close_pile(p);
+    free(p);
+}
+
+static void orders(void **unused)
+{
+    (void)unused;
+    static const int steps[] = {1, 3, 5, 9, 13};
+    pile *p = malloc(sizeof *p);
+    double first[STATES][6 * BODIES], worst = 0.0;
+    assert_non_null(p);
+    for (int order = 0; order < 5; ++order) {
+        int place[BODIES];
+        find_places(place, steps[order]);
+        open_pile(p, place);
+        evaluate(p, 0);
+        for (int s = 0; s < STATES; ++s) {
+            double size = 1.0;
+            for (int k = 0; k < 6 * BODIES; ++k) {
+                double *of = first[s] + k, now = p->a[0][s][6 * place[k / 6] + k % 6];
+                if (order == 0) *of = now;
+                size = fmax(size, fabs(*of));
+            }
+            for (int k = 0; k < 6 * BODIES; ++k)
+                worst =
+                    fmax(worst, fabs(first[s][k] - p->a[0][s][6 * place[k / 6] + k % 6]) / size);
+        }
+        close_pile(p);
+    }
+    print_message("orders: off by %g\n", worst);
+    assert_true(worst < 1e-12);
+    free(p);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(threads), cmocka_unit_test(orders)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
