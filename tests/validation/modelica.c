@@ -345,6 +345,148 @@ static void spatial_four_bar(sheet *out)
     mbsr_simulation_end(&s);
 }
 
+/* The same with a rod without mass, which keeps the distance. */
+static void distance_four_bar(sheet *out)
+{
+    static const double end1[3] = {0.0, 0.5, 0.1}, end2[3] = {0.0, 0.2, 0.0}, q[2] = {0.0, -0.2};
+    const mbsr_frame side = mbsr_frame_at(1.2, 0.0, 0.0);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int b1 = mbsr_simulation_add_body(
+                  &s, NULL, MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, x_axis), rod(end1, 0.05)),
+              b2 = mbsr_simulation_add_body(&s, NULL, MBSR_GROUND,
+                                            mbsr_joint_prismatic(&side, NULL, x_axis),
+                                            rod(end2, 0.05));
+    gravity_down(&s);
+    mbsr_simulation_add_closure(&s, mbsr_closure_distance(b1, end1, b2, end2, sqrt(1.1)));
+    mbsr_simulation_set_position(&s, b1, 0, 0.0);
+    mbsr_simulation_set_rate(&s, b1, 0, 5.235987755983);
+    run(&s, q, NULL, 0.5);
+    begin(out, "Four bars in space, one without mass, at 0.5 s");
+    sheet_add(out, "φ, rad", 4.526129337, s.q[0], allowed);
+    sheet_add(out, "φ′, rad/s", 8.870761016, s.u[0], allowed);
+    mbsr_simulation_end(&s);
+}
+
+/* A box of steel about the middle of its edge along y, from (x, y, 0). */
+static mbsr_inertia web_of_crank(double x, double y, double length, double height)
+{
+    const double edges[3] = {0.02, fabs(length), height};
+    const mbsr_frame at = mbsr_frame_at(x, y + 0.5 * length, 0.0);
+    return mbsr_inertia_in_frame(&at, mbsr_inertia_box(steel, edges));
+}
+
+static mbsr_inertia shaft(double x, double y, double diameter)
+{
+    static const double along[3] = {0.1, 0.0, 0.0};
+    const mbsr_frame at = mbsr_frame_at(x, y, 0.0);
+    return mbsr_inertia_in_frame(&at, rod(along, diameter));
+}
+
+static void engine(sheet *out)
+{
+    static const double flywheel[6] = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0}, down[3] = {0.0, -1.0, 0.0},
+                        piston_end[3] = {0.0, -0.1, 0.0}, rod_end[3] = {0.0, -0.2, 0.0},
+                        pin[3] = {0.15, 0.1, 0.0}, row[6] = {0, 1, 0, 0, 0, 1},
+                        q[3] = {0.0, 0.05, 0.0};
+    const mbsr_frame top = mbsr_frame_at(0.15, 0.45, 0.0), end = mbsr_frame_at(0.0, -0.1, 0.0);
+    const mbsr_inertia parts[4] = {shaft(0.0, 0.0, 0.05), web_of_crank(0.1, 0.0, 0.1, 0.05),
+                                   shaft(0.1, 0.1, 0.03), web_of_crank(0.2, 0.1, -0.1, 0.05)};
+    mbsr_inertia crank = mbsr_inertia_rigid(0.0, NULL, flywheel);
+    for (int k = 0; k < 4; ++k) crank = mbsr_inertia_sum(crank, parts[k]);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int body = mbsr_simulation_add_body(&s, "crank", MBSR_GROUND,
+                                              mbsr_joint_revolute(NULL, NULL, x_axis), crank),
+              piston = mbsr_simulation_add_body(&s, "piston", MBSR_GROUND,
+                                                mbsr_joint_prismatic(&top, NULL, down),
+                                                rod(piston_end, 0.1)),
+              link = mbsr_simulation_add_body(&s, "rod", piston,
+                                              mbsr_joint_revolute(&end, NULL, x_axis),
+                                              web_of_crank(0.0, 0.0, -0.2, 0.06));
+    gravity_down(&s);
+    mbsr_simulation_add_closure(&s, mbsr_closure_rows(link, rod_end, body, pin, 2, row));
+    mbsr_simulation_set_position(&s, body, 0, 0.0);
+    mbsr_simulation_set_rate(&s, body, 0, 10.0);
+    run(&s, q, NULL, 1.25);
+    begin(out, "Engine of one cylinder at 1.25 s");
+    sheet_add(out, "φ, rad", 13.3024948, s.q[0], allowed);
+    sheet_add(out, "φ′, rad/s", 10.0023301, s.u[0], allowed);
+    mbsr_simulation_end(&s);
+}
+
+/* A rotor at 45 degrees on an arm that a ball joint holds. */
+static void gyroscope(sheet *out)
+{
+    static const double arm[3] = {0.25, 0.0, 0.0}, rotor[3] = {0.2, 0.0, 0.0},
+                        u[4] = {0.0, 0.0, 0.0, 10.0};
+    const mbsr_frame tilted = mbsr_frame_rotated(arm, y_axis, 0.25 * acos(-1.0)),
+                     back = mbsr_frame_at(-0.1, 0.0, 0.0);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int body = mbsr_simulation_add_body(&s, "arm", MBSR_GROUND,
+                                              mbsr_joint_spherical(NULL, NULL), rod(arm, 0.05));
+    mbsr_simulation_add_body(&s, "rotor", body, mbsr_joint_revolute(&tilted, NULL, x_axis),
+                             mbsr_inertia_in_frame(&back, rod(rotor, 0.1)));
+    gravity_down(&s);
+    run(&s, NULL, u, 1.25);
+    begin(out, "Rotor on an arm at 1.25 s");
+    sheet_add(out, "φ, rad", 6.35932716, s.q[4], allowed);
+    sheet_add(out, "φ′, rad/s", 1.12993461, s.u[3], allowed);
+    mbsr_simulation_end(&s);
+}
+
+static void universal_joint(sheet *out)
+{
+    static const double place[3] = {0.2, -0.3, 0.2}, hook[3] = {0.8, 0.0, 0.3},
+                        eye[3] = {0.5, 0.15, 0.2};
+    const double degree = acos(-1.0) / 180.0;
+    const mbsr_frame x = mbsr_frame_rotated(place, x_axis, 10.0 * degree),
+                     y = mbsr_frame_rotated(NULL, y_axis, 55.0 * degree),
+                     z = mbsr_frame_rotated(NULL, z_axis, 68.0 * degree),
+                     xy = mbsr_frame_product(&x, &y), at = mbsr_frame_product(&xy, &z);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int body = mbsr_simulation_add_body(&s, "body", MBSR_GROUND,
+                                              mbsr_joint_universal(&at, NULL, z_axis, x_axis),
+                                              even(1.0, 0.2, 0.0, 1.0));
+    gravity_down(&s);
+    mbsr_simulation_add_force(
+        &s, mbsr_force_point_spring(MBSR_GROUND, hook, body, eye, 20.0, 0.0, 0.0));
+    run(&s, NULL, NULL, 2.5);
+    begin(out, "Body on a universal joint and a spring at 2.5 s");
+    sheet_add(out, "φ, rad", -1.17794275, s.q[0], allowed);
+    sheet_add(out, "ψ, rad", -0.454818281, s.q[1], allowed);
+    mbsr_simulation_end(&s);
+}
+
+/* A constant torque and force along axes that are turned by 30 degrees. */
+static int constant_wrench(void *user, double t, int n, double *value)
+{
+    const double c = cos(acos(-1.0) / 6.0), d = 0.5;
+    (void)user;
+    (void)t;
+    (void)n;
+    value[0] = -100.0 * c - 100.0 * d;
+    value[1] = -100.0 * d + 100.0 * c;
+    value[3] = -1000.0 * d;
+    value[4] = 1000.0 * c;
+    value[2] = value[5] = 0.0;
+    return MBSR_OK;
+}
+
+static void force_and_torque(sheet *out)
+{
+    static const double end[3] = {1.0, 0.0, 0.0};
+    const mbsr_frame at = mbsr_frame_at(0.0, -0.5, 0.0);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int body = mbsr_simulation_add_body(
+        &s, "body", MBSR_GROUND, mbsr_joint_universal(&at, NULL, z_axis, y_axis), rod(end, 0.05));
+    gravity_down(&s);
+    mbsr_simulation_add_force(&s, mbsr_force_wrench(body, end, 0, constant_wrench, NULL));
+    run(&s, NULL, NULL, 0.2525);
+    begin(out, "Body under a force and a torque at 0.2525 s");
+    sheet_add(out, "φ, rad", 3.890643085, s.q[0], allowed);
+    sheet_add(out, "ψ, rad", -0.0903338143, s.q[1], allowed);
+    mbsr_simulation_end(&s);
+}
+
 void sheet_modelica(sheet *out)
 {
     three_springs(out);
@@ -359,4 +501,9 @@ void sheet_modelica(sheet *out)
     strut(out);
     planar_four_bar(out);
     spatial_four_bar(out);
+    distance_four_bar(out);
+    engine(out);
+    gyroscope(out);
+    universal_joint(out);
+    force_and_torque(out);
 }
