@@ -291,6 +291,8 @@ def tests(tree, counters, junit):
         reached = set()
         for path, name in counter_files(os.path.join(counters, test), tree):
             name = name[: -len(".gcda")]
+            if name not in functions:  # of a test's own source
+                continue
             for number, values in read_counters(path).items():
                 reached.update((name, number, arc) for arc in functions[name][number].reached(values))
         sets[test] = reached
