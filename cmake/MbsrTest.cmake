@@ -15,12 +15,20 @@ endif()
 set(mbsr_longest_tests
     "^(package\\.|program\\.viewer|example\\.1[28]|unit\\.(finite_solvers|loops_tree_start|stepper)|ida\\.(bead|beam|car_axis|space|small_models|linear)|fmu\\.sources|property\\.)")
 
+# Under gcov each test writes to a folder of its own (scripts/coverage.sh).
+set(MBSR_TEST_COUNTERS "" CACHE PATH "Folder with a folder of gcov's counters for each test; empty: where objects are")
+mark_as_advanced(MBSR_TEST_COUNTERS)
+
 # mbsr_set_test(name label property value...)
 function(mbsr_set_test name label)
+    set(environment ${mbsr_test_environment})
+    if(MBSR_TEST_COUNTERS)
+        list(APPEND environment "GCOV_PREFIX=${MBSR_TEST_COUNTERS}/${name}")
+    endif()
     set(cost 1)
     if(name MATCHES "${mbsr_longest_tests}")
         set(cost 10)
     endif()
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${mbsr_test_timeout}
-                         COST ${cost} ENVIRONMENT "${mbsr_test_environment}" ${ARGN})
+                         COST ${cost} ENVIRONMENT "${environment}" ${ARGN})
 endfunction()

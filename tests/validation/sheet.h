@@ -35,5 +35,7 @@ void sheet_ivp(sheet *s);
 void sheet_bicycle(sheet *s);
 void sheet_linkages(sheet *s);
 void sheet_bodies(sheet *s);
+void sheet_modelica(sheet *s);
+void sheet_flight(sheet *s);
 
 #endif

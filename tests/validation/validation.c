@@ -82,6 +82,8 @@ int main(int count, char **argument)
     sheet_ivp(&s);
     sheet_linkages(&s);
     sheet_bodies(&s);
+    sheet_modelica(&s);
+    sheet_flight(&s);
     sheet_bicycle(&s);
     if (count == 2 && strcmp(argument[1], "--table") == 0) {
         print_table(&s);
