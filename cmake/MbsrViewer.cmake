@@ -1,6 +1,7 @@
 # Bundles the page of `mbsrank view` from src/program/viewer and the packages that npm gets for it.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: cmake -DSOURCE=... -DWORK=... -DOUT=... -DNPM=... -DNODE=... -DREQUIRED=ON|OFF -P MbsrViewer.cmake
+# Usage: cmake -DSOURCE=... -DWORK=... -DOUT=... -DNPM=... -DNODE=... -DREQUIRED=ON|OFF [-DLIVE=PACKAGE;EXAMPLE...] -P MbsrViewer.cmake
+# LIVE: the page that runs models, with the package of web/ and examples to begin with.
 # Where npm gets nothing, as without a network, the viewer is left out with a message, or with REQUIRED the
 # build ends.
 
@@ -30,4 +31,4 @@ if(NOT got STREQUAL wanted)
          --fetch-timeout=20000)
     file(WRITE "${WORK}/node_modules/.wanted" "${wanted}")
 endif()
-step("the bundle" "${NODE}" bundle.mjs "${OUT}")
+step("the bundle" "${NODE}" bundle.mjs "${OUT}" ${LIVE})

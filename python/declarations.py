@@ -18,7 +18,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 #: The headers of the components that the package wraps.
-HEADERS = ("mbsrank/mbsrank.h", "mbsrank/driver.h", "mbsrank/simulation.h", "mbsrank/files.h")
+HEADERS = ("mbsrank/mbsrank.h", "mbsrank/driver.h", "mbsrank/simulation.h",
+           "mbsrank/sensitivity.h", "mbsrank/files.h")
 
 #: Headers of components that may be missing.
 OPTIONAL = {"contact": ("mbsrank/contact.h",), "linear": ("mbsrank/linear.h",),

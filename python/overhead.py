@@ -2,7 +2,8 @@
 """What a call from Python takes more than the same call from C: medians of processor time,
 interleaved in one run.
 
-    overhead.py [ROUNDS]     default 300; bench/results/python.csv is what it prints"""
+    python3 -P overhead.py [ROUNDS]     default 300; bench/results/python.csv is what it prints.
+    -P: the package that is installed, not the sources beside it"""
 import os
 import platform
 import sys

@@ -2,7 +2,7 @@
 # Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
 # apt-get). On other systems it says what to install.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: install.sh build|test|demo|page|docs|package|emulation|web...
+# Usage: install.sh build|test|demo|page|docs|package|emulation|web|wheel...
 set -eu
 
 # Packages by purpose; "package:command" counts as there when the command is.
@@ -19,6 +19,7 @@ emulation=(qemu-user-static:qemu-aarch64-static gcc-aarch64-linux-gnu:aarch64-li
            gcc-s390x-linux-gnu:s390x-linux-gnu-gcc)
 docs=(doxygen:doxygen python3-sphinx python3-myst-parser python3-sphinx-rtd-theme libjs-mathjax)
 web=(clang:clang lld:wasm-ld llvm:llvm-ar wasi-libc libclang-rt-14-dev-wasm32 nodejs:node ninja-build:ninja cmake:cmake)
+wheel=(python3-dev python3-cffi python3-numpy python3-setuptools python3-wheel python3-pip python3-venv patchelf:patchelf pkg-config)
 
 wanted=()
 for purpose; do
@@ -31,6 +32,7 @@ for purpose; do
     package) wanted+=("${package[@]}") ;;
     emulation) wanted+=("${emulation[@]}") ;;
     web) wanted+=("${web[@]}") ;;
+    wheel) wanted+=("${wheel[@]}") ;;
     *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;
     esac
 done

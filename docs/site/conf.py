@@ -1,6 +1,7 @@
 """The site of the documents: README.md and docs/, and the reference that Doxygen makes of the headers.
 
-scripts/docs.sh gives the folder of the reference in MBSRANK_REFERENCE and that of MathJax in MBSRANK_MATHJAX.
+scripts/docs.sh gives the folder of the reference in MBSRANK_REFERENCE, that of MathJax in MBSRANK_MATHJAX, and in
+MBSRANK_PLAY the page that runs models, or nothing.
 SPDX-License-Identifier: BSD-3-Clause
 """
 import os
@@ -17,7 +18,7 @@ root_doc = "README"
 extensions = ["myst_parser", "sphinx.ext.mathjax"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-exclude_patterns = ["build*", "demo-output", "src", "tests", "include", "cmake", "scripts", "examples", "docs/site", "debian",
+exclude_patterns = ["build*", "demo-output", "src", "tests", "include", "cmake", "scripts", "examples", "docs/site", "debian", "web",
                     "packaging", ".*"]
 html_theme = "sphinx_rtd_theme"
 html_theme_options = {"navigation_depth": 3, "collapse_navigation": False}
@@ -39,6 +40,8 @@ suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 
 ROOT = Path(__file__).resolve().parents[2]
 REFERENCE = Path(os.environ["MBSRANK_REFERENCE"])
+PLAY = os.environ.get("MBSRANK_PLAY")
+html_context = {"play": bool(PLAY)}
 
 # In the order of reading; the README is the first page.
 TOCTREE = """
@@ -58,6 +61,9 @@ docs/small_masses
 docs/files
 docs/program
 docs/viewer
+docs/python
+docs/javascript
+docs/fmu
 docs/real_time
 docs/embedding
 ```
@@ -150,6 +156,9 @@ def finish(app, _exception):
     other_fonts = shutil.ignore_patterns("Asana-Math", "Gyre-*", "Latin-Modern", "Neo-Euler", "STIX-Web")
     shutil.copyfile(out / "README.html", out / "index.html")
     shutil.copytree(REFERENCE / "reference", out / "reference", dirs_exist_ok=True)
+    if PLAY:
+        (out / "docs" / "play").mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(PLAY, out / "docs" / "play" / "index.html")
     source, target = Path(os.environ["MBSRANK_MATHJAX"]), out / "_static" / "mathjax"
     for part in ["config", "jax/output/SVG", "jax/input/TeX", "jax/element", "extensions"]:
         shutil.copytree(source / part, target / part, ignore=other_fonts, dirs_exist_ok=True)

@@ -4,8 +4,9 @@
 Models are built by calls (Model, with the modules joint, inertia, force, closure) or read from
 files (read), and evaluated by Data, Batch, Derivatives, Dae, Newton, Ode; Simulation and Stepper
 integrate them. Parameters are values by name; linear has equilibria, linear equations and modes;
-Contacts are shapes that touch, Flex bodies that bend; export_fmu makes Functional Mock-up Units. All of C is in `lib` and `ffi`."""
-from . import closure, force, inertia, joint, linear
+Contacts are shapes that touch, Flex bodies that bend; Sensitivity has derivatives of runs in
+parameters; export_fmu makes Functional Mock-up Units. All of C is in `lib` and `ffi`."""
+from . import casadi, closure, force, inertia, joint, linear
 from ._c import ffi, lib
 from ._core import ClosedError, Error, ForceBody, Record, StateError, UseError
 from ._values import Closure, Force, Frame, Inertia, Joint, Table
@@ -18,6 +19,7 @@ from .fmu import export_fmu
 from .files import File, read, to_mjcf
 from .model import GROUND, NONE, Batch, Data, IndexReport, Model
 from .parameters import Parameters
+from .sensitivity import Sensitivity
 from .small_masses import SmallMasses
 from .stepper import Stepper
 from .viewer import Page, view
@@ -25,11 +27,10 @@ from .viewer import Page, view
 __version__ = ffi.string(lib.mbsr_version()).decode()
 
 __all__ = [
-    "Batch", "ClosedError", "Closure", "Contacts", "Dae", "Data", "Derivatives", "Error", "File",
-    "Flex", "Force", "ForceBody", "Frame", "GROUND", "IndexReport", "Inertia", "Joint", "Model", "NONE", "Newton",
-    "Ode",
-    "Page", "Parameters", "Record",
-    "Run", "Simulation", "SmallMasses", "State", "StateError", "Stepper",
-    "Table", "UseError", "closure", "export_fmu", "ffi", "force",
-    "inertia", "joint", "lib", "linear", "read", "to_mjcf", "touching", "view",
+    "Batch", "ClosedError", "Closure", "Contacts", "Dae", "Data", "Derivatives", "Error",
+    "File", "Flex", "Force", "ForceBody", "Frame", "GROUND", "IndexReport", "Inertia", "Joint",
+    "Model", "NONE", "Newton", "Ode", "Page", "Parameters", "Record", "Run", "Sensitivity",
+    "Simulation", "SmallMasses", "State", "StateError", "Stepper", "Table", "UseError",
+    "casadi", "closure", "export_fmu", "ffi", "force", "inertia", "joint", "lib", "linear",
+    "read", "to_mjcf", "touching", "view",
 ]

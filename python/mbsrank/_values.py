@@ -204,6 +204,13 @@ def _user_of(field: str, names) -> str:
     return f"{field}_user" if f"{field}_user" in names else "user"
 
 
+def options(kind: str, values: Mapping[str, Any], keep: list, what: str):
+    """A pointer to the library's defaults with these fields set."""
+    made = ffi.new(f"{kind} *", getattr(lib, kind.replace("mbsr_", "mbsr_default_"))())
+    fill(made, values, keep, what)
+    return made
+
+
 def fill(struct, values: Mapping[str, Any], keep: list, what: str) -> None:
     """Sets fields of a struct by name."""
     kind = ffi.typeof(struct)

@@ -81,13 +81,12 @@ class Dae(Owner):
         """Consistent y and y' (size each) near a state, and what was found and changed. options:
         fields of mbsr_consistent_opt."""
         y, yp = self.pack(q, u, t), np.empty(self._shape)
-        define = _values._box("mbsr_consistent_opt", lib.mbsr_default_consistent_opt())
         keep: list = []
-        _values.fill(ffi.addressof(define), options, keep, "consistent")
+        define = _values.options("mbsr_consistent_opt", options, keep, "consistent")
         info = ffi.new("mbsr_consistent_info *")
         self._check(lib.mbsr_dae_consistent(
             self._model, self._get(), self.form, t, taken(y, self._shape, "y"),
-            taken(yp, self._shape, "yp"), ffi.addressof(define), info))
+            taken(yp, self._shape, "yp"), define, info))
         return y, yp, plain(info)
 
     def newton(self, **options) -> "Newton":
@@ -99,10 +98,9 @@ class Newton(Owner):
     """Solves (dF/dy + c dF/dy') delta = r of the momentum form along the tree, in O(N)."""
 
     def __init__(self, dae: Dae, **options):
-        define = _values._box("mbsr_newton_opt", lib.mbsr_default_newton_opt())
-        _values.fill(ffi.addressof(define), options, (keep := []), "newton")
+        define = _values.options("mbsr_newton_opt", options, (keep := []), "newton")
         made = _create("mbsr_newton", lib.mbsr_newton_create, dae._model, dae.form,
-                       ffi.addressof(define))
+                       define)
         self._handle = Handle(made, lib.mbsr_newton_destroy, dae._handle)
         self.dae = dae
         self._shape = (dae.size,)

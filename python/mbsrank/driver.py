@@ -49,9 +49,8 @@ class Simulation(Owner):
         self._dae = Dae(model, form)
         self.model, self.data = model, self._dae.data
         self._events = event_count if events is not None else 0
-        define = _values._box("mbsr_ida_opt", lib.mbsr_default_ida_opt())
         keep: list = []
-        _values.fill(ffi.addressof(define), options, keep, "Simulation")
+        define = _values.options("mbsr_ida_opt", options, keep, "Simulation")
         define.form = self._dae.form
         if events is not None:
             handle = ffi.new_handle((self._dae.size, event_count, events))
@@ -62,7 +61,7 @@ class Simulation(Owner):
             define.progress, define.progress_user = _values.callback("mbsr_ida_progress_fn",
                                                                      progress, keep)
         made = _create("mbsr_ida", lib.mbsr_ida_create, model._get(), self.data._get(),
-                       ffi.addressof(define))
+                       define)
         self._handle = Handle(made, lib.mbsr_ida_destroy, self.data._handle)
         for one in keep:
             self._handle.hold(one)

@@ -52,8 +52,7 @@ class File(Owner):
         path = Path(source)
         content = path.read_bytes()
         keep: list = []
-        define = _values._box("mbsr_file_opt", lib.mbsr_default_file_opt())
-        _values.fill(ffi.addressof(define), options, keep, "read")
+        define = _values.options("mbsr_file_opt", options, keep, "read")
         folders = [*folders, *(packages or {}).values()]
         define.load, define.user = _values.callback("mbsr_file_load_fn",
                                                     _Loader(path.parent, folders), keep)
@@ -62,7 +61,7 @@ class File(Owner):
                    keep)
         pointer = ffi.from_buffer("char[]", content)
         made = _create("mbsr_file", lib.mbsr_file_read, pointer, len(content),
-                       str(path).encode(), ffi.addressof(define))
+                       str(path).encode(), define)
         self._handle = Handle(made, lib.mbsr_file_destroy)
         model = lib.mbsr_file_take_model(made)
         self.model = Model._of(model, self._handle)

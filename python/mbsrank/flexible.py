@@ -72,10 +72,9 @@ class Flex(Owner):
         """A straight uniform beam along x, held at x = 0. fields: of mbsr_beam_def, such as length
         (m), density (kg/m), EA, EI_y, EI_z, GJ, modes, loaded and node, damping."""
         keep: list = []
-        define = _values._box("mbsr_beam_def", lib.mbsr_default_beam_def())
-        _values.fill(ffi.addressof(define), fields, keep, "beam")
+        define = _values.options("mbsr_beam_def", fields, keep, "beam")
         error, made = ffi.new("mbsr_error *"), ffi.new("mbsr_flex **")
-        return cls._made(lib.mbsr_flex_beam(ffi.addressof(define), made, error), made, error)
+        return cls._made(lib.mbsr_flex_beam(define, made, error), made, error)
 
     @classmethod
     def elements(cls, K: Any, M: Any, nodes: ArrayLike,
@@ -87,7 +86,7 @@ class Flex(Owner):
         as modes, frequency, cutoff, damping, id, dof_node, dof_direction."""
         needs("fe")
         keep: list = []
-        define = _values._box("mbsr_fe_def", lib.mbsr_default_fe_def())
+        define = _values.options("mbsr_fe_def", {}, keep, "elements")
         places = np.ascontiguousarray(nodes, dtype="f8")
         if places.ndim != 2 or places.shape[1] != 3:
             raise ValueError(f"nodes: expected count x 3 numbers, got shape {places.shape}")
@@ -96,14 +95,14 @@ class Flex(Owner):
                 setattr(define, name, _matrix(one, name, keep))
         define.nodes, define.x = len(places), ffi.from_buffer("double[]", places)
         define.markers, define.marker = len(markers), _markers(markers, loaded, keep)
-        _values.fill(ffi.addressof(define), fields, keep, "elements")
+        _values.fill(define, fields, keep, "elements")
         return cls._reduced(define)
 
     @classmethod
     def _reduced(cls, define) -> "Flex":
         error, made = ffi.new("mbsr_error *"), ffi.new("mbsr_flex **")
         report = ffi.new("mbsr_fe_report **")
-        status = lib.mbsr_fe_reduce(ffi.addressof(define), made, report, error)
+        status = lib.mbsr_fe_reduce(define, made, report, error)
         return cls._made(status, made, error, report, lib.mbsr_fe_report_destroy)
 
     @classmethod
@@ -128,8 +127,8 @@ class Flex(Owner):
         if status:
             fail(status, error)
         try:
-            define = getattr(made[0], "def")
-            _values.fill(ffi.addressof(define), fields, keep, "files")
+            define = ffi.addressof(made[0][0], "def")
+            _values.fill(define, fields, keep, "files")
             return cls._reduced(define)
         finally:
             lib.mbsr_fe_input_destroy(made[0])
@@ -140,13 +139,12 @@ class Flex(Owner):
         mbsr_sid_opt. Markers are its nodes."""
         needs("fe")
         keep: list = []
-        define = _values._box("mbsr_sid_opt", lib.mbsr_default_sid_opt())
-        _values.fill(ffi.addressof(define), fields, keep, "sid")
+        define = _values.options("mbsr_sid_opt", fields, keep, "sid")
         content = Path(path).read_bytes()
         error, made = ffi.new("mbsr_error *"), ffi.new("mbsr_flex **")
         report = ffi.new("mbsr_sid_report **")
         status = lib.mbsr_sid_read(content, len(content), encoded(str(path), "path"),
-                                   ffi.addressof(define), made, report, error)
+                                   define, made, report, error)
         return cls._made(status, made, error, report, lib.mbsr_sid_report_destroy)
 
     def _data(self):

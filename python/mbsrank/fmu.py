@@ -20,12 +20,11 @@ def export_fmu(model: Model, path: str | os.PathLike, file: File | None = None,
     needs("fmu")
     keep: list = []
     model.finish()
-    define = _values._box("mbsr_fmu_opt", lib.mbsr_default_fmu_opt())
-    _values.fill(ffi.addressof(define), options, keep, "export_fmu")
+    define = _values.options("mbsr_fmu_opt", options, keep, "export_fmu")
     if file is not None:
         define.file = file._get()
     error, made = ffi.new("mbsr_error *"), ffi.new("mbsr_fmu **")
-    status = lib.mbsr_fmu_export(model._get(), ffi.addressof(define), made, error)
+    status = lib.mbsr_fmu_export(model._get(), define, made, error)
     if status:
         fail(status, error)
     try:

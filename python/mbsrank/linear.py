@@ -2,7 +2,7 @@
 """Equilibria, trim, linear equations of motion and modes (component linear)."""
 from __future__ import annotations
 
-from typing import Mapping, Sequence
+from typing import Sequence
 
 import numpy as np
 
@@ -13,10 +13,12 @@ from .model import Data, Model, _create
 from .parameters import Parameters
 
 
-def _options(kind: str, values: Mapping, keep: list):
-    made = ffi.new(f"mbsr_{kind}_opt *", getattr(lib, f"mbsr_default_{kind}_opt")())
-    _values.fill(made, values, keep, kind)
-    return made
+def _solve(function, *arguments) -> None:
+    """Calls a function whose last argument is the reason of a failure."""
+    error = ffi.new("mbsr_error *")
+    status = function(*arguments, error)
+    if status:
+        fail(status, error)
 
 
 def equilibrium(model: Model, q: np.ndarray, t: float = 0.0,
@@ -25,14 +27,11 @@ def equilibrium(model: Model, q: np.ndarray, t: float = 0.0,
     what it took. options: fields of mbsr_equilibrium_opt. StateError: none is found; the text names
     the joint whose forces are farthest from balance."""
     needs("linear")
-    data, error, info = Data(model), ffi.new("mbsr_error *"), ffi.new("mbsr_equilibrium_info *")
+    data, info, keep = Data(model), ffi.new("mbsr_equilibrium_info *"), []
     rest, forces = np.empty(model.nq), np.empty(model.rows)
-    status = lib.mbsr_equilibrium(
-        model._get(), data._get(), t, given(q, (model.nq,), "q"),
-        _options("equilibrium", options, (keep := [])), taken(rest, (model.nq,), "out"),
-        taken(forces, (model.rows,), "out"), info, error)
-    if status:
-        fail(status, error)
+    _solve(lib.mbsr_equilibrium, model._get(), data._get(), t, given(q, (model.nq,), "q"),
+           _values.options("mbsr_equilibrium_opt", options, keep, "equilibrium"),
+           taken(rest, rest.shape, "out"), taken(forces, forces.shape, "out"), info)
     return rest, forces, plain(info)
 
 
@@ -43,32 +42,31 @@ def trim(parameters: Parameters, q: np.ndarray, free: Sequence[str] = (),
     `parameters` rests; along the joint rates `hold` (places in u, or "all") positions stay.
     options: fields of mbsr_trim_opt."""
     needs("linear")
-    error, info, keep = ffi.new("mbsr_error *"), ffi.new("mbsr_trim_info *"), []
+    info, keep = ffi.new("mbsr_trim_info *"), []
     chosen = {"held": -1} if hold == "all" else {"held": len(hold), "hold": list(hold)}
     which = ffi.new("int[]", [parameters.find(name) for name in free] or 1)
     rest, values = np.array(q), np.empty(len(free))
-    status = lib.mbsr_trim(parameters._get(), t, given(q, q.shape, "q"), len(free), which,
-                           _options("trim", {**chosen, **options}, keep),
-                           taken(rest, rest.shape, "out"), taken(values, values.shape, "out"), info,
-                           error)
-    if status:
-        fail(status, error)
+    _solve(lib.mbsr_trim, parameters._get(), t, given(q, q.shape, "q"), len(free), which,
+           _values.options("mbsr_trim_opt", {**chosen, **options}, keep, "trim"),
+           taken(rest, rest.shape, "out"), taken(values, values.shape, "out"), info)
     return rest, dict(zip(free, values.tolist())), plain(info)
 
 
 def _signals(model: Model, parameters: Parameters | None, names: Sequence[int | str]):
     """mbsr_signal[]: places in u, and names of mbsr_signal_find."""
     made = ffi.new("mbsr_signal[]", len(names) or 1)
-    error = ffi.new("mbsr_error *")
+    listed = parameters._get() if parameters is not None else ffi.NULL
     for k, name in enumerate(names):
-        if not isinstance(name, str):
+        if isinstance(name, str):
+            _solve(lib.mbsr_signal_find, model._get(), listed, name.encode(), made + k)
+        else:
             made[k].kind, made[k].id = lib.MBSR_SIGNAL_JOINT, int(name)
-            continue
-        listed = parameters._get() if parameters is not None else ffi.NULL
-        status = lib.mbsr_signal_find(model._get(), listed, name.encode(), made + k, error)
-        if status:
-            fail(status, error)
     return made
+
+
+def _part(name: str, form: str) -> property:
+    return property(lambda self: self._matrix(getattr(lib, f"MBSR_LINEAR_{name}")),
+                    doc=f"Of the {form}.")
 
 
 class Linear(Owner):
@@ -90,10 +88,9 @@ class Linear(Owner):
             parameters = Parameters(model)
         listed = parameters._get() if parameters is not None else ffi.NULL
         signals = _signals(model, parameters, inputs), _signals(model, parameters, outputs)
-        options = _options("linear", {"inputs": len(inputs), "input": signals[0],
-                                      "outputs": len(outputs), "output": signals[1],
-                                      "list": listed},
-                           (keep := []))
+        chosen = {"inputs": len(inputs), "input": signals[0], "outputs": len(outputs),
+                  "output": signals[1], "list": listed}
+        options = _values.options("mbsr_linear_opt", chosen, (keep := []), "Linear")
         made = _create("mbsr_linear", lib.mbsr_linear_create, model._get(), data._get(), t,
                        given(q, (model.nq,), "q"),
                        ffi.NULL if u is None else given(u, (model.nu,), "u"), options)
@@ -108,40 +105,13 @@ class Linear(Owner):
         pointer = lib.mbsr_linear_matrix(self._get(), part, shape, shape + 1)
         return view(self._handle, pointer, (shape[1], shape[0])).T
 
-    @property
-    def E(self) -> np.ndarray:
-        """Of the descriptor form."""
-        return self._matrix(lib.MBSR_LINEAR_E)
-
-    @property
-    def A(self) -> np.ndarray:
-        """Of the descriptor form."""
-        return self._matrix(lib.MBSR_LINEAR_A)
-
-    @property
-    def B(self) -> np.ndarray:
-        """Of the descriptor form."""
-        return self._matrix(lib.MBSR_LINEAR_B)
-
-    @property
-    def Ar(self) -> np.ndarray:
-        """Of the form with the least number of states."""
-        return self._matrix(lib.MBSR_LINEAR_AR)
-
-    @property
-    def Br(self) -> np.ndarray:
-        """Of the form with the least number of states."""
-        return self._matrix(lib.MBSR_LINEAR_BR)
-
-    @property
-    def Cr(self) -> np.ndarray:
-        """Of the form with the least number of states."""
-        return self._matrix(lib.MBSR_LINEAR_CR)
-
-    @property
-    def Dr(self) -> np.ndarray:
-        """Of the form with the least number of states."""
-        return self._matrix(lib.MBSR_LINEAR_DR)
+    E = _part("E", "descriptor form")
+    A = _part("A", "descriptor form")
+    B = _part("B", "descriptor form")
+    Ar = _part("AR", "form with the least number of states")
+    Br = _part("BR", "form with the least number of states")
+    Cr = _part("CR", "form with the least number of states")
+    Dr = _part("DR", "form with the least number of states")
 
     def modes(self) -> list[Record]:
         """Modes exp(s t) in the order of |s|: real, imaginary (1/s), frequency (Hz), damping, and
@@ -184,15 +154,12 @@ def modes_near(model: Model, q: np.ndarray, count: int = 20, shift: float = 0.0,
     """A few modes of a large model about rest at (t, q), nearest to shift (1/s; 0: the slowest), as
     Linear.modes has them; without matrices, in O(N). options: fields of mbsr_near_opt."""
     needs("linear")
-    data, error, found = Data(model), ffi.new("mbsr_error *"), ffi.new("int *")
-    room, re, im = ffi.new("mbsr_mode[]", count), np.empty((count, model.nu)), None
-    im = np.empty_like(re)
-    status = lib.mbsr_modes_near(
-        model._get(), data._get(), t, given(q, (model.nq,), "q"),
-        _options("near", {"count": count, "shift": shift, **options}, []), room, found,
-        taken(re, re.shape, "out"), taken(im, im.shape, "out"), error)
-    if status:
-        fail(status, error)
+    data, found, room, keep = Data(model), ffi.new("int *"), ffi.new("mbsr_mode[]", count), []
+    re, im = (np.empty((count, model.nu)) for _ in range(2))
+    chosen = {"count": count, "shift": shift, **options}
+    _solve(lib.mbsr_modes_near, model._get(), data._get(), t, given(q, (model.nq,), "q"),
+           _values.options("mbsr_near_opt", chosen, keep, "modes_near"), room, found,
+           taken(re, re.shape, "out"), taken(im, im.shape, "out"))
     return [_mode(room + k, re[k] + 1j * im[k]) for k in range(found[0])]
 
 
@@ -201,15 +168,12 @@ def participation(model: Model, q: np.ndarray, mode: Record,
     """Where the energy of a mode about rest at (t, q) is: shares of bodies in the kinetic energy,
     of force elements in the potential energy and in what is dissipated."""
     needs("linear")
-    data, error = Data(model), ffi.new("mbsr_error *")
+    data = Data(model)
     struct = ffi.new("mbsr_mode *", {name: getattr(mode, name) for name in
                                      ("real", "imaginary", "frequency", "damping")})
     re, im = (np.ascontiguousarray(part) for part in (mode.shape.real, mode.shape.imag))
     outs = np.zeros(model.bodies), np.zeros(model.forces), np.zeros(model.forces)
-    status = lib.mbsr_mode_participation(
-        model._get(), data._get(), t, given(q, (model.nq,), "q"), struct,
-        given(re, (model.nu,), "mode.shape"), given(im, (model.nu,), "mode.shape"),
-        *(taken(one, one.shape, "out") for one in outs), error)
-    if status:
-        fail(status, error)
+    _solve(lib.mbsr_mode_participation, model._get(), data._get(), t, given(q, (model.nq,), "q"),
+           struct, given(re, (model.nu,), "mode.shape"), given(im, (model.nu,), "mode.shape"),
+           *(taken(one, one.shape, "out") for one in outs))
     return outs

@@ -22,10 +22,10 @@ class SmallMasses(Owner):
     def __init__(self, model: Model, q: np.ndarray, u: np.ndarray, duration: float, t: float = 0.0,
                  **options):
         model.finish()
-        define = _values._box("mbsr_small_masses_opt", lib.mbsr_default_small_masses_opt())
-        _values.fill(ffi.addressof(define), {"duration": duration, **options}, (keep := []), "SmallMasses")
+        define = _values.options("mbsr_small_masses_opt", {"duration": duration, **options},
+                                 (keep := []), "SmallMasses")
         made = _create("mbsr_small_masses", lib.mbsr_small_masses_create, model._get(),
-                       ffi.addressof(define))
+                       define)
         self._handle = Handle(made, lib.mbsr_small_masses_destroy, model._handle)
         self._names = [name or f"body {k}" for k, name in enumerate(model.body_names)]
         self._check(lib.mbsr_small_masses_start(made, t, given(q, (model.nq,), "q"),

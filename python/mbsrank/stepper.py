@@ -18,10 +18,10 @@ class Stepper(Owner):
     def __init__(self, model: Model, q: np.ndarray | None = None, u: np.ndarray | None = None,
                  t: float = 0.0, h: float = 1e-3, **options):
         self.data, self.model = Data(model), model
-        define = _values._box("mbsr_stepper_opt", lib.mbsr_default_stepper_opt())
-        _values.fill(ffi.addressof(define), {"h": h, **options}, (keep := []), "Stepper")
+        define = _values.options("mbsr_stepper_opt", {"h": h, **options}, (keep := []),
+                                 "Stepper")
         made = _create("mbsr_stepper", lib.mbsr_stepper_create, model._get(), self.data._get(),
-                       ffi.addressof(define))
+                       define)
         self._handle = Handle(made, lib.mbsr_stepper_destroy, self.data._handle)
         self._state = ffi.new("double[]", 1 + model.nq + model.nu)
         self.restart(q, u, t)

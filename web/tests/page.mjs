@@ -1,13 +1,16 @@
-// The page that runs models, in headless Chromium: runs, is pulled by the mouse, has masses set to zero, opens others.
+// The page that runs models, in headless Chromium: files are dropped on it, the mouse pulls bodies and moves sliders,
+// masses become zero, others are opened; a hundred bodies take less than real time.
 // SPDX-License-Identifier: BSD-3-Clause
 // Usage: node page.mjs PAGE PROJECT CHROMIUM [FOLDER]    FOLDER: pictures are kept there
 import assert from "node:assert/strict";
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
 const [page, project, chromium, folder] = process.argv.slice(2);
 const { Browser } = await import(pathToFileURL(join(project, "tests", "program", "browser.mjs")));
-const browser = new Browser(chromium);
+const browser = new Browser(chromium), work = mkdtempSync(join(tmpdir(), "mbsrank-drop-"));
 
 async function until(expression) {
     for (let k = 0; k < 600; ++k) {
@@ -29,6 +32,39 @@ const place = () => browser.ask(`(() => {
             if (viewer.hitAt(x, y).body > 0 && viewer.hitAt(x + 4, y + 4).body > 0) return [x + left, y + top];
     return null;
 })()`);
+
+// Files from outside, dropped in the middle of the page.
+async function drop(...files) {
+    await browser.ask(`window.mbsrank.old = true`);
+    const data = { items: [], files, dragOperationsMask: 1 };
+    for (const type of ["dragEnter", "dragOver", "drop"]) await browser.send("Input.dispatchDragEvent", { type, x: 400, y: 300, data });
+}
+
+// Takes a slider at the middle of its way and moves it to a part of that, beyond its ends too.
+async function slide(selector, part) {
+    const { left, top, width, height } = await browser.ask(`(() => {
+        const slider = document.querySelector(${JSON.stringify(selector)});
+        slider.scrollIntoView({ block: "center" });
+        const { left, top, width, height } = slider.getBoundingClientRect();
+        return { left, top, width, height };
+    })()`);
+    const y = top + height / 2, at = (x) => [left + x * width, y];
+    await mouse("mousePressed", at(0.5), 1);
+    for (const x of [0.5 + (part - 0.5) / 2, part]) await mouse("mouseMoved", at(x), 1);
+    await mouse("mouseReleased", at(part), 0);
+}
+
+// A chain of rods on springs.
+const rods = (count) => `<body pos="${count > 99 ? "0 0 20" : ".2 0 0"}" name="rod${count}"><joint name="hinge${count}" type="hinge" axis="0 1 0" ` +
+    `stiffness="50" damping=".5"/><geom type="capsule" fromto="0 0 0 .2 0 0" size=".03"/>${count > 1 ? rods(count - 1) : ""}</body>`;
+
+// Processor time of the page's thread for a call, ms.
+async function timeOf(call) {
+    const spent = async () => (await browser.send("Performance.getMetrics")).metrics.find(({ name }) => name === "TaskDuration").value;
+    const before = await spent();
+    await browser.ask(`(${call})(${live}.simulation)`);
+    return 1000 * (await spent() - before);
+}
 
 async function openExample(name) {
     await browser.ask(`${live} && (window.mbsrank.old = true), (() => {
@@ -61,7 +97,7 @@ try {
 
     // without the mass of the wheel one direction more is damped
     assert.equal(await browser.ask(`${live}.simulation.report().damped`), 1);
-    await browser.ask(`${live}.parameters.set("bodies.wheel.mass", 0)`);
+    await slide('input[aria-label="bodies.wheel.mass"]', -0.1);
     assert.equal(await browser.ask(`${live}.simulation.report().damped`), 2);
     assert.equal(await browser.ask(`document.getElementById("counts").textContent`), "3 bodies, 2 without mass");
     await until(`/steps of the driver/.test(document.getElementById("cost").textContent)`);
@@ -70,8 +106,38 @@ try {
     // a joint by hand
     await browser.ask(`${live}.simulation.play(false), window.mbsrank.set("tyre", 0.03)`);
     assert.equal(await browser.ask(`${live}.simulation.stepper.q[0]`), 0.03);
+    await slide("#joints input[type=range]", 0.7);
+    const { low, high } = await browser.ask(`window.mbsrank.sliders[0]`), moved = await browser.ask(`${live}.simulation.stepper.q[0]`);
+    assert.ok(Math.abs(moved - (low + 0.7 * (high - low))) < 0.06 * (high - low), `${moved} in ${low} to ${high}`);
 
-    // others, the last of which is refused
+    // dropped files: a model, a folder with one, one that is wrong, one beside what it includes, a hundred bodies
+    await drop(join(project, "examples", "models", "arm.urdf"));
+    await until(`!window.mbsrank.old && document.getElementById("title").textContent === "arm"`);
+    const put = (name, text) => (writeFileSync(join(work, name), text), join(work, name));
+    mkdirSync(join(work, "folder", "models"), { recursive: true });
+    put(join("folder", "models", "rod.xml"), `<mujoco model="in a folder"><worldbody>${rods(1)}</worldbody></mujoco>`);
+    await drop(join(work, "folder"));
+    await until(`!window.mbsrank.old && document.getElementById("title").textContent === "in a folder"`);
+    await drop(put("wrong.xml", "<mujoco><worldbody><body><joint type='wheel'/></body></worldbody></mujoco>"));
+    await until(`/wheel/.test(document.getElementById("trouble").textContent)`);
+    await keep("refused");
+    await drop(put("whole.xml", `<mujoco model="two files"><include file="part.xml"/></mujoco>`),
+               put("part.xml", `<mujocoinclude><worldbody>${rods(3)}</worldbody></mujocoinclude>`));
+    await until(`!window.mbsrank.old && document.getElementById("counts").textContent === "3 bodies"`);
+    await drop(put("hundred.xml", `<mujoco model="hundred"><worldbody>${rods(100)}</worldbody></mujoco>`));
+    await until(`!window.mbsrank.old && document.getElementById("counts").textContent === "100 bodies"`);
+    await browser.ask(`document.getElementById("play").click()`);
+    await until(`${live}.simulation.stepper.t > 0.3`);
+    await browser.send("Performance.enable", { timeDomain: "threadTicks" });
+    await browser.ask(`${live}.simulation.play(false)`);
+    const steps = await timeOf("(s) => { for (let k = 0; k < 240; ++k) s.stepper.step(); }");
+    const drawing = await timeOf("({ viewer }) => { for (let k = 0; k < 60; ++k) viewer.touch(), viewer.frame(performance.now()); }");
+    const showing = await timeOf("(s) => { for (let k = 0; k < 60; ++k) s.show(); }");
+    console.log(`100 bodies, a second of motion: 240 steps ${steps.toFixed(0)} ms, 60 frames ${(drawing + showing).toFixed(0)} ms`);
+    await keep("hundred");
+    assert.ok(steps > 0 && drawing > 0 && steps + drawing + showing < 1000, "not in real time");
+
+    // others
     for (const name of ["suspension.xml", "gripper.xml", "wiper.sdf"]) {
         await openExample(name);
         await browser.ask(`${live}.simulation.play(true)`);
@@ -82,4 +148,5 @@ try {
     assert.deepEqual(browser.messages, []);
 } finally {
     await browser.end();
+    rmSync(work, { recursive: true, force: true });
 }

@@ -167,7 +167,7 @@ function scriptsFor(viewer) {
     };
 }
 
-// Draws what `readData` has made, frame by frame, until viewer.end(); `before` is called at the beginning of each frame.
+// Draws what `readData` has made, frame by frame, until viewer.close(); `before` is called at the beginning of each frame.
 export async function show(data, before = () => {}) {
     const { meshes, trouble } = await readMeshes(data), ended = new AbortController();
     const viewer = new Viewer(data, meshes);
@@ -175,7 +175,7 @@ export async function show(data, before = () => {}) {
     viewer.setTheme(listen(viewer, ended.signal));
     viewer.seek(viewer.start);
     window.mbsrank = scriptsFor(viewer);
-    viewer.end = () => {
+    viewer.close = () => {
         ended.abort();
         viewer.stage.renderer.dispose();
     };

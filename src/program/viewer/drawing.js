@@ -18,12 +18,13 @@ import { mirrored } from "./meshes.js";
 export const VISUAL = 1, COLLISION = 2, LINKS = 4;
 
 const upright = (geometry) => geometry.rotateX(Math.PI / 2); // along z
+const many = 40; // bodies, from which on round shapes have fewer faces
 const unit = {
     box: () => new BoxGeometry(2, 2, 2),
-    sphere: () => new SphereGeometry(1, 24, 16),
-    cylinder: () => upright(new CylinderGeometry(1, 1, 2, 32)),
-    rod: (few) => upright(new CylinderGeometry(1, 1, 1, few ? 10 : 5)).translate(0, 0, 0.5),
-    ball: (few) => (few ? new SphereGeometry(1, 16, 12) : new IcosahedronGeometry(1, 1)),
+    sphere: (bodies) => (bodies < many ? new SphereGeometry(1, 24, 16) : new SphereGeometry(1, 14, 8)),
+    cylinder: (bodies) => upright(new CylinderGeometry(1, 1, 2, bodies < many ? 32 : 14)),
+    rod: (bodies) => upright(new CylinderGeometry(1, 1, 1, bodies < 2000 ? 10 : 5)).translate(0, 0, 0.5),
+    ball: (bodies) => (bodies < 2000 ? new SphereGeometry(1, 16, 12) : new IcosahedronGeometry(1, 1)),
     plane: () => new BoxGeometry(2, 2, 1e-6),
 };
 
@@ -48,7 +49,7 @@ export class Drawing {
             const material = new MeshLambertMaterial({ transparent: opacity < 1, opacity });
             if (opacity < 1) material.depthWrite = false;
             if (geometry) material.side = DoubleSide;
-            this.batches.set(key, new Batch(geometry ?? unit[kind](this.data.bodies.length < 2000), material));
+            this.batches.set(key, new Batch(geometry ?? unit[kind](this.data.bodies.length), material));
         }
         return this.batches.get(key);
     }
@@ -150,7 +151,7 @@ export class Drawing {
             if (slides && !b.quaternion) this.sliding.push(k);
         });
         this.slideMaterial = new MeshLambertMaterial();
-        this.slides = new Pointers(unit.rod(true), this.slideMaterial, this.sliding.length);
+        this.slides = new Pointers(unit.rod(0), this.slideMaterial, this.sliding.length);
         this.group.add(this.slides.mesh);
     }
 

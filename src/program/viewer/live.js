@@ -32,25 +32,43 @@ function finder(files) {
     };
 }
 
-// All files below the entries that were dropped.
-async function readEntries(entries, files, folder = "") {
-    for (const entry of entries) {
-        const path = folder + entry.name;
-        if (entry.isFile) {
-            const file = await new Promise((done, failed) => entry.file(done, failed));
-            files.set(path, new Uint8Array(await file.arrayBuffer()));
-        } else {
-            const reader = entry.createReader();
-            for (let list; (list = await new Promise((done, failed) => reader.readEntries(done, failed))).length > 0;)
-                await readEntries(list, files, `${path}/`);
+const bytes = async (file) => new Uint8Array(await file.arrayBuffer());
+
+// All files below a folder: by its handle, else by its entry, which Chromium does not read for pages that are files.
+async function readHandle(folder, files, path) {
+    for await (const [name, one] of folder.entries()) {
+        if (one.kind === "directory") await readHandle(one, files, `${path}/${name}`);
+        else files.set(`${path}/${name}`, await bytes(await one.getFile()));
+    }
+}
+
+async function readEntry(folder, files, path) {
+    const reader = folder.createReader();
+    for (let list; (list = await new Promise((done, failed) => reader.readEntries(done, failed))).length > 0;)
+        for (const one of list) {
+            if (one.isDirectory) await readEntry(one, files, `${path}/${one.name}`);
+            else files.set(`${path}/${one.name}`, await bytes(await new Promise((done, failed) => one.file(done, failed))));
         }
+}
+
+// What was dropped; items tell nothing any more once the event is over.
+async function readDropped(items) {
+    const dropped = [...items].filter((item) => item.kind === "file").map((item) => {
+        const entry = item.webkitGetAsEntry?.(), folder = entry?.isDirectory;
+        return { entry, folder, file: folder ? null : item.getAsFile(), handle: folder && item.getAsFileSystemHandle?.() };
+    });
+    const files = new Map();
+    for (const { entry, folder, file, handle } of dropped) {
+        if (!folder) files.set(file.name, await bytes(file));
+        else if (handle) await readHandle(await handle, files, entry.name);
+        else await readEntry(entry, files, entry.name);
     }
     return files;
 }
 
 async function readList(list) {
     const files = new Map();
-    for (const file of list) files.set(file.webkitRelativePath || file.name, new Uint8Array(await file.arrayBuffer()));
+    for (const file of list) files.set(file.webkitRelativePath || file.name, await bytes(file));
     return files;
 }
 
@@ -86,7 +104,7 @@ async function open(text, name, files, options = {}) {
     const viewer = await show(data, (now) => simulation?.frame(now));
     simulation = new Simulation(model, viewer);
     const hand = new Hand(viewer, simulation), parameters = new Parameters($("parameters"), model, simulation);
-    running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.end()) };
+    running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.close()) };
     simulation.changed = () => {
         simulation.model.info.bodies.forEach(({ massless, mass }, k) => Object.assign(data.bodies[k], { massless, mass }));
         viewer.drawing.weigh();
@@ -121,8 +139,11 @@ function listen() {
     addEventListener("dragover", (event) => event.preventDefault());
     addEventListener("drop", async (event) => {
         event.preventDefault();
-        const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
-        openFiles(entries.length > 0 ? await readEntries(entries, new Map()) : await readList(event.dataTransfer.files));
+        try {
+            await openFiles(await readDropped(event.dataTransfer.items));
+        } catch (error) {
+            trouble(error.message);
+        }
     });
 }
 

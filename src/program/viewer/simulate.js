@@ -4,6 +4,7 @@ import { $ } from "./dom.js";
 
 const lengths = [1 / 480, 1 / 240, 1 / 120, 1 / 60]; // of steps, s: longer ones where they take too long
 const most = 0.05; // of real time in a frame, s
+const few = 45; // frames a second below which fewer pixels are drawn
 
 export class Simulation {
     constructor(model, viewer) {
@@ -93,7 +94,7 @@ export class Simulation {
 
     // Steps for the time that has passed, no more than fit into it.
     frame(now) {
-        const passed = Math.min(most, (now - (this.last ?? now)) / 1000);
+        const whole = (now - (this.last ?? now)) / 1000, passed = Math.min(most, whole);
         this.last = now;
         if (!this.playing) return;
         const begin = performance.now(), from = this.stepper.t, speed = Number($("speed").value), h = lengths[this.length];
@@ -104,20 +105,25 @@ export class Simulation {
             this.fail(error.message);
         }
         const taken = performance.now() - begin;
-        this.#judge(this.stepper.t - from, passed * speed, taken);
+        this.#judge({ done: this.stepper.t - from, wanted: whole * speed, taken, whole, frames: 1 });
         this.show();
     }
 
-    // Longer steps where real time is not kept; says how fast it is.
-    #judge(done, wanted, taken) {
-        this.sum ??= { done: 0, wanted: 0, taken: 0 };
-        for (const [name, x] of Object.entries({ done, wanted, taken })) this.sum[name] += x;
-        if (this.sum.wanted < 0.5) return;
-        const share = this.sum.done / this.sum.wanted;
+    // Longer steps where real time is not kept, fewer pixels where frames are few though steps are fast; says how fast it is.
+    #judge(frame) {
+        this.sum ??= { done: 0, wanted: 0, taken: 0, whole: 0, frames: 0 };
+        for (const [name, x] of Object.entries(frame)) this.sum[name] += x;
+        if (this.sum.whole < 0.5) return;
+        const { done, wanted, taken, whole, frames } = this.sum, share = done / wanted, busy = taken > 500 * whole;
+        const { stage } = this.viewer;
+        if (frames < few * whole && !busy && stage.sharpness > 0.5) {
+            stage.sharpness = Math.max(0.5, 0.7 * stage.sharpness);
+            this.viewer.fit();
+        }
         $("rate").textContent = share < 0.95 ? `${(share * Number($("speed").value)).toFixed(2)} × real time` : "";
-        this.rate = { share, load: this.sum.taken / (1000 * this.sum.wanted), h: lengths[this.length] };
+        this.rate = { share, load: taken / (1000 * whole), frames: frames / whole, h: lengths[this.length] };
         this.sum = undefined;
-        if (share < 0.9 && this.length < lengths.length - 1 && !this.pulled) {
+        if (share < 0.9 && busy && this.length < lengths.length - 1 && !this.pulled) {
             ++this.length;
             this.begin(this.state);
         }

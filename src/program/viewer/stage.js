@@ -28,6 +28,7 @@ export function coloursOf(root) {
 export class Stage {
     constructor(canvas) {
         this.renderer = new WebGLRenderer({ canvas, antialias: true });
+        this.sharpness = 1; // share of the screen's pixels along each axis
         this.scene = new Scene();
         this.camera = new PerspectiveCamera(40, 1, 0.01, 1000);
         this.camera.up.set(0, 0, 1);
@@ -102,7 +103,7 @@ export class Stage {
         colour.needsUpdate = true;
     }
 
-    fit(width, height, ratio = Math.min(2, window.devicePixelRatio)) {
+    fit(width, height, ratio = this.sharpness * Math.min(2, window.devicePixelRatio)) {
         this.renderer.setPixelRatio(ratio);
         this.renderer.setSize(width, height, false);
         this.camera.aspect = width / Math.max(1, height);
