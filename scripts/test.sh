@@ -104,7 +104,7 @@ if ! command -v gcc >/dev/null; then gcc=cc; fi
 no_runs=(-E '^(unit\.(batch|changed_fields|finite.*|fronts|loops_tree_start|memory|parallel|plane|refined|split|start_bytes|stepper_.*|sweeps|threads)|property\.(kept_rates|newton|verdicts))$')
 labels='^(unit|reference|property|linear)$' # in runs too little is asked of LAPACK
 long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|unit\.(finite_solvers|stepper_order|stepper_real_time)|property\.newton|example\.(12_elastic_support|14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|37_real_time|demo_tree)"
-no_packages=(-E '^package\.(core|ida)_static$') # core_static is tested by the minimal build
+no_packages=(-E '^package\.(core_shared|core_static|ida_static)$') # the minimal build tests core_static
 # names LABEL NAME...: these tests, without a group, of which CMake allows ten in an expression.
 names() {
     local label=$1

@@ -294,7 +294,7 @@ typedef struct foot {
 } foot;
 
 /* Derivatives of the normal by x and y. */
-static void bend(const spot *s, const double n[3], double by[2][3])
+static void curve_field(const spot *s, const double n[3], double by[2][3])
 {
     const double size = sqrt(1.0 + s->d[0] * s->d[0] + s->d[1] * s->d[1]);
     for (int k = 0; k < 2; ++k) {
@@ -323,7 +323,7 @@ static void try_foot(const probe *q, double x, double y, foot *t)
     }
     if (!q->half) return;
     double by[2][3], moved[3];
-    bend(&t->s, t->n, by);
+    curve_field(&t->s, t->n, by);
     for (int l = 0; l < 2; ++l) {
         mbsri_rotate3(K, by[l], moved);
         for (int k = 0; k < 2; ++k) t->H[k][l] += moved[k] + moved[2] * d[k];
@@ -442,7 +442,7 @@ static void fill_touch(const probe *q, const mbsri_placed *a, const mbsri_placed
     mbsri_rotate3(b->R, by, to->by_place);
     mbsri_add3(1.0, b->x, to->pa);
     mbsri_add3(1.0, b->x, to->pb);
-    bend(&t->s, t->n, bent);
+    curve_field(&t->s, t->n, bent);
     for (int k = 0; k < 2; ++k) mbsri_rotate3(b->R, bent[k], across[k]);
     for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j)

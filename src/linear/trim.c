@@ -234,7 +234,7 @@ static int product_columns(trim *w, mbsr_derivatives *by, mbsr_error *error)
 }
 
 /* Those of others, by central differences, or on one side where the other is refused. */
-static int difference_columns(trim *w, mbsr_error *error)
+static int trim_columns(trim *w, mbsr_error *error)
 {
     for (int k = 0, next = 0; k < w->params; ++k) {
         if (next < w->products.count && w->products.place[next] == k) {
@@ -383,7 +383,7 @@ static int linearise_trim(trim *w, mbsr_data *d, mbsr_error *error)
     mbsr_derivatives_destroy(by);
     if (!status) status = force_columns(w, d, error);
     if (!status) status = trim_balance(w, d, w->q, w->lambda, w->r, error);
-    if (!status) status = difference_columns(w, error);
+    if (!status) status = trim_columns(w, error);
     return status ? status : solve_step(w, error);
 }
 

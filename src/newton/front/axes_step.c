@@ -93,7 +93,7 @@ static void add_column(const double *from, int n, double *sigma, double *tau)
 }
 
 /* Of one on bodies alone. */
-static void add_forces(double *restrict F, const double *restrict from, int stride)
+static void add_axis_forces(double *restrict F, const double *restrict from, int stride)
 {
     for (int l = 0; l < ROWS; ++l, from += stride) {
         for (int r = 0; r < 6; ++r) F[l * ROWS + 6 + r] -= from[r];
@@ -101,7 +101,7 @@ static void add_forces(double *restrict F, const double *restrict from, int stri
 }
 
 /* Of one on joints alone; over q and u. */
-static void add_loads(knowns *k, const double *from, int n, int stride)
+static void add_axis_loads(knowns *k, const double *from, int n, int stride)
 {
     for (int l = 0; l < 2 * n; ++l, from += stride) {
         for (int r = 0; r < n; ++r) k->tau[ROWS + l][r] += from[6 + r];
@@ -140,11 +140,11 @@ static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, knowns 
             if (list[j] == 0) continue;
             const double *from = matrix + (size_t)column * (size_t)rows + row;
             if (alone)
-                add_loads(k, from + ROWS * (size_t)rows, n, rows);
+                add_axis_loads(k, from + ROWS * (size_t)rows, n, rows);
             else if (joint)
                 add_matrix(k, from, n, rows);
             else
-                add_forces(k->F, from, rows);
+                add_axis_forces(k->F, from, rows);
             row += 6 + n;
         }
         column += width;
