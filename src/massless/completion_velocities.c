@@ -111,7 +111,7 @@ static bool settled(const mbsr_completion *w, corrections now, corrections last,
  * rounding, and loop forces over and over by as little. */
 static bool stands(const mbsr_completion *w, corrections now, corrections last, bool fresh)
 {
-    static const double rounding = 4.0 * DBL_EPSILON;
+    static const double rounding = 64.0 * DBL_EPSILON;
     return w->m->rows > 0 && fresh && fmax(now.speed, last.speed) <= rounding && now.force < 1.0 &&
            now.force >= 0.5 * last.force;
 }

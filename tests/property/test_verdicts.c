@@ -251,8 +251,8 @@ static void nothing_left_to_move(void **state)
 static void loops_without_load(void **state)
 {
     (void)state;
-    static const uint64_t seed[] = {1855, 19071, 53747, 91565, 300077};
-    check_seeds(5, seed);
+    static const uint64_t seed[] = {1855, 19071, 53747, 91565, 300077, 301359};
+    check_seeds(6, seed);
 }
 
 /* What loop forces leave of a balance is a moment in the one system and a larger number in another.
