@@ -202,7 +202,8 @@ static int keep_balance(mbsr_completion *w)
  * that loops hold let x_q be no other: two solutions tell the part that decays as c grows; not the
  * first time, when loop forces may still have a share of c in them, from impulses. *loaded: by how
  * much of all forces loop forces have changed that the matrices are of. exactly: forces balance to
- * the last digit at the state, and do afterwards. */
+ * the last digit at the state, and do afterwards; where u is settled to fewer digits F_u is what u
+ * lacks, and no loop force takes it up. */
 static int solve_rates(mbsr_completion *w, bool exactly, double *loaded)
 {
     enum { MOST = 40 };

@@ -410,14 +410,14 @@ static void add_sizes(push *p)
  * impulses are without what that adds, where they meet what is missing. */
 static int run(push *p, double *tried)
 {
-    int status = find_changes(p), worst = -1;
+    int status = find_changes(p);
     if (!status) find_scales(p);
     if (!status) status = find_impulses(p, fmax(dependent, p->wrong));
     if (!status && p->wrong > dependent && worst_left(p, p->work) >= 0)
         status = find_impulses(p, dependent);
     if (status) return status;
     add_sizes(p);
-    worst = worst_left(p, p->work);
+    const int worst = worst_left(p, p->work);
     if (worst >= 0) return refuse(p, worst, p->work);
     for (int l = 0; l < p->k->count; ++l)
         mbsri_ax(p->m->nu, 1, p->pi[l], column(p, p->X, l), &(double){1.0}, tried);
