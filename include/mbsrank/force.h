@@ -228,9 +228,9 @@ MBSR_API mbsr_force_def mbsr_force_axis_friction(int a, int b, int axis, double 
  *
  * N/m, N/m^3, N s/m, free length l0 in m, none of them negative. A cable (one_sided) has no force
  * for l <= l0, and beyond, with the elastic force F of the first two terms, the force F + min(max(
- * damping l', -F), F). Where the two points coincide the line has no direction:
- * MBSR_DEGENERATE_FORCE, unless it needs none, because the element is a cable or l0 and damping are
- * zero. */
+ * damping l', -F), F). Where the two points coincide (with l0 > 0 or a function: but for
+ * rounding) the line has no direction: MBSR_DEGENERATE_FORCE, unless it needs none, because the
+ * element is a cable or l0 and damping are zero. */
 typedef struct mbsr_spring {
     double stiffness, cubic, damping, free_length;
     int one_sided;           /* 1: a cable, which pulls only */
@@ -259,8 +259,9 @@ MBSR_API mbsr_force_def mbsr_force_point_spring(int a, const double point_a[3], 
  * N s/m), none negative, NULL: all zero; the force acts at B's origin, its reaction on a at the
  * same point. J(theta) is the matrix of omega = J theta', so that the forces follow from the energy
  * 1/2 sum of stiffness theta^2 + 1/2 sum of stiffness e^2; since J^-T theta = theta, it shows only
- * where the angular stiffnesses differ. At |theta| = pi theta jumps, and the moment with it. Frames
- * that are left-handed or whose axes are not orthonormal to 1e-6 are refused. */
+ * where the angular stiffnesses differ. At |theta| = pi theta jumps, and the moment with it:
+ * MBSR_DEGENERATE_FORCE there, unless only entries without stiffness do. Frames that are
+ * left-handed or whose axes are not orthonormal to 1e-6 are refused. */
 MBSR_API mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_frame *B,
                                            const double stiffness[6], const double damping[6]);
 
@@ -298,8 +299,8 @@ MBSR_API mbsr_force_def mbsr_force_joint_cubic_spring(int body, int coordinate, 
  *
  * entry by entry along A's axes (N m/rad, N m s/rad), none negative, NULL: all zero. J(theta) is
  * the matrix of omega = J theta', so that tau follows from the energy 1/2 sum of stiffness theta^2;
- * as mbsr_force_bushing. The length of q does not matter. At |theta| = pi theta jumps, and tau with
- * it; a zero q gives MBSR_ZERO_QUATERNION. */
+ * as mbsr_force_bushing. The length of q does not matter. At |theta| = pi it has no direction, as
+ * there; a zero q gives MBSR_ZERO_QUATERNION. */
 MBSR_API mbsr_force_def mbsr_force_joint_rotation_spring(int body, const double stiffness[3],
                                                          const double damping[3],
                                                          const double rest[4]);

@@ -37,6 +37,7 @@ typedef struct bushing {
     double axes[9];             /* A's, in the world */
     double theta[3], e[3];      /* along them, and so are */
     double omega[3], e_rate[3]; /* zero while the energy is asked for */
+    bool half;                  /* theta is one of two (rotation.h) */
 } bushing;
 
 /* Axes in the world of the frame that stands at `frame` in the parameters. */
@@ -62,6 +63,7 @@ static void relative_pose(const mbsr_force_args *args, bushing *w)
     mbsri_multiply3(axes_a_t, axes_b, relative);
     mbsr_rotation_quaternion(relative, quaternion);
     mbsri_rotation_vector(quaternion, w->theta);
+    w->half = mbsri_turn_is_half(quaternion, w->theta, param + STIFFNESS);
     mbsri_marker_on(a, param + FRAME_A + ORIGIN, &w->at);
     mbsri_marker_on(b, param + FRAME_B + ORIGIN, &w->b);
     mbsri_marker_at(a, w->b.x, &w->a);
@@ -97,6 +99,7 @@ static int evaluate(const mbsr_force_args *args)
     bushing w;
     double moment[3], force[3];
     relative_pose(args, &w);
+    if (w.half) return MBSR_DEGENERATE_FORCE;
     exert(args, &w, force, moment);
     mbsri_push(args->body, &w.a, 1.0, force, moment);
     mbsri_push(args->body + 1, &w.b, -1.0, force, moment);
@@ -158,6 +161,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     bushing w;
     seen d;
     relative_pose(args, &w);
+    if (w.half) return MBSR_DEGENERATE_FORCE;
     exert(args, &w, force, moment);
     see_motion(&c, &w, &d);
     mbsri_turning_stiffness(w.theta, stiffness, T);

@@ -23,13 +23,14 @@ static void unrotated(const double q[4], const double r[4], double p[4])
     for (int k = 1; k < 4; ++k) p[k] += r[0] * q[k] - q[0] * r[k];
 }
 
-/* theta, and n along q of a length that can be squared. */
-static int rotation_vector_of(const mbsr_force_args *args, double n[4], double theta[3])
+/* theta, and n along q of a length that can be squared; half: whether theta is one of two. */
+static int rotation_vector_of(const mbsr_force_args *args, double n[4], double theta[3], bool *half)
 {
     double p[4];
     if (!mbsri_scale4(args->body->q, n)) return MBSR_ZERO_QUATERNION;
     unrotated(n, args->force->param + REST, p);
     mbsri_rotation_vector(p, theta);
+    *half = mbsri_turn_is_half(p, theta, args->force->param + STIFFNESS);
     return MBSR_OK;
 }
 
@@ -39,8 +40,9 @@ static int evaluate(const mbsr_force_args *args)
     const double *stiffness = args->force->param + STIFFNESS,
                  *damping = args->force->param + DAMPING;
     double n[4], theta[3], moment[3];
-    const int status = rotation_vector_of(args, n, theta);
-    if (status) return status;
+    bool half;
+    const int status = rotation_vector_of(args, n, theta, &half);
+    if (status || half) return status ? status : MBSR_DEGENERATE_FORCE;
     for (int k = 0; k < 3; ++k) moment[k] = stiffness[k] * theta[k];
     mbsri_unturn(theta, moment, moment);
     for (int k = 0; k < 3; ++k) body->tau[k] -= moment[k] + damping[k] * body->u[k];
@@ -55,8 +57,9 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
               q_column = mbsri_q_column(body, out->column[0]),
               u_column = mbsri_u_column(body, out->column[0]);
     double n[4], theta[3], T[9];
-    const int status = rotation_vector_of(args, n, theta);
-    if (status) return status;
+    bool half;
+    const int status = rotation_vector_of(args, n, theta, &half);
+    if (status || half) return status ? status : MBSR_DEGENERATE_FORCE;
     mbsri_turning_stiffness(theta, param + STIFFNESS, T);
     const double scale = 2.0 / (n[0] * body->q[0] + mbsri_dot3(n + 1, body->q + 1));
     for (int c = 0; c < 4; ++c) {
@@ -75,7 +78,8 @@ static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const double *stiffness = args->force->param + STIFFNESS;
     double n[4], theta[3];
-    const int status = rotation_vector_of(args, n, theta);
+    bool half;
+    const int status = rotation_vector_of(args, n, theta, &half);
     if (status) return status;
     for (int k = 0; k < 3; ++k) *energy_out += 0.5 * stiffness[k] * theta[k] * theta[k];
     return MBSR_OK;

@@ -7,6 +7,9 @@
 #include "forces/springs.h"
 #include "forces/stock.h"
 
+#include <float.h>
+#include <math.h>
+
 /* RATE, of a law by function: typical of the length in the model, m/s (mbsri_spring_set_rate). */
 enum { STIFFNESS, DAMPING, REST, CUBIC, POINT_A, POINT_B = POINT_A + 3, RATE = POINT_B + 3 };
 
@@ -43,6 +46,19 @@ static int law(const mbsr_force_def *def, double x, double v, double *force, dou
     return MBSR_OK;
 }
 
+/* Whether the line has a direction. Where force is left as the length goes to zero that is rounding
+ * of the ends, for a line no longer than this. */
+static bool has_direction(const mbsr_force_def *def, const line *w)
+{
+    static const double rounding = 8.0 * DBL_EPSILON;
+    double size = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        size += fabs(w->a.x[k]) + fabs(w->b.x[k]);
+        size += fabs(w->a.arm[k]) + fabs(w->b.arm[k]);
+    }
+    return w->length > (def->spring || def->param[REST] > 0.0 ? rounding * size : 0.0);
+}
+
 /* The force may be written as a smooth factor times e, without the line's direction. */
 static bool needs_no_direction(const mbsr_force_def *def)
 {
@@ -54,7 +70,7 @@ static bool needs_no_direction(const mbsr_force_def *def)
 static int tension(const mbsr_force_args *args, const line *w, double *force, double *power)
 {
     const mbsr_force_def *def = args->force;
-    if (!(w->length > 0.0)) {
+    if (!has_direction(def, w)) {
         return !def->spring && def->option[0] != 0 ? MBSR_OK : MBSR_DEGENERATE_FORCE;
     }
     double v[3];
@@ -211,7 +227,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
         smooth_pull(args->force, &w, &f);
     } else {
         double none = 0.0;
-        if (!(w.length > 0.0)) return tension(args, &w, &none, NULL);
+        if (!has_direction(args->force, &w)) return tension(args, &w, &none, NULL);
         const int status = directed_pull(args->force, &w, &f);
         if (status) return status;
     }

@@ -4,6 +4,7 @@
 
 #include "algebra/space3.h"
 
+#include <float.h>
 #include <math.h>
 #include <stddef.h>
 
@@ -14,6 +15,18 @@ void mbsri_rotation_vector(const double quaternion[4], double theta[3])
     const double size = mbsri_norm3(quaternion + 1);
     const double factor = sign * (size > 0.0 ? 2.0 * atan2(size, w) / size : 2.0 / w);
     for (int k = 0; k < 3; ++k) theta[k] = factor * quaternion[1 + k];
+}
+
+bool mbsri_turn_is_half(const double quaternion[4], const double theta[3], const double *stiffness)
+{
+    static const double rounding = 8.0 * DBL_EPSILON, nothing = 1e-8;
+    double counts = 0.0, most = 0.0;
+    if (fabs(quaternion[0]) > rounding * mbsri_norm3(quaternion + 1)) return false;
+    for (int k = 0; k < 3; ++k) {
+        counts = fmax(counts, stiffness[k] * fabs(theta[k]));
+        most = fmax(most, stiffness[k]);
+    }
+    return counts > nothing * most;
 }
 
 /* s and its derivative with respect to |theta|^2; the series where the closed form cancels,

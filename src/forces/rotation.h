@@ -10,11 +10,17 @@
 #ifndef MBSRI_ROTATION_H
 #define MBSRI_ROTATION_H
 
+#include <stdbool.h>
+
 /* s of |theta|^2, and its derivative (slope may be NULL). */
 double mbsri_turn_factor(double square, double *slope);
 
 /* theta of a quaternion of any length whose square neither overflows nor vanishes. */
 void mbsri_rotation_vector(const double quaternion[4], double theta[3]);
+
+/* Whether this quaternion's angle is pi but for rounding, so that theta may as well be -theta, and
+ * the entries of theta that count are not zero: those with stiffness (3). */
+bool mbsri_turn_is_half(const double quaternion[4], const double theta[3], const double *stiffness);
 
 /* y = J^-T(theta) x; they may be the same. */
 void mbsri_unturn(const double theta[3], const double x[3], double y[3]);

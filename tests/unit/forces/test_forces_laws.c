@@ -150,6 +150,49 @@ static void springs_without_length_need_no_direction_or_say_so(void **state)
     }
 }
 
+/* As far apart as the rounding of their places. */
+static void a_free_length_needs_a_direction_that_is_not_rounding(void **state)
+{
+    (void)state;
+    const struct {
+        double apart, free_length, damping;
+        int status;
+    } cases[] = {{1e-16, 1.0, 0.0, MBSR_DEGENERATE_FORCE},
+                 {1e-12, 1.0, 0.0, MBSR_OK},
+                 {1e-16, 0.0, 1.0, MBSR_OK}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; ++k) {
+        const double a[3] = {0.7, 0.0, 0.0}, b[3] = {0.7 + cases[k].apart, 0.0, 0.0};
+        const mbsr_force_def def = mbsr_force_point_spring(0, a, MBSR_GROUND, b, 2.0,
+                                                           cases[k].damping, cases[k].free_length);
+        test_part part[2];
+        body_and_ground(part);
+        assert_int_equal(test_ask(&def, part, 2, TEST_FORCES, NULL), cases[k].status);
+    }
+}
+
+/* A hinge about z that is free turns through pi; what tilts by pi has nowhere to go back to. */
+static void a_bushing_at_half_a_turn_has_no_direction_where_it_is_stiff(void **state)
+{
+    (void)state;
+    const double none[6] = {0}, hinge[6] = {5, 5, 0, 1, 1, 1}, stiff[6] = {5, 5, 5, 1, 1, 1};
+    const double *of[] = {hinge, stiff};
+    for (int k = 0; k < 2; ++k) {
+        for (int l = 0; l < 2; ++l) {
+            const mbsr_frame B = mbsr_frame_rotated(
+                (const double[3]){0, 0, 0}, (const double[3]){0, 0, 1}, pi - (l ? 1e-9 : 0.0));
+            const mbsr_force_def def = mbsr_force_bushing(MBSR_GROUND, NULL, 0, &B, of[k], none);
+            test_part part[2];
+            double value;
+            body_and_ground(part);
+            const test_part first = part[0];
+            part[0] = part[1], part[1] = first;
+            const int status = k == 1 && l == 0 ? MBSR_DEGENERATE_FORCE : MBSR_OK;
+            assert_int_equal(test_ask(&def, part, 2, TEST_FORCES, NULL), status);
+            assert_int_equal(test_ask(&def, part, 2, TEST_ENERGY, &value), MBSR_OK);
+        }
+    }
+}
+
 static void what_a_law_returns_is_passed_on(void **state)
 {
     (void)state;
@@ -637,6 +680,8 @@ int main(void)
         cmocka_unit_test(a_spring_without_free_length_pulls_along_its_ends),
         cmocka_unit_test(a_cable_pulls_and_never_pushes),
         cmocka_unit_test(springs_without_length_need_no_direction_or_say_so),
+        cmocka_unit_test(a_free_length_needs_a_direction_that_is_not_rounding),
+        cmocka_unit_test(a_bushing_at_half_a_turn_has_no_direction_where_it_is_stiff),
         cmocka_unit_test(what_a_law_returns_is_passed_on),
         cmocka_unit_test(a_bushing_holds_as_calculated_by_hand),
         cmocka_unit_test(a_bushing_of_equal_stiffnesses_turns_back_along_its_rotation_vector),
