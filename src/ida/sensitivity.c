@@ -82,6 +82,7 @@ static int prepare_run(mbsr_sensitivity *s, mbsr_error *error)
     }
     if (!status) status = mbsr_data_create(m, &s->data, error);
     if (!status) status = mbsri_sensitivity_driver(s, error);
+    if (!status) status = mbsri_sensitivity_find_sides(s, error);
     if (status) return status;
     s->work = mbsri_sensitivity_take(4 * (size_t)s->size + (size_t)s->parameters);
     s->given =
@@ -119,6 +120,7 @@ void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity)
     mbsr_ida_destroy(s->ida);
     mbsr_derivatives_destroy(s->derivatives);
     mbsr_data_destroy(s->data);
+    mbsri_sensitivity_free_sides(&s->sides);
     free(s->step.data);
     free(s->state.data);
     free(s->time.data);
