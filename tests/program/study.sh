@@ -192,12 +192,13 @@ if mount -t tmpfs -o size=64k tmpfs disk 2>/dev/null; then
     write disk 'model quarter_car.xml' 'run --t-end 0.3 --start pushed --step 0.01' 'sample latin 30 seed 4' \
         'vary bodies.body.mass 250 400' 'keep damper every 0.01 to 0.3'
     ends 0 'at more times' study disk.study -o roomy.csv
-    cp one.csv disk/old.csv
+    head -5 one.csv >old.csv
+    cp old.csv disk/old.csv
     for room in 56 44 32; do # kB taken: the journal finds no room, then the result
         dd if=/dev/zero of=disk/filler bs=1k count=$room 2>/dev/null
         ends 4 'cannot be written: No space left' study disk.study -o disk/a.csv
         [ ! -e disk/a.csv ] || fail "full disk: there is a result beside $room kB"
-        cmp -s disk/old.csv one.csv || fail "full disk: what was there has changed"
+        cmp -s disk/old.csv old.csv || fail "full disk: what was there has changed"
         rm disk/filler
     done
     ends 0 'at more times' study disk.study -o disk/a.csv
