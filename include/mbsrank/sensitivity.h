@@ -62,8 +62,9 @@ MBSR_API void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity); /* NULL i
  *
  * MBSR_ERR_NULL, MBSR_ERR_VALUE (times), MBSR_NOT_FINITE; MBSR_ERR_SPACE: a mass, moment or
  * armature of zero is chosen where directions without mass are, which another value would take
- * away, or a force jumps where it takes another branch, by name; statuses of mbsr_dae_consistent
- * and mbsr_ida_advance, MBSR_RANK_CHANGED among them. After a failure there is no run. */
+ * away; a force jumps where it takes another branch; one does, springs alone hold directions
+ * without mass, and frames of joints are chosen; statuses of mbsr_dae_consistent and
+ * mbsr_ida_advance, MBSR_RANK_CHANGED among them. After a failure there is no run. */
 MBSR_API int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, const double *q,
                                   const double *u, int times, const double *time, double *q_at,
                                   double *u_at);

@@ -55,6 +55,8 @@ static int check_parameter(mbsr_sensitivity *s, int k, mbsr_error *error)
                               "mbsr_sensitivity_create: %.100s: closures would open with the frame "
                               "of a joint",
                               p.name);
+    if (p.part == MBSR_PARAMETER_JOINT && !s->frame[0])
+        snprintf(s->frame, sizeof s->frame, "%s", p.name);
     const bool mass = p.part == MBSR_PARAMETER_MASS || p.part == MBSR_PARAMETER_TENSOR ||
                       p.part == MBSR_PARAMETER_MOMENT || p.part == MBSR_PARAMETER_ARMATURE;
     if (mass && p.value == 0.0 && s->zero == MBSR_NONE) {

@@ -66,6 +66,8 @@ struct mbsr_sensitivity {
     double *work;     /* 4 size + parameters: of the formulas below */
     int zero;         /* the first parameter that is a mass of zero; MBSR_NONE */
     char named[96];   /* its name */
+    bool elastic;     /* there are directions without mass that springs alone hold */
+    char frame[96];   /* name of the first parameter of a joint's frame; "": there is none */
     mbsri_sides sides;
     mbsr_error error;
 };

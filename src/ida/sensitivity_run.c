@@ -50,6 +50,15 @@ static int keep_parts(mbsr_sensitivity *s, double from, double to, bool crossed)
     return status;
 }
 
+/* u of directions that springs alone hold jumps there, and a frame turns these. */
+static int refuse_frame(mbsr_sensitivity *s, double t)
+{
+    return mbsri_ida_refuse(&s->error, MBSR_ERR_SPACE,
+                            "mbsr_sensitivity_run: %s: at t = %.10g a law takes another branch "
+                            "where springs alone hold directions without mass",
+                            s->frame, t);
+}
+
 /* A step that has ended there. Where an element takes another branch within it there is a node, and
  * a segment begins. */
 static int keep_step(mbsr_sensitivity *s, const mbsr_ida_progress *now)
@@ -65,6 +74,7 @@ static int keep_step(mbsr_sensitivity *s, const mbsr_ida_progress *now)
     for (int k = 0; k < MOST && !status; ++k) {
         status = mbsri_sensitivity_cross(s, from, now->t, &before, &behind);
         if (status || !(before < now->t)) break;
+        if (s->elastic && s->frame[0]) return refuse_frame(s, before);
         if (before - from > short_of * h) {
             status = keep_parts(s, from, before, crossed);
             if (!status)
@@ -193,6 +203,7 @@ static int start_run(mbsr_sensitivity *s, double t0, const double *q, const doub
                                 s->named, info.null_directions);
     memcpy(found, y, nq * sizeof *y);
     memcpy(found + nq, y + nq + nu, nu * sizeof *y);
+    s->elastic = info.elastic != 0;
     s->unit = mbsr_model_closures(m) == 0;
     s->plain = info.null_directions == 0 && s->unit;
     status = mbsr_ida_start(s->ida, t0, y, yp);

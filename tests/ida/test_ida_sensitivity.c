@@ -390,6 +390,37 @@ static void a_stop_is_hit(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A stop on a body without mass between two springs: its velocity jumps where the stop is hit. */
+static void a_stop_without_mass(void **state)
+{
+    (void)state;
+    mbsr_model *m = run_model();
+    const int a = run_cart(m, "a", MBSR_GROUND, 0.0), b = run_cart(m, "b", a, 2.0);
+    run_force(m, mbsr_force_joint_spring(a, 0, 30.0, 0.0, 0.0));
+    run_force(m, mbsr_force_joint_spring(b, 0, 50.0, 0.0, 0.0));
+    run_force(m, mbsr_force_joint_stop(a, 0, -INFINITY, 0.05, 200.0, 0.0));
+    run_finish(m);
+    subject s = begin(m, 1.0);
+    s.u[1] = 1.0;
+    choose_all(&s, "force2.stiffness"), choose_all(&s, "force0.stiffness");
+    choose_all(&s, "force1.stiffness"), choose_all(&s, "b.mass"), choose_all(&s, "force2.upper");
+    check("series", &s);
+    /* frames that turn the direction without mass */
+    s = begin(m, 1.0);
+    s.u[1] = 1.0;
+    choose_all(&s, "bodies.b.joint_position[1]");
+    assert_int_equal(s.count, 1);
+    mbsr_sensitivity *sensitivity = NULL;
+    const mbsr_sensitivity_opt opt = options(&s);
+    assert_ok(mbsr_sensitivity_create(m, &opt, &sensitivity, NULL), NULL);
+    assert_refused(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, TIMES, s.time, NULL, NULL),
+                   mbsr_sensitivity_error(sensitivity), MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+                   "bodies.b.joint_position[1]: at t = ");
+    mbsr_sensitivity_destroy(sensitivity);
+    mbsr_parameters_destroy(s.list);
+    mbsr_model_destroy(m);
+}
+
 /* Derivatives in the stiffness at the times of s against those given, and those in the mass, of
  * what depends on stiffness over mass alone. */
 static void compare_with(subject *s, double stiffness, double mass, const double *dx,
@@ -638,12 +669,19 @@ static void calls_are_checked(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_papers_problems), cmocka_unit_test(a_tree_in_space),
-        cmocka_unit_test(closed_models),       cmocka_unit_test(flexible_bodies),
-        cmocka_unit_test(a_force_jumps),       cmocka_unit_test(the_closed_form),
-        cmocka_unit_test(a_stop_is_hit),       cmocka_unit_test(a_ball_on_a_stop),
-        cmocka_unit_test(a_cable_goes_slack),  cmocka_unit_test(a_force_that_jumps_is_refused),
-        cmocka_unit_test(options_are_checked), cmocka_unit_test(calls_are_checked),
+        cmocka_unit_test(the_papers_problems),
+        cmocka_unit_test(a_tree_in_space),
+        cmocka_unit_test(closed_models),
+        cmocka_unit_test(flexible_bodies),
+        cmocka_unit_test(a_force_jumps),
+        cmocka_unit_test(the_closed_form),
+        cmocka_unit_test(a_stop_is_hit),
+        cmocka_unit_test(a_ball_on_a_stop),
+        cmocka_unit_test(a_stop_without_mass),
+        cmocka_unit_test(a_cable_goes_slack),
+        cmocka_unit_test(a_force_that_jumps_is_refused),
+        cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(calls_are_checked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
