@@ -168,7 +168,7 @@ static void check(const char *name, subject *s)
             sum += w_q[l] * dq[k * all_q + l], size += fabs(w_q[l] * dq[k * all_q + l]);
         for (int l = 0; l < all_u; ++l)
             sum += w_u[l] * du[k * all_u + l], size += fabs(w_u[l] * du[k * all_u + l]);
-        assert_less(fabs(by[k] - sum), 1e-8 * size + 1e-14);
+        assert_less(fabs(by[k] - sum), 1e-11 * size + 1e-14);
         if (k % every != 0) continue;
         difference(s, k, scale, dq_runs, du_runs);
         for (int l = 0; l < all_q; ++l) dq[k * all_q + l] *= scale;
