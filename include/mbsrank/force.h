@@ -67,7 +67,7 @@ typedef struct mbsr_force_derivatives {
     const int *row, *column;
 } mbsr_force_derivatives;
 
-#define MBSR_FORCE_TABLE_VERSION 2u
+#define MBSR_FORCE_TABLE_VERSION 3u
 
 /* The element acts on every body of the tree: called once a body, with that body alone. */
 #define MBSR_FORCE_EVERY_BODY 1u
@@ -135,6 +135,11 @@ typedef struct mbsr_force_table {
      * the ground may be one. derivatives is then called for each of them, with args->pair, and adds
      * what follows from this pair; its row and column have two entries. */
     int (*pairs)(const mbsr_force_args *args, int (*pair)[2], int *count);
+
+    /* Optional, for sensitivity.h: a number of the branch that the law takes at this state, as of a
+     * stop that is hit or not; f and tau of args are NULL. Forces are continuous where it changes,
+     * their derivatives may jump. */
+    double (*side)(const mbsr_force_args *args);
 } mbsr_force_table;
 
 /* A force as function of time: writes `n` components. Returns 0 or a status. */

@@ -54,8 +54,9 @@ typedef struct mbsr_newton_opt {
                  kB; what they do not serve, closures and elements across mixed trees too, is
                  refused with MBSR_ERR_LEAN; default 0 */
     int products; /* 1: memory for mbsr_newton_linearise, some 10 kB a body; not lean; default 0 */
-    int transposes; /* 1: mbsr_newton_solve_transposed serves: all bodies are passed by the front,
-                 as with by_blocks; not lean; default 0 */
+    int transposes; /* 1: mbsr_newton_solve_transposed serves. Models with closures, elements
+                 across or bodies of several kinds are passed by the front, as with by_blocks; not
+                 lean; default 0 */
 } mbsr_newton_opt;
 
 MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);

@@ -56,13 +56,15 @@ MBSR_API void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity); /* NULL i
  * be NULL. Steps are kept, 16 bytes for each number of y and step, and solvers for forward and
  * adjoint made, by malloc and the model's allocator. What the equations read must be functions of
  * time and state alone: it is read again later. Forces may jump at times that the model's tables or
- * opt.ida.kink name. Where a state passes a border they must be continuous, as those of all stock
- * elements are; jumps there are not noticed.
+ * opt.ida.kink name. Where an element takes another branch (`side` of its table, force.h), as
+ * stops, cables, contacts, limits and teeth do, steps are divided. Forces must be continuous there,
+ * as those of all stock elements are. Borders that no `side` tells are not noticed.
  *
  * MBSR_ERR_NULL, MBSR_ERR_VALUE (times), MBSR_NOT_FINITE; MBSR_ERR_SPACE: a mass, moment or
  * armature of zero is chosen where directions without mass are, which another value would take
- * away; statuses of mbsr_dae_consistent and mbsr_ida_advance, MBSR_RANK_CHANGED among them. After a
- * failure there is no run. */
+ * away; a force jumps where it takes another branch; one does, springs alone hold directions
+ * without mass, and frames of joints are chosen; statuses of mbsr_dae_consistent and
+ * mbsr_ida_advance, MBSR_RANK_CHANGED among them. After a failure there is no run. */
 MBSR_API int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, const double *q,
                                   const double *u, int times, const double *time, double *q_at,
                                   double *u_at);

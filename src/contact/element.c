@@ -89,6 +89,16 @@ static int note_point(void *user, const mbsri_touch *t)
     return MBSR_OK;
 }
 
+/* Which shapes touch, at how many points, and whether they are torn apart. */
+static int add_side(void *user, const mbsri_touch *t)
+{
+    visit *v = user;
+    mbsri_action f;
+    mbsri_act(&v->law, t, touching_body(v, t, true), touching_body(v, t, false), &f);
+    v->sum += (v->a + 1.0) * (v->b + 1.0) + (f.normal > 0.0 ? 0.0 : 0.5);
+    return MBSR_OK;
+}
+
 typedef int (*purpose)(void *user, const mbsri_touch *touch);
 
 /* The points of shapes a and b. */
@@ -139,6 +149,12 @@ static int dissipation(const mbsr_force_args *args, double *power)
     const int status = visit_all(&v, add_heat);
     *power += v.sum;
     return status;
+}
+
+static double side_of_touches(const mbsr_force_args *args)
+{
+    visit v = {.args = args};
+    return visit_all(&v, add_side) ? 0.0 : v.sum;
 }
 
 /* ---- pairs of bodies ---- */
@@ -237,6 +253,7 @@ const mbsr_force_table mbsri_contacts_table = {
     .derivatives = derivatives,
     .needs = needs,
     .pairs = pairs,
+    .side = side_of_touches,
 };
 
 /* ---- the report ---- */

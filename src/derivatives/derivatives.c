@@ -176,7 +176,7 @@ static int bend(mbsr_derivatives *w)
 }
 
 /* The linearised inverse dynamics at the state, with the loop forces `lambda` where there are
- * closures. */
+ * closures; NULL: without what changes their accelerations, which nobody asks for. */
 static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, const double *u,
                              const double *udot, const double *lambda)
 {
@@ -194,7 +194,7 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     mbsri_linear_mark_all(w->linear);
     mbsri_inverse(m, d, udot);
     status = mbsri_linear_keep(w->linear, d);
-    if (!status) status = bend(w);
+    if (!status && lambda) status = bend(w);
     if (!status) status = mbsri_seeds_find(&w->seeds, w->linear, d);
     if (!status && m->order.grouped) status = mbsri_backward(m, d);
     return status;

@@ -62,6 +62,56 @@ static double span_of_law(const mbsr_model *m, const mbsri_parameter *p, double 
     return value != 0.0 ? fabs(value) : way && m->typical.length > 0.0 ? m->typical.length : 1.0;
 }
 
+/* Places and weights of a difference over `at`, in steps: central; or, where the element takes
+ * another branch there, on the side on which it does not. */
+typedef struct stencil {
+    int count;
+    double h, place[5], weight[5];
+} stencil;
+
+/* Whether the element, defined as `def`, is on the branch `side` where parameter x of it is moved
+ * by up to `steps` times h. */
+static bool stays_on(mbsr_data *d, const mbsri_force *force, int bodies, mbsr_force_def *def,
+                     double *x, double side, double h, int steps)
+{
+    const double at = *x;
+    bool stays = true;
+    for (int k = 1; k <= steps && stays; ++k) {
+        mbsr_force_args args = mbsri_force_args(d, force, bodies);
+        args.force = def;
+        *x = at + k * h;
+        stays = def->table->side(&args) == side;
+    }
+    *x = at;
+    return stays;
+}
+
+static stencil choose_stencil(mbsr_data *d, const mbsri_force *force, int bodies,
+                              mbsr_force_def *def, double *x, double h)
+{
+    static const stencil one_sided = {
+        5, 0.0, {0.0, 1.0, 2.0, 3.0, 4.0}, {-25.0, 48.0, -36.0, 16.0, -3.0}};
+    enum { SHORTER = 8 }; /* by this, where there is a border on both sides */
+    stencil central = {.count = 4, .h = h};
+    for (int l = 0; l < 4; ++l) {
+        central.place[l] = mbsri_difference_place(l);
+        central.weight[l] = mbsri_difference_weight(l);
+    }
+    if (!def->table->side) return central;
+    const mbsr_force_args args = mbsri_force_args(d, force, bodies);
+    const double side = def->table->side(&args);
+    for (int again = 0; again < 3; ++again, h /= SHORTER) {
+        stencil other = one_sided;
+        const bool up = stays_on(d, force, bodies, def, x, side, h, 4),
+                   down = stays_on(d, force, bodies, def, x, side, -h, 4);
+        if (up && down) break;
+        other.h = up ? h : -h;
+        if (up || down) return other;
+    }
+    central.h = h;
+    return central;
+}
+
 /* One call of element `force`, for body i where it acts on every one. */
 static int differentiate_law(const mbsri_seeds *s, const mbsri_parameter *p, const mbsr_model *m,
                              mbsr_data *d, const mbsri_force *force, int i, double *to)
@@ -70,11 +120,12 @@ static int differentiate_law(const mbsri_seeds *s, const mbsri_parameter *p, con
     double *x = other.param + p->place;
     const double at = *x, h = mbsri_difference_step(at, span_of_law(m, p, at));
     const int bodies = mbsri_force_bodies(m, d, force, i);
+    const stencil by = choose_stencil(d, force, bodies, &other, x, h);
     int status = MBSR_OK;
-    for (int l = 0; l < 4 && !status; ++l) {
-        *x = at + mbsri_difference_place(l) * h;
-        status = sample_element(m, d, force, &other, bodies,
-                                mbsri_difference_weight(l) / (12.0 * h), s->work, to);
+    for (int l = 0; l < by.count && !status; ++l) {
+        *x = at + by.place[l] * by.h;
+        status =
+            sample_element(m, d, force, &other, bodies, by.weight[l] / (12.0 * by.h), s->work, to);
     }
     return status;
 }

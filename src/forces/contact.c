@@ -178,6 +178,14 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     return MBSR_OK;
 }
 
+/* Of an exponent above 1 the derivatives are continuous where contact begins, theirs are not. */
+static double touch_side(const mbsr_force_args *args)
+{
+    touch w;
+    if (!find_contact(args, &w)) return 0.0;
+    return w.force > 0.0 ? 1.0 : 2.0;
+}
+
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     touch w;
@@ -246,6 +254,7 @@ static const mbsr_force_table contact_table = {
     .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
+    .side = touch_side,
 };
 
 mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact)

@@ -83,6 +83,13 @@ static int servo_derivatives(const mbsr_force_args *args, const mbsr_force_deriv
     return status;
 }
 
+static double servo_side(const mbsr_force_args *args)
+{
+    double effort;
+    bool limited;
+    return servo_effort(args, &effort, &limited) || !limited ? 0.0 : copysign(1.0, effort);
+}
+
 static int servo_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
     const mbsr_force_def *def = args->force;
@@ -115,6 +122,7 @@ static const mbsr_force_table servo_table = {
     .check_fields = one_body,
     .parameter = servo_parameter,
     .derivatives = servo_derivatives,
+    .side = servo_side,
 };
 
 mbsr_force_def mbsr_force_joint_servo(int body, int coordinate, const mbsr_servo *servo)
@@ -160,6 +168,18 @@ static int curve_derivatives(const mbsr_force_args *args, const mbsr_force_deriv
     return status;
 }
 
+/* The next kink. */
+static double curve_side(const mbsr_force_args *args)
+{
+    double next = 0.0;
+    int derivative;
+    return mbsr_table_kink(args->force->user, args->body->u[args->force->option[0]], 1, &next,
+                           &derivative) ||
+                   derivative != 1
+               ? 0.0
+               : next;
+}
+
 static int curve_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
     return check_coordinate(args, 0, args->force->option[0], false, text);
@@ -180,6 +200,7 @@ static const mbsr_force_table curve_table = {
     .check = curve_check,
     .check_fields = curve_check_fields,
     .derivatives = curve_derivatives,
+    .side = curve_side,
 };
 
 bool mbsri_reads_table(const mbsr_force_def *def)
@@ -258,6 +279,16 @@ static int gear_derivatives(const mbsr_force_args *args, const mbsr_force_deriva
     return MBSR_OK;
 }
 
+static double gear_side(const mbsr_force_args *args)
+{
+    const double *param = args->force->param;
+    double sign, rate;
+    const double x = mesh(args, &sign, &rate);
+    return param[BACKLASH] > 0.0
+               ? sign * mbsri_one_sided_branch(param[STIFFNESS] * x, param[DAMPING] * rate)
+               : 0.0;
+}
+
 static int gear_energy(const mbsr_force_args *args, double *energy)
 {
     double sign, rate;
@@ -318,6 +349,7 @@ static const mbsr_force_table gear_table = {
     .check_fields = gear_check_fields,
     .parameter = gear_parameter,
     .derivatives = gear_derivatives,
+    .side = gear_side,
 };
 
 mbsr_force_def mbsr_force_gear(int a, int coordinate_a, int b, int coordinate_b,

@@ -179,6 +179,16 @@ static int stop_dissipation(const mbsr_force_args *args, double *power)
     return MBSR_OK;
 }
 
+/* Negative at the lower stop. */
+static double stop_side(const mbsr_force_args *args)
+{
+    const double *param = args->force->param;
+    double side;
+    const double elastic = param[MBSRI_STOP_STIFFNESS] * depth(args, &side),
+                 rate = side * args->body->u[args->force->option[0]];
+    return side * mbsri_one_sided_branch(elastic, param[MBSRI_STOP_DAMPING] * rate);
+}
+
 static int stop_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
     const double *param = args->force->param;
@@ -221,6 +231,7 @@ static const mbsr_force_table stop_table = {
     .check_fields = stop_check_fields,
     .parameter = stop_parameter,
     .derivatives = stop_derivatives,
+    .side = stop_side,
 };
 
 mbsr_force_def mbsr_force_joint_stop(int body, int coordinate, double lower, double upper,

@@ -258,6 +258,22 @@ static int dissipation(const mbsr_force_args *args, double *power)
     return tension(args, &w, &force, power);
 }
 
+/* Of a cable. */
+static double cable_side(const mbsr_force_args *args)
+{
+    const mbsr_force_def *def = args->force;
+    const double *param = def->param;
+    line w;
+    if (def->spring || def->option[0] == 0) return 0.0;
+    find_line(args, &w);
+    const double s = w.length - param[REST];
+    if (!(s > 0.0) || !(w.length > 0.0)) return 0.0;
+    double v[3];
+    for (int k = 0; k < 3; ++k) v[k] = w.a.v[k] - w.b.v[k];
+    return mbsri_one_sided_branch((param[STIFFNESS] + param[CUBIC] * s * s) * s,
+                                  param[DAMPING] * mbsri_dot3(w.e, v) / w.length);
+}
+
 static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
     const mbsr_force_def *def = args->force;
@@ -297,6 +313,7 @@ static const mbsr_force_table point_table = {
     .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
+    .side = cable_side,
 };
 
 mbsr_force_def mbsr_force_spring(int a, const double point_a[3], int b, const double point_b[3],

@@ -62,6 +62,13 @@ static inline void mbsri_one_sided_slopes(double elastic, double damping, double
     *by_damping = fabs(damping) < elastic ? 1.0 : 0.0;
 }
 
+/* Its branch: 0 without contact. */
+static inline double mbsri_one_sided_branch(double elastic, double damping)
+{
+    if (!(elastic > 0.0)) return 0.0;
+    return damping >= elastic ? 2.0 : damping <= -elastic ? 3.0 : 1.0;
+}
+
 static inline void mbsri_add_slope(const mbsr_force_derivatives *out, int row, int column,
                                    double value)
 {

@@ -55,6 +55,8 @@ static int check_parameter(mbsr_sensitivity *s, int k, mbsr_error *error)
                               "mbsr_sensitivity_create: %.100s: closures would open with the frame "
                               "of a joint",
                               p.name);
+    if (p.part == MBSR_PARAMETER_JOINT && !s->frame[0])
+        snprintf(s->frame, sizeof s->frame, "%s", p.name);
     const bool mass = p.part == MBSR_PARAMETER_MASS || p.part == MBSR_PARAMETER_TENSOR ||
                       p.part == MBSR_PARAMETER_MOMENT || p.part == MBSR_PARAMETER_ARMATURE;
     if (mass && p.value == 0.0 && s->zero == MBSR_NONE) {
@@ -82,6 +84,7 @@ static int prepare_run(mbsr_sensitivity *s, mbsr_error *error)
     }
     if (!status) status = mbsr_data_create(m, &s->data, error);
     if (!status) status = mbsri_sensitivity_driver(s, error);
+    if (!status) status = mbsri_sensitivity_find_sides(s, error);
     if (status) return status;
     s->work = mbsri_sensitivity_take(4 * (size_t)s->size + (size_t)s->parameters);
     s->given =
@@ -119,6 +122,7 @@ void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity)
     mbsr_ida_destroy(s->ida);
     mbsr_derivatives_destroy(s->derivatives);
     mbsr_data_destroy(s->data);
+    mbsri_sensitivity_free_sides(&s->sides);
     free(s->step.data);
     free(s->state.data);
     free(s->time.data);

@@ -38,7 +38,7 @@ static int linearise_at_rest(mbsr_sensitivity *s, long node, const double *q, co
 int mbsri_sensitivity_jump(mbsr_sensitivity *s, long node, double *p, size_t stride)
 {
     double *jump = s->given + 2 * (s->nq + s->nu), *tau = s->work, *unit = s->work + 4 * s->size;
-    if (s->plain) return MBSR_OK;
+    if (s->plain || mbsri_kept_at(s, node)->crossed) return MBSR_OK;
     const double *q = find_jump(s, node, jump);
     int status = MBSR_OK;
     for (int way = 0; way < 2 && !status; ++way) {
@@ -56,7 +56,7 @@ int mbsri_sensitivity_jump(mbsr_sensitivity *s, long node, double *p, size_t str
 int mbsri_sensitivity_jump_back(mbsr_sensitivity *s, long node, const double *w, double *by)
 {
     double *jump = s->given + 2 * (s->nq + s->nu), *part = jump + 2 * s->nu;
-    if (s->plain) return MBSR_OK;
+    if (s->plain || mbsri_kept_at(s, node)->crossed) return MBSR_OK;
     const double *q = find_jump(s, node, jump);
     int status = MBSR_OK;
     for (int way = 0; way < 2 && !status; ++way) {

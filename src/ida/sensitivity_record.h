@@ -22,10 +22,12 @@
 
 enum { MBSRI_NODES = 6 }; /* of the longest formula */
 
-/* A step of the run; `since`: how many steps of its segment are before it. */
+/* A step of the run; `since`: how many steps of its segment are before it. crossed: the segment
+ * begins where an element took another branch, within a step; nothing jumps there. */
 typedef struct mbsri_kept_step {
     double t;
     int order, since;
+    bool crossed;
 } mbsri_kept_step;
 
 /* A growing array; `count` elements of it are in use. */
@@ -33,6 +35,15 @@ typedef struct mbsri_kept {
     void *data;
     size_t count, capacity;
 } mbsri_kept;
+
+/* Elements whose laws have branches, and those that they were on last. */
+typedef struct mbsri_sides {
+    int count, *force;
+    double *last, *now; /* count each */
+    double *y;          /* size */
+    double *F;          /* 3 size */
+    mbsr_data *data;
+} mbsri_sides;
 
 struct mbsr_sensitivity {
     const mbsr_model *model;
@@ -42,8 +53,10 @@ struct mbsr_sensitivity {
     mbsr_derivatives *derivatives;
     mbsr_newton *newton, *back; /* solves; solves transposed */
     int size, nq, nu, parameters;
-    bool plain;       /* E is the unit matrix of q and p, and R less that of p */
+    bool unit;        /* E is the unit matrix of q and p */
+    bool plain;       /* and R less that of p */
     bool restart;     /* behind a kink */
+    int rise;         /* what orders have risen to behind a crossing */
     bool ready;       /* there is a run */
     double start;     /* time */
     mbsri_kept step;  /* mbsri_kept_step of node 1, 2, .. */
@@ -53,6 +66,9 @@ struct mbsr_sensitivity {
     double *work;     /* 4 size + parameters: of the formulas below */
     int zero;         /* the first parameter that is a mass of zero; MBSR_NONE */
     char named[96];   /* its name */
+    bool elastic;     /* there are directions without mass that springs alone hold */
+    char frame[96];   /* name of the first parameter of a joint's frame; "": there is none */
+    mbsri_sides sides;
     mbsr_error error;
 };
 
@@ -94,6 +110,16 @@ int mbsri_sensitivity_rates(mbsr_sensitivity *s, mbsr_newton *newton, bool trans
                             const double *x, double *r);
 int mbsri_sensitivity_torque(mbsr_sensitivity *s, const double *tau, double *r);
 int mbsri_sensitivity_torque_back(mbsr_sensitivity *s, const double *r, double *tau);
+
+/* Finds the elements of the model that have branches. A status, with *error. */
+int mbsri_sensitivity_find_sides(mbsr_sensitivity *s, mbsr_error *error);
+void mbsri_sensitivity_free_sides(mbsri_sides *sides);
+
+/* Notes the branches at `from`, in the last step. Or looks for the first place up to `to` where one
+ * is left: *before and *behind are its sides, or *before == to. Statuses. */
+int mbsri_sensitivity_note_sides(mbsr_sensitivity *s, double from);
+int mbsri_sensitivity_cross(mbsr_sensitivity *s, double from, double to, double *before,
+                            double *behind);
 
 /* The driver whose steps are kept. A status, with *error. */
 int mbsri_sensitivity_driver(mbsr_sensitivity *s, mbsr_error *error);

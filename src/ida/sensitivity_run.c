@@ -17,24 +17,82 @@ static int no_memory_for_step(mbsr_sensitivity *s)
                             "mbsr_sensitivity_run: no memory for %zu steps", s->step.count + 1);
 }
 
-/* A step that has ended there; the state there is that of the driver's polynomial. */
-static int keep_step(mbsr_sensitivity *s, const mbsr_ida_progress *now)
+static int lower_order(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+/* A node at t, with the state of the driver's polynomial. */
+static int keep_node(mbsr_sensitivity *s, double t, int order, bool first, bool crossed)
 {
     const size_t size = (size_t)s->size;
     if (!mbsri_sensitivity_reserve(&s->step, 1, sizeof(mbsri_kept_step)) ||
         !mbsri_sensitivity_reserve(&s->state, 2 * size, sizeof(double)))
         return no_memory_for_step(s);
     mbsri_kept_step *step = (mbsri_kept_step *)s->step.data + s->step.count;
-    const bool first = s->step.count == 0 || (s->restart && now->order == 1);
     double *y = (double *)s->state.data + s->state.count;
-    int status = mbsr_ida_dense(s->ida, now->t, 0, y);
-    if (!status) status = mbsr_ida_dense(s->ida, now->t, 1, y + size);
+    int status = mbsr_ida_dense(s->ida, t, 0, y);
+    if (!status) status = mbsr_ida_dense(s->ida, t, 1, y + size);
     if (status) return status;
-    *step = (mbsri_kept_step){now->t, now->order, first ? 0 : step[-1].since + 1};
-    s->restart = false;
+    *step = (mbsri_kept_step){t, order, first ? 0 : step[-1].since + 1, crossed};
     ++s->step.count;
     s->state.count += 2 * size;
     return MBSR_OK;
+}
+
+/* Nodes of the part of a step that is behind a crossing: the shortest has order 1. */
+static int keep_parts(mbsr_sensitivity *s, double from, double to, bool crossed)
+{
+    static const double part[] = {0.0625, 0.125, 0.25, 0.5};
+    int status = MBSR_OK;
+    for (size_t k = 0; crossed && k < sizeof part / sizeof part[0] && !status; ++k)
+        status = keep_node(s, from + part[k] * (to - from), s->rise, k == 0, k == 0);
+    return status;
+}
+
+/* u of directions that springs alone hold jumps there, and a frame turns these. */
+static int refuse_frame(mbsr_sensitivity *s, double t)
+{
+    return mbsri_ida_refuse(&s->error, MBSR_ERR_SPACE,
+                            "mbsr_sensitivity_run: %s: at t = %.10g a law takes another branch "
+                            "where springs alone hold directions without mass",
+                            s->frame, t);
+}
+
+/* A step that has ended there. Where an element takes another branch within it there is a node, and
+ * a segment begins. */
+static int keep_step(mbsr_sensitivity *s, const mbsr_ida_progress *now)
+{
+    enum { MOST = 32 };                  /* what changes more often is at the border of rounding */
+    static const double short_of = 1e-6; /* steps: a branch is taken at the end of the last one */
+    double h = 0.0;
+    bool first = s->step.count == 0 || (s->restart && now->order == 1), crossed = false;
+    IDAGetLastStep(mbsr_ida_memory(s->ida), &h);
+    double from = now->t - h, before, behind = now->t;
+    int status = first ? mbsri_sensitivity_note_sides(s, from) : MBSR_OK;
+    s->rise = first ? MBSRI_NODES : s->rise + 1;
+    for (int k = 0; k < MOST && !status; ++k) {
+        status = mbsri_sensitivity_cross(s, from, now->t, &before, &behind);
+        if (status || !(before < now->t)) break;
+        if (s->elastic && s->frame[0]) return refuse_frame(s, before);
+        if (before - from > short_of * h) {
+            status = keep_parts(s, from, before, crossed);
+            if (!status)
+                status = keep_node(s, before, lower_order(now->order, s->rise), first && !crossed,
+                                   false);
+            if (status) break;
+        }
+        status = mbsri_sensitivity_note_sides(s, behind);
+        first = crossed = true;
+        s->rise = 2;
+        from = behind;
+    }
+    s->restart = false;
+    if (!status && behind < now->t) status = mbsri_sensitivity_note_sides(s, now->t);
+    if (!status) status = keep_parts(s, from, now->t, crossed);
+    return status
+               ? status
+               : keep_node(s, now->t, lower_order(now->order, s->rise), first && !crossed, false);
 }
 
 static double last_kept(const mbsr_sensitivity *s)
@@ -145,7 +203,9 @@ static int start_run(mbsr_sensitivity *s, double t0, const double *q, const doub
                                 s->named, info.null_directions);
     memcpy(found, y, nq * sizeof *y);
     memcpy(found + nq, y + nq + nu, nu * sizeof *y);
-    s->plain = info.null_directions == 0 && mbsr_model_closures(m) == 0;
+    s->elastic = info.elastic != 0;
+    s->unit = mbsr_model_closures(m) == 0;
+    s->plain = info.null_directions == 0 && s->unit;
     status = mbsr_ida_start(s->ida, t0, y, yp);
     return status ? mbsri_sensitivity_fail(s, status, mbsr_ida_error(s->ida), name) : MBSR_OK;
 }

@@ -37,7 +37,7 @@ mbsri_formula mbsri_sensitivity_output(const mbsr_sensitivity *s, long from, dou
         mbsri_kept_at(s, f.node + 1)->since == 1)
         ++f.node;
     const mbsri_kept_step *step = mbsri_kept_at(s, f.node);
-    f.order = step->order < step->since ? step->order : step->since;
+    f.order = step->since == 0 ? 1 : step->order < step->since ? step->order : step->since;
     for (int i = 0; i <= f.order; ++i) {
         const double at = mbsri_sensitivity_time(s, f.node - i);
         f.weight[i] = 1.0;
@@ -87,7 +87,7 @@ int mbsri_sensitivity_rates(mbsr_sensitivity *s, mbsr_newton *newton, bool trans
 {
     const size_t differential = (size_t)(s->nq + s->nu), size = (size_t)s->size;
     int status = MBSR_OK;
-    if (s->plain) {
+    if (s->unit) {
         memset(r, 0, size * sizeof *r);
         memcpy(r, x, differential * sizeof *r);
     } else {

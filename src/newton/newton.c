@@ -272,6 +272,13 @@ static bool place_loops(mbsr_newton *w)
     return true;
 }
 
+/* Whether the front alone solves transposed systems of the model. */
+static bool needs_front(const mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    return m->rows > 0 || w->correction.count > 0 || !m->tree.newton || m->tree.newton->blocks > 0;
+}
+
 static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
@@ -283,7 +290,7 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     w->correction.element = (mbsri_across *)(void *)((unsigned char *)w->numbers + nodes);
     number_nodes(w);
     list_across(w);
-    if (!opt->by_blocks && !opt->transposes && m->elements.pairs == 0)
+    if (!opt->by_blocks && m->elements.pairs == 0 && !(opt->transposes && needs_front(w)))
         w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
     if (!place_front(w) || !place_loops(w)) return false;
     choose_method(w, opt);
@@ -464,7 +471,10 @@ int mbsr_newton_solve_transposed(mbsr_newton *newton, const double *v, double *x
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, v))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve_transposed: v is not finite");
-    if (size > 0) mbsri_front_solve_transposed(w->front, v, w->solution);
+    if (size > 0 && w->by_sweeps)
+        mbsri_newton_sweeps_solve_transposed(w->sweeps, v, w->solution);
+    else if (size > 0)
+        mbsri_front_solve_transposed(w->front, v, w->solution);
     ++w->info.solves;
     if (!mbsri_finite(size, w->solution)) {
         return refuse(w, MBSR_NOT_FINITE,

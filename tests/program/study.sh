@@ -7,7 +7,7 @@ program=$1
 project=$2
 full=${3:-}
 work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+trap 'umount "$work/disk" 2>/dev/null; rm -rf "$work"' EXIT
 cd "$work" || exit 1
 failed=0
 cp "$project/examples/models/quarter_car.xml" .
@@ -183,5 +183,26 @@ if [ -n "$full" ]; then
         [ $at -gt 4 ] || fail "$ending: there were $at writes"
         [ $at -le 40 ] || fail "$ending: there are too many writes"
     done
+fi
+
+# ---- a small disk that is full, where one may be mounted ----
+
+mkdir disk
+if mount -t tmpfs -o size=64k tmpfs disk 2>/dev/null; then
+    write disk 'model quarter_car.xml' 'run --t-end 0.3 --start pushed --step 0.01' 'sample latin 30 seed 4' \
+        'vary bodies.body.mass 250 400' 'keep damper every 0.01 to 0.3'
+    ends 0 'at more times' study disk.study -o roomy.csv
+    head -5 one.csv >old.csv
+    cp old.csv disk/old.csv
+    for room in 56 44 32; do # kB taken: the journal finds no room, then the result
+        dd if=/dev/zero of=disk/filler bs=1k count=$room 2>/dev/null
+        ends 4 'cannot be written: No space left' study disk.study -o disk/a.csv
+        [ ! -e disk/a.csv ] || fail "full disk: there is a result beside $room kB"
+        cmp -s disk/old.csv old.csv || fail "full disk: what was there has changed"
+        rm disk/filler
+    done
+    ends 0 'at more times' study disk.study -o disk/a.csv
+    cmp -s disk/a.csv roomy.csv || fail 'other results when the disk has room again'
+    umount disk
 fi
 exit $failed

@@ -27,6 +27,7 @@ typedef struct tally {
     int across;          /* trees with elements across */
     int eliminated;      /* those whose elements across go with the tree as well */
     int swept;           /* trees in vector code */
+    int turned;          /* systems solved transposed in vector code */
     int null, elastic;   /* trees with directions that move no mass */
     double between;      /* largest distance of the two versions, net of what differences cost */
     int products, sharp_products; /* A (A^-1 r); with rows that are r to 1e-9 */
@@ -34,13 +35,15 @@ typedef struct tally {
     bool twice;                   /* some joint's derivatives are differences of differences */
 } tally;
 
-static mbsr_newton *make_solver(const mbsr_model *model, mbsr_newton_method method, int by_blocks)
+static mbsr_newton *make_solver(const mbsr_model *model, mbsr_newton_method method, int by_blocks,
+                                int transposes)
 {
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     mbsr_newton *newton;
     mbsr_error error;
     opt.method = method;
     opt.by_blocks = by_blocks;
+    opt.transposes = transposes;
     opt.products = 1;
     assert_ok(mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
     return newton;
@@ -111,7 +114,7 @@ static void check_eliminated(test_newton_state *s, double c, const double *r, co
 {
     double *other = calloc((size_t)s->n, sizeof *other);
     for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
-        mbsr_newton *newton = make_solver(s->model, MBSR_NEWTON_ELIMINATED, by_blocks);
+        mbsr_newton *newton = make_solver(s->model, MBSR_NEWTON_ELIMINATED, by_blocks, 0);
         mbsr_newton_info info;
         assert_ok(mbsr_newton_get_info(newton, &info), NULL);
         if (info.method == MBSR_NEWTON_ELIMINATED) {
@@ -124,12 +127,39 @@ static void check_eliminated(test_newton_state *s, double c, const double *r, co
     free(other);
 }
 
+/* A^T x = r, row by row beside what is added up there; and r A^-1 w = x w with the solution of the
+ * same factors. */
+static void check_transposed(const test_newton_state *s, mbsr_newton *newton, double c,
+                             const double *r, tally *group)
+{
+    const size_t n = (size_t)s->n;
+    double *x = calloc(4 * n, sizeof *x), *p = x + n, *w = p + n, *y = w + n, dot = 0.0, size = 0.0;
+    mbsr_newton_info info;
+    const mbsr_error *error = mbsr_newton_error(newton);
+    for (size_t k = 0; k < n; ++k) w[k] = cos((double)k), x[k] = NAN;
+    solve(newton, s, c, w, y);
+    assert_ok(mbsr_newton_solve_transposed(newton, r, x), error);
+    assert_ok(mbsr_newton_linearise(newton, s->data, s->t, s->y, s->yp, c), error);
+    assert_ok(mbsr_newton_multiply_transposed(newton, x, p), error);
+    assert_ok(mbsr_newton_get_info(newton, &info), NULL);
+    for (size_t j = 0; j < n; ++j) {
+        double row = fabs(r[j]);
+        for (size_t i = 0; i < n; ++i) row += fabs((s->A[j * n + i] + c * s->B[j * n + i]) * x[i]);
+        assert_less(fabs(p[j] - r[j]), 1e-7 * row);
+        dot += r[j] * y[j] - x[j] * w[j], size += fabs(r[j] * y[j]) + fabs(x[j] * w[j]);
+    }
+    assert_less(fabs(dot), 1e-9 * size);
+    group->turned += info.vector_code;
+    free(x);
+}
+
 /* Both versions of the exact solver against the dense matrix and each other. */
 static void check_state(test_newton_state *s, int number, tally *group)
 {
     static const double factors[] = {1.0, 100.0, 1e5, -30.0};
-    mbsr_newton *newton = make_solver(s->model, MBSR_NEWTON_CORRECTED, 0),
-                *blocks = make_solver(s->model, MBSR_NEWTON_CORRECTED, 1);
+    mbsr_newton *newton = make_solver(s->model, MBSR_NEWTON_CORRECTED, 0, 0),
+                *blocks = make_solver(s->model, MBSR_NEWTON_CORRECTED, 1, 0),
+                *turned = make_solver(s->model, MBSR_NEWTON_CORRECTED, 0, 1);
     double *r = calloc(3 * (size_t)s->n, sizeof *r), *x = r + s->n, *other = x + s->n;
     mbsr_newton_info info;
     test_rng rng = test_seed((uint64_t)number + 99);
@@ -145,12 +175,14 @@ static void check_state(test_newton_state *s, int number, tally *group)
                            group);
         compare(s, x, other, moved, group);
         check_eliminated(s, factors[k], r, x, number, group);
+        check_transposed(s, turned, factors[k], r, group);
     }
     group->across += info.across > 0;
     group->swept += info.vector_code;
     free(r);
     mbsr_newton_destroy(newton);
     mbsr_newton_destroy(blocks);
+    mbsr_newton_destroy(turned);
 }
 
 /* The residuals of two models of the same equations, beside the state. */
@@ -287,6 +319,7 @@ static void rigid_bodies(void **state)
     }
     conclude(&group, (TREES + 20) / 20);
     assert_true(group.swept > TREES / 8 && group.across > TREES / 4);
+    assert_true(group.turned > TREES / 4);
     assert_true(group.eliminated > TREES);
 }
 
@@ -345,7 +378,7 @@ static void mass_points_in_several_units(void **state)
         test_space_free(&tree);
     }
     conclude(&group, (TREES + 20) / 20);
-    assert_true(group.null > 3 * TREES / 8);
+    assert_true(group.null > 3 * TREES / 8 && group.turned > TREES);
 }
 
 /* ---- bodies of other kinds ---- */
@@ -736,7 +769,7 @@ static void the_tree_alone_holds_other_bodies_still(void **state)
         assert_ok(test_newton_matrices(&reference, held.model, held.data),
                   mbsr_data_error(held.data));
 
-        mbsr_newton *newton = make_solver(tree.model, MBSR_NEWTON_TREE, 0);
+        mbsr_newton *newton = make_solver(tree.model, MBSR_NEWTON_TREE, 0, 0);
         double *r = calloc(2 * (size_t)s.n + 1, sizeof *r), *x = r + s.n;
         test_rng rng = test_seed((uint64_t)seed);
         test_fill(&rng, s.n, r);

@@ -168,10 +168,10 @@ struct mbsr_newton {
     mbsri_front *mixed; /* the same of bodies among those in vector code; NULL: there are none */
     bool by_sweeps;     /* the last factorisation is theirs */
     bool lean;          /* there is nothing else */
-    bool transposes; /* and there are none: transposed solutions are wanted, which the front has */
-    size_t sweep_size; /* its bytes; 0: none */
-    void *sweep_block; /* where it was allocated */
-    double *motion;    /* 12 (N + 1): perturbations of pose and V of the bodies, where corrected */
+    bool transposes;    /* transposed solutions are wanted */
+    size_t sweep_size;  /* its bytes; 0: none */
+    void *sweep_block;  /* where it was allocated */
+    double *motion;     /* 12 (N + 1): perturbations of pose and V of the bodies, where corrected */
     double c;
     void *block, *numbers; /* memory: doubles and ints; nodes and lists */
     mbsri_node *node;      /* N + 1, with closures */

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/sweeps/looped.h"
 #include "newton/sweeps/looped_solve.h"
+#include "newton/sweeps/solve_transposed.h"
 
-const mbsri_newton_kernels mbsri_newton_v3 = {
-    newton_factor, newton_factor_deep, newton_factor_mixed, newton_factor_looped, newton_solve};
+const mbsri_newton_kernels mbsri_newton_v3 = {newton_factor,       newton_factor_deep,
+                                              newton_factor_mixed, newton_factor_looped,
+                                              newton_solve,        newton_solve_transposed};

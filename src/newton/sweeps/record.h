@@ -131,6 +131,7 @@ struct mbsri_newton_sweeps {
     mbsri_newton_own *own;     /* bodies + 1, with elements on bodies */
     double *k, *p;             /* of the last solution, by coordinate */
     double (*x)[16];           /* motions of the bodies where the tree branches */
+    mbsri_newton_flow *said;   /* of their loads, in transposed solutions; likewise */
     mbsri_newton_carry *carry; /* tree->depth */
     mbsri_newton_flow *flow;   /* tree->depth */
     double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate; tau_u
@@ -161,7 +162,7 @@ static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_swe
  * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to; see
  * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint
  * blocks that are zero, the third for those with blocks, the last for those with loops. Solve: see
- * mbsri_newton_sweeps_solve. */
+ * mbsri_newton_sweeps_solve; transposed: for trees without blocks and loops. */
 enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2, MBSRI_BLOCK_FAILED = -3 };
 typedef struct mbsri_newton_kernels {
     int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
@@ -170,6 +171,7 @@ typedef struct mbsri_newton_kernels {
     int (*factor_looped)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,
                   double *motion);
+    void (*solve_transposed)(mbsri_newton_sweeps *newton, const double *v, double *x);
 } mbsri_newton_kernels;
 
 extern const mbsri_newton_kernels mbsri_newton_base;

@@ -81,6 +81,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->k = take(base, &used, nu * sizeof *w->k);
     w->p = take(base, &used, nu * sizeof *w->p);
     w->x = take(base, &used, branching(tree) * sizeof *w->x);
+    w->said = take(base, &used, branching(tree) * sizeof *w->said);
     w->carry = take(base, &used, depth * sizeof *w->carry);
     w->flow = take(base, &used, depth * sizeof *w->flow);
     const bool armature = mbsri_largest(m->nu, m->armature) > 0.0;
@@ -219,4 +220,9 @@ void mbsri_newton_sweeps_solve(mbsri_newton_sweeps *newton, const double *r, con
                                double *delta, double *motion)
 {
     newton->kernels->solve(newton, r, load, delta, motion);
+}
+
+void mbsri_newton_sweeps_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x)
+{
+    newton->kernels->solve_transposed(newton, v, x);
 }

@@ -1,0 +1,388 @@
+/* The solution with the transposed matrix, from the same factors: solve.h is a linear map of r to
+ * delta, step by step; here every step transposed, the last first.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * So the sweep from leaves to root transposes that of solve_forward, with what later steps say of
+ * the bodies' motions; that from root to leaves transposes that of solve_back, with what they say
+ * of the loads. What stands in k and p in between is said of these. Trees without blocks, loops and
+ * corrections. */
+#ifndef MBSRI_NEWTON_SOLVE_TRANSPOSED_H
+#define MBSRI_NEWTON_SOLVE_TRANSPOSED_H
+
+#include "newton/sweeps/solve.h"
+
+/* What is said of both parts of a vector along an axis. */
+MBSRI_INLINE double said_along(const double S[6], v4 rotation, v4 shift)
+{
+    return sum3(load3(S) * rotation + load3(S + 3) * shift);
+}
+
+/* ---- joints of several axes ---- */
+
+/* The transpose of rates_of: to += . */
+static void rates_back(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
+                       const double g[6], double r_s, double *to)
+{
+    const mbsri_newton_block *B = newton->block + s->multi;
+    const int *place = newton->model->order.q_of + s->q;
+    for (int k = B->quaternion ? 3 : 0; k < s->n; ++k) to[place[k + B->quaternion]] += g[k];
+    if (!B->quaternion) return;
+    const double *q = B->q, size = q[0] * q[0] + mbsri_dot3(q + 1, q + 1),
+                 part = (r_s + newton->by_c * mbsri_dot3(B->u, g)) / size;
+    double turned[3];
+    mbsri_cross3(g, q + 1, turned);
+    to[place[0]] += q[0] * part - 2.0 / size * mbsri_dot3(q + 1, g);
+    for (int k = 0; k < 3; ++k)
+        to[place[1 + k]] += q[1 + k] * part + 2.0 / size * (turned[k] + q[0] * g[k]);
+}
+
+/* The transpose of place_rates: w, and what is said of r_s. */
+static double take_rates_back(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
+                              const double *v, double w[6])
+{
+    const mbsri_newton_block *B = newton->block + s->multi;
+    const int *place = newton->model->order.q_of + s->q;
+    for (int k = 0; k < s->n; ++k) w[k] = v[place[k + B->quaternion]];
+    if (!B->quaternion) return 0.0;
+    const double *q = B->q, one[3] = {v[place[1]], v[place[2]], v[place[3]]},
+                 lambda = newton->by_c * (v[place[0]] * q[0] + mbsri_dot3(one, q + 1));
+    double turned[3];
+    mbsri_cross3(q + 1, one, turned);
+    for (int k = 0; k < 3; ++k)
+        w[k] = 0.5 * (turned[k] + q[0] * one[k] - v[place[0]] * q[1 + k]) - 0.25 * B->u[k] * lambda;
+    return lambda;
+}
+
+/* Of move_axes; at: what is said of the body's motion, overwritten by that of its predecessor's. */
+MBSRI_INLINE void axes_motion_back(mbsri_newton_sweeps *newton, int i, const double *v, double *to,
+                                   double at[16], bool full)
+{
+    const mbsr_model *m = newton->model;
+    const mbsri_newton_step *s = newton->step + i;
+    const mbsri_newton_block *B = newton->block + s->multi;
+    const int *place = m->order.u_of + s->u, n = s->n;
+    double w[6], g[6], du[6], p[6];
+    v4 x[4];
+    const double r_s = take_rates_back(newton, s, v, w);
+    for (int f = 0; f < groups(full); ++f) x[f] = load(at + 4 * f);
+    for (int k = 0; k < n; ++k) p[k] = v[m->nq + place[k]];
+    for (int k = 0; k < n; ++k) {
+        const double *S = mbsri_newton_column_at(newton, s->u + k)->S;
+        du[k] = v[m->nq + m->nu + place[k]] + m->armature[s->u + k] * p[k] +
+                said_along(S, x[SPIN], x[DRIFT]);
+        w[k] +=
+            sum3(load3(S) * x[ROTATION] + load(B->T[k]) * x[SPIN] + load(B->T[k] + 4) * x[DRIFT]);
+        if (full) w[k] += sum3(load3(S + 3) * x[DISPLACEMENT]);
+        for (int l = 0; l < n; ++l) w[k] -= B->couple[l][k] * p[l];
+    }
+    const v4 rho = load(s->rho);
+    x[SPIN] += cross(rho, x[DRIFT]);
+    if (full) x[ROTATION] += cross(rho, x[DISPLACEMENT]);
+    for (int l = 0; l < n; ++l) {
+        mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + l);
+        g[l] = 0.0;
+        for (int k = 0; k < n; ++k) g[l] += B->A[k][l] * w[k];
+        du[l] += g[l];
+        for (int f = 0; f < groups(full); ++f)
+            x[f] += load3(group_of(col->Q, col->Q_last, f)) * splat(p[l]) -
+                    load3(group_of(col->K, col->K_last, f)) * splat(du[l]);
+        newton->k[s->u + l] = du[l];
+        newton->p[s->u + l] = p[l];
+    }
+    for (int f = 0; f < groups(full); ++f) store(at + 4 * f, x[f]);
+    for (int k = 0; k < n + B->quaternion; ++k) to[m->order.q_of[s->q + k]] = 0.0;
+    rates_back(newton, s, g, r_s, to);
+}
+
+/* What is said of b, b behind the joint, and the rows; known: what is said of them. */
+MBSRI_INLINE void axes_rows_back(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
+                                 const double known[6], mbsri_newton_flow *m, bool full)
+{
+    const v4 by_c = splat(newton->by_c);
+    for (int k = 0; k < s->n; ++k) {
+        const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
+        const v4 S_w = load3(col->S), S_v = load3(col->S + 3), by = splat(known[k]),
+                 w = splat(known[k] - newton->p[s->u + k]);
+        store(m->b, load(m->b) - load3(col->row) * by);
+        store(m->b + 4, load(m->b + 4) - load3(col->row + 3) * by);
+        store(m->b + 8, load(m->b + 8) + by_c * S_w * by);
+        if (full) store(m->b + 12, load(m->b + 12) + by_c * S_v * by);
+        store(m->L_bar, load(m->L_bar) + S_w * w);
+        store(m->p_bar, load(m->p_bar) + S_v * w);
+    }
+}
+
+/* Of load_axes; m: what is said of the loads handed on, overwritten by that of the body's. */
+MBSRI_INLINE void axes_loads_back(mbsri_newton_sweeps *newton, int i, double *to,
+                                  mbsri_newton_flow *m, bool full)
+{
+    const mbsri_newton_step *s = newton->step + i;
+    const mbsri_newton_block *B = newton->block + s->multi;
+    const int *place = newton->model->order.u_of + s->u, n = s->n;
+    double *to_p = to + newton->model->nq, *to_u = to_p + newton->model->nu;
+    double own[6], g[6], known[6], r_s = 0.0;
+    for (int k = 0; k < n; ++k) {
+        const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
+        to_u[place[k]] = said_along(col->G, load(m->L_bar), load(m->p_bar)) - newton->p[s->u + k];
+        store(m->b, load(m->b) + load3(col->S) * splat(newton->p[s->u + k]));
+        store(m->b + 4, load(m->b + 4) + load3(col->S + 3) * splat(newton->p[s->u + k]));
+    }
+    for (int k = 0; k < n; ++k) {
+        mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
+        v4 C = splat(0.0), U = splat(0.0);
+        for (int f = 0; f < groups(full); ++f) {
+            C += load3(group_of(col->C, col->C_last, f)) * load(m->b + 4 * f);
+            U += load3(group_of(col->U, col->U_last, f)) * load(m->b + 4 * f);
+        }
+        own[k] = newton->k[s->u + k] + sum3(C);
+        g[k] = sum3(U);
+    }
+    for (int l = 0; l < n; ++l) {
+        known[l] = 0.0;
+        for (int k = 0; k < n; ++k) known[l] += B->inverse[k][l] * own[k];
+        to_p[place[l]] = newton->by_c * known[l];
+        to_u[place[l]] += known[l];
+        r_s += B->length[l] * known[l];
+    }
+    for (int l = 0; l < n; ++l)
+        for (int k = 0; k < n; ++k) g[l] -= B->gain[k][l] * known[k];
+    axes_rows_back(newton, s, known, m, full);
+    rates_back(newton, s, g, r_s, to);
+}
+
+MBSRI_OUTLINE void narrow_motion_back(mbsri_newton_sweeps *newton, int i, const double *v,
+                                      double *to, double at[16])
+{
+    axes_motion_back(newton, i, v, to, at, false);
+}
+
+MBSRI_OUTLINE void full_motion_back(mbsri_newton_sweeps *newton, int i, const double *v, double *to,
+                                    double at[16])
+{
+    axes_motion_back(newton, i, v, to, at, true);
+}
+
+MBSRI_OUTLINE void narrow_loads_back(mbsri_newton_sweeps *newton, int i, double *to,
+                                     mbsri_newton_flow *m)
+{
+    axes_loads_back(newton, i, to, m, false);
+}
+
+MBSRI_OUTLINE void full_loads_back(mbsri_newton_sweeps *newton, int i, double *to,
+                                   mbsri_newton_flow *m)
+{
+    axes_loads_back(newton, i, to, m, true);
+}
+
+/* ---- leaves to root ---- */
+
+/* Of move_joint; x: what is said of the body's motion, then of its predecessor's. */
+MBSRI_INLINE void move_back(mbsri_newton_sweeps *newton, int i, const double *v, double *to,
+                            v4 x[4], bool full)
+{
+    const mbsr_model *m = newton->model;
+    const mbsri_newton_step *s = newton->step + i;
+    const v4 rho = load(s->rho);
+    if (__builtin_expect((s->flags & MBSRI_MULTI) != 0, 0)) {
+        _Alignas(32) double at[16];
+        for (int g = 0; g < groups(full); ++g) store(at + 4 * g, x[g]);
+        (full ? full_motion_back : narrow_motion_back)(newton, i, v, to, at);
+        for (int g = 0; g < groups(full); ++g) x[g] = load(at + 4 * g);
+        return;
+    }
+    if (s->n == 0) {
+        x[SPIN] += cross(rho, x[DRIFT]);
+        if (full) x[ROTATION] += cross(rho, x[DISPLACEMENT]);
+        return;
+    }
+    const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
+    const int u = m->order.u_of[s->u], q = m->order.q_of[s->q];
+    const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
+    v4 along = S_w * x[ROTATION];
+    if (full) along += S_v * x[DISPLACEMENT];
+    const double dq = v[q] + sum3(along), dp = v[m->nq + u],
+                 both = newton->by_c * dq + sum3((S_w - load3(col->row)) * x[SPIN] +
+                                                 (S_v - load3(col->row + 3)) * x[DRIFT]),
+                 du = v[m->nq + m->nu + u] + m->armature[s->u] * dp + both +
+                      sum3(S_w * x[SPIN] + S_v * x[DRIFT]);
+    to[q] = both;
+    newton->k[s->u] = du;
+    newton->p[s->u] = dp;
+    x[SPIN] += cross(rho, x[DRIFT]);
+    if (full) x[ROTATION] += cross(rho, x[DISPLACEMENT]);
+    for (int g = 0; g < 3; ++g)
+        x[g] += load3(col->Q + 3 * g) * splat(dp) - load3(col->K + 3 * g) * splat(du);
+    if (full) x[3] += load3(col->Q_last) * splat(dp) - load3(col->K_last) * splat(du);
+}
+
+MBSRI_INLINE void motions_back(mbsri_newton_sweeps *newton, const double *v, double *to, bool full)
+{
+    const int bodies = newton->tree->bodies;
+    v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
+    for (int i = 1; i <= bodies; ++i) {
+        const mbsri_newton_step *s = newton->step + i;
+        if (!(s->flags & MBSRI_BRANCHES)) continue;
+        for (int g = 0; g < 4; ++g) store(newton->x[s->branch] + 4 * g, splat(0.0));
+    }
+    for (int i = bodies; i >= 1; --i) {
+        const mbsri_newton_step *s = newton->step + i;
+        if (s->flags & MBSRI_LEAF)
+            for (int g = 0; g < groups(full); ++g) x[g] = splat(0.0);
+        if (s->flags & MBSRI_BRANCHES)
+            for (int g = 0; g < groups(full); ++g) x[g] += load(newton->x[s->branch] + 4 * g);
+        move_back(newton, i, v, to, x, full);
+        if (s->parent == 0 || s->parent == i - 1) continue;
+        double *branch = newton->x[newton->step[s->parent].branch];
+        for (int g = 0; g < groups(full); ++g) store(branch + 4 * g, load(branch + 4 * g) + x[g]);
+    }
+}
+
+/* ---- root to leaves ---- */
+
+/* What is said of a joint of one axis, and what it says of r. */
+typedef struct said {
+    double k, p;
+    given r;
+} said;
+
+/* Of row_of_loads. */
+MBSRI_INLINE void row_back(const mbsri_newton_column *col, v4 by_c, double row, loads *f, bool full)
+{
+    const v4 by = splat(row);
+    f->b[CHI_L] += load3(col->row) * by;
+    f->b[CHI_P] += load3(col->row + 3) * by;
+    f->b[MOMENT] -= by_c * load3(col->S) * by;
+    if (full) f->b[FORCE] -= by_c * load3(col->S + 3) * by;
+}
+
+/* Of pass_loads. */
+MBSRI_INLINE void passed_back(mbsri_newton_column *col, const loads *f, said *a, bool full)
+{
+    v4 k = splat(0.0), q = splat(0.0);
+    for (int r = 0; r < groups(full); ++r) {
+        k += load3(group_of(col->C, col->C_last, r)) * f->b[r];
+        q += load3(group_of(col->U, col->U_last, r)) * f->b[r];
+    }
+    a->k += sum3(k);
+    a->r.q += sum3(q);
+}
+
+/* Of condense_loads. */
+MBSRI_INLINE void condense_back(const mbsri_newton_sweeps *newton, int u, loads *f, said *a,
+                                bool full)
+{
+    mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
+    const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
+    a->r.u += said_along(col->G, f->L_bar, f->p_bar);
+    f->b[CHI_L] += S_w * splat(a->p);
+    f->b[CHI_P] += S_v * splat(a->p);
+    passed_back(col, f, a, full);
+    const double row = a->k * col->inverse, w = row - a->p;
+    a->r.p += newton->by_c * row;
+    a->r.q -= col->gain * row;
+    a->r.u += w;
+    row_back(col, splat(newton->by_c), -row, f, full);
+    f->L_bar += S_w * splat(w);
+    f->p_bar += S_v * splat(w);
+}
+
+/* Of balance_loads. */
+MBSRI_INLINE void balance_back(const mbsri_newton_sweeps *newton, int u, loads *f, said *a,
+                               bool full)
+{
+    mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
+    const mbsri_newton_deep *below = newton->below + u;
+    const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
+    a->r.p += newton->by_c * a->p;
+    f->b[CHI_L] += S_w * splat(a->p);
+    f->b[CHI_P] += S_v * splat(a->p);
+    passed_back(col, f, a, full);
+    row_back(col, splat(newton->by_c), -a->p, f, full);
+    const double rest = (a->k - below->pivot * a->p) * col->inverse;
+    a->r.q -= below->gain * a->p + col->gain * rest;
+    a->r.u += rest;
+    f->psi[PSI_L] -= S_w * splat(rest);
+    f->psi[PSI_P] -= S_v * splat(rest);
+}
+
+/* Of condense_deep. */
+MBSRI_INLINE void deep_back(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s, loads *f,
+                            said *a, bool full)
+{
+    const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
+    if (!(s->deep & MBSRI_DEEP)) {
+        condense_back(newton, s->u, f, a, full);
+        return;
+    }
+    const mbsri_newton_deep *below = newton->below + s->u;
+    const double taken = said_along(col->G, f->psi[PSI_L], f->psi[PSI_P]);
+    a->k += said_along(below->C, f->psi[PSI_L], f->psi[PSI_P]);
+    a->r.q += said_along(below->U, f->psi[PSI_L], f->psi[PSI_P]);
+    if (s->deep & MBSRI_NO_INERTIA) {
+        balance_back(newton, s->u, f, a, full);
+        return;
+    }
+    f->psi[PSI_L] -= load3(col->S) * splat(taken);
+    f->psi[PSI_P] -= load3(col->S + 3) * splat(taken);
+    condense_back(newton, s->u, f, a, full);
+}
+
+/* Of condense_joint. */
+MBSRI_INLINE void joint_back(mbsri_newton_sweeps *newton, int i, double *to, loads *f, bool full,
+                             bool deep)
+{
+    const mbsr_model *m = newton->model;
+    const mbsri_newton_step *s = newton->step + i;
+    if (__builtin_expect((s->flags & MBSRI_MULTI) != 0, 0)) {
+        _Alignas(32) mbsri_newton_flow multi;
+        loads_to_memory(f, &multi, full, deep);
+        (full ? full_loads_back : narrow_loads_back)(newton, i, to, &multi);
+        clear_loads(f);
+        add_loads(&multi, f, full, deep);
+    } else if (s->n) {
+        const int u = m->order.u_of[s->u];
+        said a = {newton->k[s->u], newton->p[s->u], {0.0, 0.0, 0.0, 0.0}};
+        if (deep)
+            deep_back(newton, s, f, &a, full);
+        else
+            condense_back(newton, s->u, f, &a, full);
+        to[m->order.q_of[s->q]] += a.r.q;
+        to[m->nq + u] = a.r.p;
+        to[m->nq + m->nu + u] = a.r.u;
+    }
+}
+
+MBSRI_INLINE void loads_back(mbsri_newton_sweeps *newton, double *to, bool full, bool deep)
+{
+    loads f;
+    clear_loads(&f);
+    for (int i = 1; i <= newton->tree->bodies; ++i) {
+        const mbsri_newton_step *s = newton->step + i;
+        const v4 rho = load(s->rho);
+        if (s->parent != i - 1 || i == 1) clear_loads(&f);
+        if (s->parent > 0 && s->parent != i - 1)
+            add_loads(newton->said + newton->step[s->parent].branch, &f, full, deep);
+        f.b[CHI_P] += cross(f.b[CHI_L], rho);
+        if (full) f.b[FORCE] += cross(f.b[MOMENT], rho);
+        f.p_bar += cross(f.L_bar, rho);
+        if (deep) f.psi[PSI_P] += cross(f.psi[PSI_L], rho);
+        joint_back(newton, i, to, &f, full, deep);
+        if (s->flags & MBSRI_BRANCHES) loads_to_memory(&f, newton->said + s->branch, full, deep);
+    }
+}
+
+static void newton_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x)
+{
+    if (newton->own) {
+        motions_back(newton, v, x, true);
+        loads_back(newton, x, true, newton->deep);
+    } else if (newton->deep) {
+        motions_back(newton, v, x, false);
+        loads_back(newton, x, false, true);
+    } else {
+        motions_back(newton, v, x, false);
+        loads_back(newton, x, false, false);
+    }
+}
+
+#endif
