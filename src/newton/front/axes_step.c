@@ -18,8 +18,11 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/inlined.h"
+#include "forces/gravity.h"
 #include "joints/chain.h"
+#include "model/query.h"
 #include "newton/slopes/axes.h"
+#include "recursion/elements.h"
 
 #include <math.h>
 #include <string.h>
@@ -143,6 +146,26 @@ static void add_matrix(knowns *k, const double *from, int n, int own, int stride
     }
 }
 
+/* Gravity: its moment along a rotation. */
+static void add_gravity(const mbsri_force *force, const double *M, double *F)
+{
+    double moment[9];
+    mbsri_gravity_turn(&force->def, M, moment);
+    for (int l = 0; l < 3; ++l) {
+        for (int r = 0; r < 3; ++r) F[l * ROWS + 6 + r] -= moment[3 * l + r];
+    }
+}
+
+/* What acts along the coordinates of axes, each by itself. */
+static void add_along(const mbsri_linear *w, const mbsri_body *b, knowns *k)
+{
+    const double *by_q = w->along + b->iu, *by_u = by_q + w->model->nu;
+    for (int r = 0; r < b->n; ++r) {
+        k->tau[ROWS + r][r] = by_q[r];
+        k->tau[ROWS + b->n + r][r] = by_u[r];
+    }
+}
+
 /* Element `element` in the call of the body or of a pair. */
 static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, int call, knowns *k)
 {
@@ -176,11 +199,13 @@ static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, int cal
 
 static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
 {
-    const int i = s->step->body;
+    const int i = s->step->body, own = s->b->nq + s->b->n;
+    const bool along = !s->turns && f->linear->finite;
     int status = MBSR_OK;
     k->moves = false;
-    memset(k->by_joint, 0, sizeof k->by_joint);
-    memset(k->tau, 0, sizeof k->tau);
+    memset(k->by_joint, 0, (size_t)own * sizeof k->by_joint[0]);
+    memset(k->tau, 0, (size_t)(ROWS + own) * sizeof k->tau[0]);
+    if (along) add_along(f->linear, s->b, k);
     memcpy(k->F, s->terms.P, sizeof k->F);
     for (int l = 0; l < s->step->children; ++l) {
         const double *from =
@@ -188,12 +213,18 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
         for (int r = 0; r < ROWS * ROWS; r += ROWS) mbsri_add_pairs(ROWS / 2, from + r, k->F + r);
     }
     for (int e = 0; e < f->model->elements.anywhere && !status; ++e) {
-        if (mbsri_force_at(f->model, (size_t)e)->def.table->flags & MBSR_FORCE_EVERY_BODY)
+        const mbsri_force *force = mbsri_force_at(f->model, (size_t)e);
+        if (!(force->def.table->flags & MBSR_FORCE_EVERY_BODY)) continue;
+        if (!mbsri_is_gravity(&force->def))
             status = add_element(f, d, i, e, i, k);
+        else if (!mbsri_force_off(f->model, d, force))
+            add_gravity(force, d->M + s->b->dd, k->F);
     }
-    const int behind = (int)(f->model->forces.count + f->model->closures.count);
+    const int forces = (int)f->model->forces.count, others = (int)mbsri_other_forces(f->model),
+              behind = forces + (int)f->model->closures.count;
     for (int l = 0; l < s->step->elements && !status; ++l) {
         const int e = f->plan.element[s->step->first_element + l], pair = e - behind;
+        if (along && e >= others && e < forces) continue;
         status = pair < 0 ? add_element(f, d, i, e, i, k)
                           : add_element(f, d, i, f->linear->pairs.pair[pair].force, pair, k);
     }
