@@ -157,19 +157,28 @@ static void planar_derivatives(const mbsr_force_body *body, const double *g,
     mbsri_add_slope(out, out->row[0] + 2, out->column[0] + 2, -x * g[0] - y * g[1]);
 }
 
-/* The first moment turns, whatever M is made of: d(h x g) = (phi x h) x g */
-static void spatial_derivatives(const mbsr_force_body *body, const double *g,
+/* The first moment turns, whatever M is made of: d(h x g) = (phi x h) x g = (phi.g) h - (h.g) phi
+ */
+void mbsri_gravity_turn(const mbsr_force_def *def, const double M[36], double moment[9])
+{
+    const double *g = def->param;
+    double h[3];
+    spatial_mass(M, h);
+    const double both = mbsri_dot3(h, g);
+    for (int k = 0; k < 3; ++k) {
+        for (int r = 0; r < 3; ++r) moment[3 * k + r] = g[k] * h[r];
+        moment[4 * k] -= both;
+    }
+}
+
+static void spatial_derivatives(const mbsr_force_body *body, const mbsr_force_def *def,
                                 const mbsr_force_derivatives *out)
 {
-    double h[3];
-    spatial_mass(body->M, h);
+    double moment[9];
+    mbsri_gravity_turn(def, body->M, moment);
     for (int k = 0; k < 3; ++k) {
-        double phi[3] = {0.0}, moment[3];
-        phi[k] = 1.0;
-        mbsri_cross3(phi, h, moment);
-        mbsri_cross3(moment, g, moment);
         for (int r = 0; r < 3; ++r)
-            mbsri_add_slope(out, out->row[0] + r, out->column[0] + k, moment[r]);
+            mbsri_add_slope(out, out->row[0] + r, out->column[0] + k, moment[3 * k + r]);
     }
 }
 
@@ -180,7 +189,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     if (body->space == MBSR_SPACE_PLANAR)
         planar_derivatives(body, args->force->param, out);
     else if (body->space == MBSR_SPACE_SPATIAL)
-        spatial_derivatives(body, args->force->param, out);
+        spatial_derivatives(body, args->force, out);
     else if (body->space == MBSR_SPACE_FLEXIBLE)
         flexible_derivatives(body, args->force->param, out);
     return MBSR_OK;

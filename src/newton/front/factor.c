@@ -89,6 +89,19 @@ static void keep_momentum(const mbsri_front *f, const mbsri_front_build *b,
     }
 }
 
+/* Whether what is handed on is y of the predecessor over its x, whatever else was in the front. */
+static bool leaves_plain(const mbsri_front_build *b, const mbsri_front_pivots *p)
+{
+    const mbsri_front *f = b->f;
+    const mbsri_front_step *s = b->step;
+    const int parent = b->b->parent;
+    const bool alone = s->borders == 0 ||
+                       (s->borders == 1 && f->plan.border[s->first_border].body == parent &&
+                        !f->plan.coordinates[parent]),
+               bare = alone && !f->served && f->model->position_rows == 0;
+    return p->done == p->size && (b->plain || bare);
+}
+
 /* Columns of L and rows of U of what was eliminated, the numbers, and what is handed on. */
 static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_pivots *p)
 {
@@ -98,7 +111,7 @@ static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_p
            *to = f->matrices + s->matrix;
     int *numbers = f->numbers + s->numbers;
     f->left[b->k] =
-        (mbsri_front_left){done, p->rows, p->columns, p->size - done, b->plain && p->size == done};
+        (mbsri_front_left){done, p->rows, p->columns, p->size - done, leaves_plain(b, p)};
     for (int k = 0; k < p->rows; ++k) numbers[k] = p->row[k];
     for (int k = 0; k < p->columns; ++k) numbers[p->rows + k] = p->column[k];
     for (int k = 0; k < done; ++k) {

@@ -10,6 +10,7 @@
 #include "newton/front/refine.h"
 
 #include "algebra/dense.h"
+#include "algebra/space3.h"
 #include "base/inlined.h"
 #include "newton/linear/groups.h"
 #include "recursion/closures.h"
@@ -19,6 +20,47 @@
 #include <math.h>
 
 enum { REFINEMENTS = 5 };
+
+/* ---- joints in space ---- */
+
+/* Whether the joint of body i is one in space where nothing is deep: H and H' are those of an arm r
+ * and its rate, and the predecessor's motion goes on as that of a rigid body does. */
+static bool is_arm(const mbsri_front *f, int i)
+{
+    const mbsri_front_step *s = f->plan.step + f->plan.position[i];
+    const bool *deep = f->linear->deep;
+    return s->axes && !deep[i] && !deep[f->model->body[i].parent] && f->model->body[i].parent > 0;
+}
+
+/* y (6) += -H^T m of an arm, whose entries H has below its diagonal */
+static void take_arm(const double H[36], const double m[6], double y[6])
+{
+    const double r[3] = {H[11], H[15], H[4]};
+    mbsri_add_cross3(r, m + 3, y);
+    for (int k = 0; k < 6; ++k) y[k] += m[k];
+}
+
+/* mbsri_linear_pass */
+static void pass_arm(const mbsri_terms *k, const double *y, double *below)
+{
+    const double rate[3] = {k->Hdot[11], k->Hdot[15], k->Hdot[4]};
+    take_arm(k->H, y, below);
+    take_arm(k->H, y + 6, below + 6);
+    mbsri_add_cross3(rate, y + 3, below + 6);
+}
+
+/* x of the body from that of its predecessor: its rotation and its rate move the rest. */
+static void move_arm(const double *X, const double *above, double *x)
+{
+    double t[12];
+    for (int r = 0; r < 12; ++r) t[r] = above[r];
+    for (int l = 0; l < 3; ++l) {
+        const double *turn = X + 12 * l, *rate = turn + 72;
+        for (int r = 3; r < 12; ++r) t[r] += turn[r] * above[l];
+        for (int r = 9; r < 12; ++r) t[r] += rate[r] * above[6 + l];
+    }
+    for (int r = 0; r < 12; ++r) x[r] = t[r];
+}
 
 /* ---- right-hand sides ---- */
 
@@ -44,10 +86,13 @@ static void lift(mbsri_front *f, int i, const double *ru)
         const mbsri_body *of = m->body + g.member[l];
         const mbsri_terms own = l == 0 ? k : mbsri_linear_terms(f->linear, g.member[l]);
         mbsri_copy((size_t)of->n, range + of->group.iu, w + of->group.iu);
-        mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->group.iu);
+        mbsri_atx_often(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->group.iu);
     }
-    mbsri_ax(b->d, g.n, 1.0, k.G, range + b->group.iu, f->wbar + b->v);
-    mbsri_atx(b->d, b->pred.d, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred.v);
+    mbsri_ax_often(b->d, g.n, 1.0, k.G, range + b->group.iu, f->wbar + b->v);
+    if (is_arm(f, i))
+        take_arm(k.H, f->wbar + b->v, f->wbar + b->pred.v);
+    else
+        mbsri_atx(b->d, b->pred.d, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred.v);
 }
 
 /* r of the rows of closures: of a stiff one, the equation is taken with the other sign. */
@@ -81,12 +126,15 @@ static void load_joint(mbsri_front *f, int i, const double *r)
         rate[l] = tau - r[m->nq + b->u + l];
         react[l] = null[b->group.iu + l] - tau;
     }
-    mbsri_atx(d, n, 1.0, k.J, y, momentum);
-    mbsri_atx(d, n, 1.0, k.J, y + d, rate);
-    mbsri_atx(d, n, 1.0, k.Jdot, y, rate);
+    mbsri_atx_often(d, n, 1.0, k.J, y, momentum);
+    mbsri_atx_often(d, n, 1.0, k.J, y + d, rate);
+    mbsri_atx_often(d, n, 1.0, k.Jdot, y, rate);
     for (int l = 0; l < n; ++l) a[l] = f->c * momentum[l] - rate[l];
     if (f->linear->deep[i]) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, react);
-    mbsri_linear_pass(b, &k, f->linear->deep[b->parent], y, f->h + above->y);
+    if (is_arm(f, i))
+        pass_arm(&k, y, f->h + above->y);
+    else
+        mbsri_linear_pass(b, &k, f->linear->deep[b->parent], y, f->h + above->y);
     if (m->position_rows == 0) return;
     const double *qdot =
         k.qdot + (size_t)(mbsri_linear_motions(f->linear, b->parent) + nq) * (size_t)nq;
@@ -209,8 +257,8 @@ static void move(mbsri_front *f, int i)
     const int x = mbsri_linear_motions(w, i), above = mbsri_linear_motions(w, b->parent);
     double *to = f->value + at->x;
     mbsri_zero((size_t)x, to);
-    if (b->parent > 0 && x == 12 && above == 12)
-        mbsri_ax(12, 12, 1.0, k.x, f->value + f->names[b->parent].x, to);
+    if (is_arm(f, i))
+        move_arm(k.x, f->value + f->names[b->parent].x, to);
     else if (b->parent > 0)
         mbsri_ax(x, above, 1.0, k.x, f->value + f->names[b->parent].x, to);
     mbsri_ax(x, b->nq, 1.0, k.x + above * x, f->value + at->q, to);

@@ -3,8 +3,10 @@
 #include "newton/linear/linear.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "forces/coordinate_laws.h"
 #include "forces/gravity.h"
 #include "forms/loops.h"
 #include "forms/momentum.h"
@@ -23,6 +25,7 @@
 #include "recursion/kinematics.h"
 
 #include <math.h>
+#include <string.h>
 
 int mbsri_linear_check(const mbsr_model *m, const char *function, mbsr_error *error)
 {
@@ -93,11 +96,13 @@ static size_t place_terms(const mbsri_linear *l, int i, bool own, bool above, do
     return used;
 }
 
-mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i)
+static void place_all_terms(mbsri_linear *l)
 {
-    mbsri_terms k;
-    place_terms(l, i, l->deep[i], l->deep[l->model->body[i].parent], l->store + l->terms[i], &k);
-    return k;
+    for (int i = 1; i <= l->model->bodies; ++i) {
+        if (l->served && !l->served[i]) continue;
+        place_terms(l, i, l->deep[i], l->deep[l->model->body[i].parent], l->store + l->terms[i],
+                    l->of + i);
+    }
 }
 
 static bool on_every_body(const mbsri_force *force)
@@ -233,7 +238,8 @@ static size_t number_all(mbsri_linear *l, size_t *work)
 static size_t numbers_size(const mbsr_model *m)
 {
     const size_t bodies = (size_t)m->bodies + 1;
-    return (3 * bodies + m->forces.count + m->closures.count) * sizeof(size_t) +
+    return bodies * sizeof(mbsri_terms) +
+           (3 * bodies + m->forces.count + m->closures.count) * sizeof(size_t) +
            (size_t)m->elements.pairs * sizeof(mbsri_acting) + 2 * bodies * sizeof(int) +
            (2 * bodies + (size_t)m->rows) * sizeof(bool);
 }
@@ -242,7 +248,8 @@ static void place_numbers(mbsri_linear *l, void *memory)
 {
     const mbsr_model *m = l->model;
     const size_t bodies = (size_t)m->bodies + 1;
-    l->motion = memory;
+    l->of = memory;
+    l->motion = (size_t *)(void *)(l->of + bodies);
     l->terms = l->motion + bodies;
     l->each = l->terms + bodies;
     l->element = l->each + bodies;
@@ -269,6 +276,7 @@ static size_t place_doubles(mbsri_linear *l, size_t store, size_t work, double *
     l->joint = take(&memory, &used, mbsri_joint_slopes_size(m));
     l->body = take(&memory, &used, mbsri_body_slopes_size(m));
     l->spare = take(&memory, &used, (size_t)(m->nq + 3 * m->nu));
+    l->along = take(&memory, &used, 2 * (size_t)m->nu);
     l->terms_of_one = take(&memory, &used, one);
     double *matrix = take(&memory, &used, slopes);
     if (memory)
@@ -293,6 +301,9 @@ mbsri_linear *mbsri_linear_create(const mbsr_model *m, bool whole, const bool *s
         return NULL;
     }
     place_doubles(l, store, work, block);
+    memset(l->of, 0, ((size_t)m->bodies + 1) * sizeof *l->of);
+    memset(l->deep, 0, ((size_t)m->bodies + 1) * sizeof *l->deep);
+    place_all_terms(l);
     l->bytes = head + numbers + doubles;
     return l;
 }
@@ -340,7 +351,7 @@ static void linear_react(const mbsr_model *m, mbsr_data *d, double *rates, doubl
 bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
 {
     const mbsr_model *m = l->model;
-    bool some = false;
+    bool some = false, other = false;
     l->deep[0] = l->coupled[0] = false;
     l->rank[0] = 0;
     for (int i = 1; i <= m->bodies; ++i) {
@@ -350,17 +361,21 @@ bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
         l->rank[i] = rank && g.members == 1 ? rank[i] : mbsri_group_rank(d, &g);
         for (int k = 0; k < g.members; ++k) {
             const int at = g.member[k];
+            const bool deep = g.members > 1 || l->deep[m->body[i].parent] || l->rank[i] < g.n;
             l->coupled[at] = g.members > 1;
-            l->deep[at] = g.members > 1 || l->deep[m->body[i].parent] || l->rank[i] < g.n;
-            some = some || l->deep[at];
+            other = other || deep != l->deep[at];
+            l->deep[at] = deep;
+            some = some || deep;
         }
     }
+    if (other) place_all_terms(l);
     return some;
 }
 
 void mbsri_linear_mark_all(mbsri_linear *l)
 {
     for (int i = 1; i <= l->model->bodies; ++i) l->deep[i] = true;
+    place_all_terms(l);
 }
 
 /* The first rows of a column of one matrix, to a column of another that has these alone. */
@@ -455,6 +470,16 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
     return MBSR_OK;
 }
 
+static void find_along(mbsri_linear *l, const mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    const size_t nu = (size_t)m->nu;
+    mbsri_zero(2 * nu, l->along);
+    mbsri_coordinate_slopes(&m->elements.along, d->element.off + mbsri_other_forces(m), d->q, d->u,
+                            l->along, l->along + nu);
+    l->finite = mbsri_finite(2 * nu, l->along);
+}
+
 static int keep_element(mbsri_linear *l, mbsr_data *d, size_t k)
 {
     int first, last, status = MBSR_OK;
@@ -507,6 +532,7 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
     l->c = c;
     const int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
     if (status) return status;
+    find_along(l, d);
     double *rates = l->spare, *x = rates + l->model->nu;
     if (mbsri_linear_mark(l, d, NULL)) linear_react(l->model, d, rates, x, x + l->model->nu);
     return l->whole ? MBSR_OK : find_pairs(l, d); /* else with what is kept */

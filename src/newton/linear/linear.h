@@ -42,6 +42,9 @@ typedef struct mbsri_linear {
     bool *deep, *coupled; /* N + 1: of each body; coupled: one of a group that is one block */
     bool *dropped;        /* rows of closures that the data leaves out */
     int *rank, *e;   /* N + 1: of its joint, or at the head of the group; numbers of its pose */
+    mbsri_terms *of; /* N + 1, as bodies are deep */
+    double *along;   /* 2 nu: derivatives of elements on one coordinate, along q, along u; */
+    bool finite;     /* they are */
     size_t *motion;  /* N + 1: offset of e + 2 d numbers, in vectors of `motions` */
     size_t *terms;   /* N + 1: offsets in the store; so are the next four */
     size_t *element; /* of elements, */
@@ -97,7 +100,10 @@ int mbsri_linear_elements(mbsri_linear *l, mbsr_data *d);
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                     double c);
 
-mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i);
+static inline mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i)
+{
+    return l->of[i];
+}
 
 /* Numbers of pose, V and perhaps A of a body, and of its actions: momentum, its rate and perhaps
  * the reaction. */
