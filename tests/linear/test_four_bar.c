@@ -1,6 +1,6 @@
-/* Four-bar linkages with a diagonal spring and damper: positions of rest, and the eigenvalues
- * there, against their equations in one angle and a published position. SPDX-License-Identifier:
- * BSD-3-Clause
+/* Four-bar linkages with a diagonal spring and damper: rest, and the eigenvalues there, against
+ * their equations in one angle and a published position.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Uniform rods: crank 0.8 m, 1 kg; coupler 1 m, 1.5 kg; follower 0.9 m, 2 kg; ground 1.2 m. The
  * spring goes from the crank's bearing to the joint of coupler and follower: 60 N/m, 2 N s/m, 1 m
