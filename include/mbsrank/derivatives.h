@@ -1,5 +1,5 @@
-/* Derivatives of inverse and forward dynamics: products with their Jacobians and the transposes,
- * O(N).
+/* Derivatives of inverse and forward dynamics and of the residual of the momentum form: products
+ * with their Jacobians and the transposes, O(N).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   inverse dynamics   tau(q, u, u')     mbsr_derivatives_inverse
@@ -128,6 +128,32 @@ MBSR_API int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, c
  * parameters together in O(N + parameters). Statuses of mbsr_derivatives_adjoint. */
 MBSR_API int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const double *w,
                                                 const double *w_lambda, double *by_theta);
+
+/* ---- of the residual ----
+ *
+ * Of F(t, y, y') of the momentum form (dae.h, MBSR_DAE_MOMENTUM) in y, y' and the parameters
+ * chosen, for models of any rank, with closures too. As the matrix of Newton systems (newton.h) it
+ * is the derivative of F where the algebraic equations hold; elsewhere it lacks what is
+ * proportional to their defect. Rows are left out that the data of this object leaves out: which a
+ * start there decides (mbsr_derivatives_data). */
+
+/* Linearises F at y and y' (mbsr_dae_size numbers each). F: its value, may be NULL. Statuses of
+ * mbsr_dae_residual and of the functions that are differenced; MBSR_ERR_NULL. What was linearised
+ * before is forgotten, after a failure too. */
+MBSR_API int mbsr_derivatives_residual(mbsr_derivatives *derivatives, double t, const double *y,
+                                       const double *yp, double *F);
+
+/* The change dF of F along dy and dyp (mbsr_dae_size numbers each) and dtheta (as many as chosen),
+ * in O(N); NULL: zero. Outputs may be inputs. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE without
+ * mbsr_derivatives_residual, or with dtheta and without a choice; MBSR_NOT_FINITE. Nothing is
+ * written then. */
+MBSR_API int mbsr_derivatives_residual_tangent(mbsr_derivatives *derivatives, const double *dy,
+                                               const double *dyp, const double *dtheta, double *dF);
+
+/* The transpose: by_y, by_yp (mbsr_dae_size numbers) and by_theta (as many as chosen), each may be
+ * NULL, of sum w_k F_k, w (mbsr_dae_size). Statuses likewise. */
+MBSR_API int mbsr_derivatives_residual_adjoint(mbsr_derivatives *derivatives, const double *w,
+                                               double *by_y, double *by_yp, double *by_theta);
 
 /* ---- at many states ----
  *

@@ -78,6 +78,31 @@ static bool place_arrays(mbsr_derivatives *w)
     return true;
 }
 
+/* Room for products of the residual; whether there is memory. */
+static bool place_residual(mbsr_derivatives *w)
+{
+    mbsri_residual *z = &w->residual;
+    const mbsr_model *m = w->model;
+    const size_t size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM), nu = (size_t)m->nu,
+                 rows = (size_t)m->rows, all = rows + (size_t)m->position_rows,
+                 vectors = mbsri_vectors_place(w->linear, NULL, &z->vectors),
+                 count = vectors + 3 * size + 3 * nu + rows + all;
+    z->memory = mbsri_allocate(&m->allocator, (count + 1) * sizeof(double));
+    if (!z->memory) return false;
+    mbsri_zero(count, z->memory);
+    mbsri_vectors_place(w->linear, z->memory, &z->vectors);
+    double **const place[] = {&z->given,          &z->result,       &z->other,
+                              &z->sources.pulse,  &z->sources.load, &z->sources.drift,
+                              &z->sources.lambda, &z->sources.rows};
+    const size_t length[] = {size, size, size, nu, nu, nu, rows, all};
+    double *next = z->memory + vectors;
+    for (size_t k = 0; k < sizeof place / sizeof *place; ++k) {
+        *place[k] = next;
+        next += length[k];
+    }
+    return true;
+}
+
 int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivatives,
                             mbsr_error *error)
 {
@@ -97,8 +122,8 @@ int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivati
         w->linear = mbsri_linear_create(model, true, NULL);
         if (mbsri_rigid_serves(model)) w->rigid = mbsri_rigid_create(model);
     }
-    if (!w || !w->linear || (mbsri_rigid_serves(model) && !w->rigid) || !place_arrays(w) ||
-        mbsr_data_create(model, &w->data, NULL)) {
+    if (!w || !w->linear || !place_residual(w) || (mbsri_rigid_serves(model) && !w->rigid) ||
+        !place_arrays(w) || mbsr_data_create(model, &w->data, NULL)) {
         mbsr_derivatives_destroy(w);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d bodies", name, model->bodies);
@@ -121,6 +146,7 @@ void mbsri_derivatives_unchoose(mbsr_derivatives *w)
     if (w->rigid) w->rigid->seeds = NULL;
     mbsri_seeds_destroy(&w->seeds, w->model);
     mbsri_seeds_destroy(&w->swept, w->model);
+    mbsri_seeds_destroy(&w->residual.seeds, w->model);
 }
 
 void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
@@ -134,6 +160,7 @@ void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
     mbsri_rigid_destroy(w->rigid);
     mbsr_data_destroy(w->data);
     if (w->memory) mbsri_release(&allocator, w->memory);
+    if (w->residual.memory) mbsri_release(&allocator, w->residual.memory);
     mbsri_release(&allocator, w);
 }
 
@@ -216,13 +243,14 @@ static int linearise(mbsr_derivatives *w, double t, const double *q, const doubl
     return linearise_inverse(w, t, q, u, udot, forward ? w->lambda : NULL);
 }
 
-static int take_error(mbsr_derivatives *w, int status)
+int mbsri_derivatives_take_error(mbsr_derivatives *w, int status)
 {
     const mbsr_error *error = mbsr_data_error(w->data);
     return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
 }
 
-static int refuse_call(mbsr_derivatives *w, int status, const char *function, const char *text)
+int mbsri_derivatives_refuse(mbsr_derivatives *w, int status, const char *function,
+                             const char *text)
 {
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function, text);
 }
@@ -234,10 +262,11 @@ int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const doub
     if (!w) return MBSR_ERR_NULL;
     mbsri_derivatives_forget(w);
     if (!q || !u || !udot)
-        return refuse_call(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
+        return mbsri_derivatives_refuse(w, MBSR_ERR_NULL, inverse_name,
+                                        "a required pointer is NULL");
     int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, w->solution);
     if (!status) status = linearise(w, t, q, u, udot, false);
-    if (status) return take_error(w, status);
+    if (status) return mbsri_derivatives_take_error(w, status);
     if (tau) mbsri_copy((size_t)w->model->nu, w->solution, tau);
     w->at = MBSRI_LINEARISED_INVERSE;
     return MBSR_OK;
@@ -261,14 +290,16 @@ int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const doub
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
     mbsri_derivatives_forget(w);
-    if (!q || !u) return refuse_call(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
+    if (!q || !u)
+        return mbsri_derivatives_refuse(w, MBSR_ERR_NULL, forward_name,
+                                        "a required pointer is NULL");
     const mbsr_model *m = w->model;
     int status = mbsr_forward_dynamics(m, w->data, t, q, u, tau, w->solution);
     if (!status) status = linearise(w, t, q, u, w->solution, true);
     if (!status && m->rows > 0) status = factor_loops(w);
     if (status) {
         mbsri_derivatives_forget(w);
-        return take_error(w, status);
+        return mbsri_derivatives_take_error(w, status);
     }
     if (lambda) mbsri_copy((size_t)m->rows, w->lambda, lambda);
     if (udot) mbsri_copy((size_t)m->nu, w->solution, udot);
@@ -292,8 +323,7 @@ static void solve_mass(mbsr_derivatives *w, const double *right, const double *b
     mbsri_refine_solve(m, w->data, x);
 }
 
-/* dq of q = G x, or with `back` x = G^T dq. */
-static void turn_coordinates(const mbsr_derivatives *w, bool back, const double *from, double *to)
+void mbsri_derivatives_turn(const mbsr_derivatives *w, bool back, const double *from, double *to)
 {
     const mbsri_linear *l = w->linear;
     mbsri_zero((size_t)(back ? w->model->nu : w->model->nq), to);
@@ -312,16 +342,18 @@ static void turn_coordinates(const mbsr_derivatives *w, bool back, const double 
 static int check_product(mbsr_derivatives *w, const char *name, bool arguments,
                          const double *lambda)
 {
-    if (!arguments) return refuse_call(w, MBSR_ERR_NULL, name, "out is NULL");
-    if (w->at == MBSRI_LINEARISED_NOT)
-        return refuse_call(w, MBSR_ERR_SEQUENCE, name,
-                           "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
+    if (!arguments) return mbsri_derivatives_refuse(w, MBSR_ERR_NULL, name, "out is NULL");
+    if (w->at != MBSRI_LINEARISED_INVERSE && w->at != MBSRI_LINEARISED_FORWARD)
+        return mbsri_derivatives_refuse(
+            w, MBSR_ERR_SEQUENCE, name,
+            "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
     if (lambda && w->at == MBSRI_LINEARISED_INVERSE)
-        return refuse_call(w, MBSR_ERR_VALUE, name,
-                           "inverse dynamics has no loop forces; those of forward dynamics are "
-                           "linearised by mbsr_derivatives_forward");
+        return mbsri_derivatives_refuse(
+            w, MBSR_ERR_VALUE, name,
+            "inverse dynamics has no loop forces; those of forward dynamics are "
+            "linearised by mbsr_derivatives_forward");
     if (lambda && w->redundant)
-        return refuse_call(
+        return mbsri_derivatives_refuse(
             w, MBSR_LOOP_SINGULAR, name,
             "rows of closures depend on others, so that forces do not determine lambda");
     return MBSR_OK;
@@ -363,7 +395,7 @@ static int tangent_by_sweeps(mbsr_derivatives *w, const char *name, const double
     (forward ? kernels->forward_tangent : kernels->tangent)(w->rigid, dq, du, given, w->solution);
     for (size_t k = 0; k < more && !forward; ++k) w->solution[place[k]] -= w->torque[k];
     if (!mbsri_finite(nu, w->solution))
-        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "it overflows");
     mbsri_copy(nu, w->solution, out);
     return MBSR_OK;
 }
@@ -379,17 +411,18 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
     if (!finite(nu, dq) || !finite(nu, du) || !finite(nu, dload))
-        return refuse_call(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
     double *rates = w->load, *given = rates + m->nu, *load = given + m->nu, *forces = w->weight;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     if (w->by_sweeps) return tangent_by_sweeps(w, name, dq, du, dload, out);
     copy_or_zero(nu, dq, rates);
-    turn_coordinates(w, false, rates, w->dq);
+    mbsri_derivatives_turn(w, false, rates, w->dq);
     copy_or_zero(nu, du, rates);
     copy_or_zero(nu, dload, given);
     if (!forward) {
         mbsri_derivatives_tangent(w, w->dq, rates, given, load);
-        if (!mbsri_finite(nu, load)) return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+        if (!mbsri_finite(nu, load))
+            return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "it overflows");
         mbsri_copy(nu, load, out);
         return MBSR_OK;
     }
@@ -399,7 +432,7 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
     for (int k = 0; k < m->rows; ++k) w->rows[k] = -w->rows[k];
     solve_mass(w, w->right, w->rows, w->solution, forces);
     if (!mbsri_finite(nu, w->solution))
-        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "it overflows");
     mbsri_copy(nu, w->solution, out);
     for (size_t k = 0; k < rows && dlambda; ++k) dlambda[k] = forces[k] + w->lambda[k];
     return MBSR_OK;
@@ -455,7 +488,7 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
     if (!finite(nu, w_out) || !finite(rows, w_lambda))
-        return refuse_call(w, MBSR_NOT_FINITE, name, "w or w_lambda is not finite");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "w or w_lambda is not finite");
     double *weights = w->load, *du = weights + m->nu, *dudot = du + m->nu;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     copy_or_zero(nu, w_out, weights);
@@ -469,11 +502,11 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
             for (int k = 0; k < m->nu; ++k) weights[k] = -w->right[k];
         }
         mbsri_derivatives_adjoint(w, weights, w->dq, du, dudot);
-        turn_coordinates(w, true, w->dq, w->solution);
+        mbsri_derivatives_turn(w, true, w->dq, w->solution);
     }
     const double *of_load = forward ? w->right : dudot;
     if (!mbsri_finite(nu, w->solution) || !mbsri_finite(nu, du) || !mbsri_finite(nu, of_load))
-        return refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "it overflows");
     if (by_q) mbsri_copy(nu, w->solution, by_q);
     if (by_u) mbsri_copy(nu, du, by_u);
     if (by_load) mbsri_copy(nu, of_load, by_load);
@@ -509,7 +542,7 @@ int mbsr_derivatives_matrices(mbsr_derivatives *derivatives, double *by_q, doubl
         for (size_t k = 0; k < nu && matrix[which] && !by_sweeps && !status; ++k)
             status = column_by_product(w, which, (int)k, matrix[which] + k * nu);
         if (!status && matrix[which] && !mbsri_finite(nu * nu, matrix[which]))
-            status = refuse_call(w, MBSR_NOT_FINITE, name, "it overflows");
+            status = mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "it overflows");
     }
     return status;
 }

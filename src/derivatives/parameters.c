@@ -8,11 +8,6 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 
-static int refuse_seeds(mbsr_derivatives *w, int status, const char *function, const char *text)
-{
-    return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function, text);
-}
-
 /* The same parameters as `made`, for the sweeps where these serve them. */
 static int choose_swept(mbsr_derivatives *w, const mbsri_seeds *made, const mbsr_parameters *list,
                         const int *which, const char *name, mbsri_seeds *swept,
@@ -38,28 +33,34 @@ int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parame
     static const char name[] = "mbsr_derivatives_parameters";
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
-    if (count < 0) return refuse_seeds(w, MBSR_ERR_VALUE, name, "count is negative");
+    if (count < 0) return mbsri_derivatives_refuse(w, MBSR_ERR_VALUE, name, "count is negative");
     if (count > 0 && (!list || !which))
-        return refuse_seeds(w, MBSR_ERR_NULL, name, "list or which is NULL");
+        return mbsri_derivatives_refuse(w, MBSR_ERR_NULL, name, "list or which is NULL");
     for (int k = 0; k < count; ++k)
         if (which[k] < 0 || which[k] >= mbsr_parameters_count(list))
             return mbsri_fail(&w->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
                               "%s: which[%d] is %d, but there are %d parameters", name, k, which[k],
                               mbsr_parameters_count(list));
-    mbsri_seeds made = {.count = 0}, swept = {.count = 0};
+    mbsri_seeds made = {.count = 0}, swept = made, residual = made;
     mbsri_rigid_seeds *room = NULL;
-    int status = count == 0
-                     ? MBSR_OK
-                     : mbsri_seeds_create(&made, w->linear, 0, list, count, which, name, &w->error);
+    int status = MBSR_OK;
+    if (count > 0)
+        status = mbsri_seeds_create(&made, w->linear, MBSRI_SEED_PRODUCTS, list, count, which, name,
+                                    &w->error);
+    if (!status && count > 0)
+        status = mbsri_seeds_create(&residual, w->linear, MBSRI_SEED_RESIDUAL, list, count, which,
+                                    name, &w->error);
     if (!status) status = choose_swept(w, &made, list, which, name, &swept, &room);
     if (status) {
         mbsri_seeds_destroy(&made, w->model);
+        mbsri_seeds_destroy(&residual, w->model);
         return status;
     }
     mbsri_derivatives_forget(w);
     mbsri_derivatives_unchoose(w);
     w->seeds = made;
     w->swept = swept;
+    w->residual.seeds = residual;
     if (w->rigid) w->rigid->seeds = room;
     return MBSR_OK;
 }
@@ -67,10 +68,12 @@ int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parame
 static int check_seeds(mbsr_derivatives *w, const char *name)
 {
     if (w->seeds.count == 0)
-        return refuse_seeds(w, MBSR_ERR_SEQUENCE, name, "call mbsr_derivatives_parameters first");
-    if (w->at == MBSRI_LINEARISED_NOT)
-        return refuse_seeds(w, MBSR_ERR_SEQUENCE, name,
-                            "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
+        return mbsri_derivatives_refuse(w, MBSR_ERR_SEQUENCE, name,
+                                        "call mbsr_derivatives_parameters first");
+    if (w->at != MBSRI_LINEARISED_INVERSE && w->at != MBSRI_LINEARISED_FORWARD)
+        return mbsri_derivatives_refuse(
+            w, MBSR_ERR_SEQUENCE, name,
+            "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
     return MBSR_OK;
 }
 
@@ -80,11 +83,12 @@ int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const doub
     static const char name[] = "mbsr_derivatives_parameter_tangent";
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
-    if (!dtheta || !out) return refuse_seeds(w, MBSR_ERR_NULL, name, "dtheta or out is NULL");
+    if (!dtheta || !out)
+        return mbsri_derivatives_refuse(w, MBSR_ERR_NULL, name, "dtheta or out is NULL");
     int status = check_seeds(w, name);
     if (status) return status;
     if (!mbsri_finite((size_t)w->seeds.count, dtheta))
-        return refuse_seeds(w, MBSR_NOT_FINITE, name, "dtheta is not finite");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "dtheta is not finite");
     mbsri_seeds *seeds = w->by_sweeps ? &w->swept : &w->seeds;
     mbsri_seeds_along(seeds, dtheta);
     seeds->active = true;
@@ -98,7 +102,7 @@ int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const doub
 static int give_gradient(mbsr_derivatives *w, const mbsri_seeds *s, const char *name, double *out)
 {
     if (!mbsri_finite((size_t)s->count, s->by))
-        return refuse_seeds(w, MBSR_NOT_FINITE, name, "it overflows");
+        return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "it overflows");
     mbsri_copy((size_t)s->count, s->by, out);
     return MBSR_OK;
 }
@@ -109,7 +113,7 @@ int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const doub
     static const char name[] = "mbsr_derivatives_parameter_adjoint";
     mbsr_derivatives *w = derivatives;
     if (!w) return MBSR_ERR_NULL;
-    if (!by_theta) return refuse_seeds(w, MBSR_ERR_NULL, name, "by_theta is NULL");
+    if (!by_theta) return mbsri_derivatives_refuse(w, MBSR_ERR_NULL, name, "by_theta is NULL");
     int status = check_seeds(w, name);
     if (!status) status = mbsr_derivatives_adjoint(w, w_out, w_lambda, NULL, NULL, NULL);
     if (status) return status;

@@ -6,15 +6,28 @@
 #include "derivatives/rigid.h"
 #include "derivatives/seeds.h"
 #include "fronts/fronts.h"
-#include "newton/linear/linear.h"
+#include "newton/linear/product.h"
+#include "newton/linear/product_sources.h"
 
+#include <mbsrank/dae.h>
 #include <mbsrank/derivatives.h>
 
 typedef enum mbsri_linearised {
     MBSRI_LINEARISED_NOT,
     MBSRI_LINEARISED_INVERSE,
-    MBSRI_LINEARISED_FORWARD
+    MBSRI_LINEARISED_FORWARD,
+    MBSRI_LINEARISED_RESIDUAL
 } mbsri_linearised;
+
+/* The residual of the momentum form: vectors of its products; seeds of parameters, whose sums are
+ * `sources`; of y and y' (size of y each) what is given, and what belongs to c = 0. */
+typedef struct mbsri_residual {
+    mbsri_vectors vectors;
+    mbsri_seeds seeds;
+    mbsri_sources sources;
+    double *given, *result, *other;
+    double *memory;
+} mbsri_residual;
 
 struct mbsr_derivatives {
     const mbsr_model *model;
@@ -24,6 +37,7 @@ struct mbsr_derivatives {
     mbsri_rigid *rigid;   /* NULL: the model is none */
     mbsri_seeds seeds;    /* of parameters, and for the sweeps */
     mbsri_seeds swept;    /* with rigid->seeds; none where the sweeps do not serve them */
+    mbsri_residual residual;
     mbsri_linearised at;
     bool by_sweeps; /* of `rigid` */
     bool open;      /* `fronts` have been factored */
@@ -43,6 +57,14 @@ struct mbsr_derivatives {
 
 /* No state is linearised any more. */
 void mbsri_derivatives_forget(mbsr_derivatives *w);
+
+/* A failure of the data, or with this text, as that of the object; the status. */
+int mbsri_derivatives_take_error(mbsr_derivatives *w, int status);
+int mbsri_derivatives_refuse(mbsr_derivatives *w, int status, const char *function,
+                             const char *text);
+
+/* dq of q = G x, or with `back` x = G^T dq, of the state linearised. */
+void mbsri_derivatives_turn(const mbsr_derivatives *w, bool back, const double *from, double *to);
 
 /* No parameters are chosen any more. */
 void mbsri_derivatives_unchoose(mbsr_derivatives *w);

@@ -47,6 +47,43 @@ static size_t rates_size(const mbsr_model *m)
     return count;
 }
 
+/* Entries of L; too many where a tree is deep, and sweeps take fewer operations. */
+static size_t size_of_factor(const mbsri_sweeps *tree, size_t nu)
+{
+    enum { MOST = 24, LARGEST = 200 }; /* a column, columns */
+    size_t size = 0;
+    if (nu > LARGEST) return 0;
+    for (int i = 1; i <= tree->bodies && size <= MOST * nu; ++i) {
+        for (int at = tree->body[i].parent; at > 0 && size <= MOST * nu; at = tree->body[at].parent)
+            size += (size_t)(tree->body[i].n * tree->body[at].n);
+    }
+    return size <= MOST * nu ? size : 0;
+}
+
+static void place_order(const mbsri_sweeps *tree, size_t nu, unsigned char *base, size_t *used,
+                        mbsri_rigid_order *o)
+{
+    const size_t bodies = (size_t)tree->bodies + 1, size = size_of_factor(tree, nu);
+    o->stride = (nu + 7) / 4 * 4;
+    o->first = take(base, used, bodies * sizeof *o->first);
+    o->end = take(base, used, bodies * sizeof *o->end);
+    o->above = take(base, used, bodies * sizeof *o->above);
+    o->u = take(base, used, nu * sizeof *o->u);
+    o->travel = take(base, used, MBSRI_RIGID_TRAVEL * o->stride * sizeof *o->travel);
+    o->base = take(base, used, nu * sizeof *o->base);
+    o->down = take(base, used, (size + 4) * sizeof *o->down);
+    o->up = take(base, used, (size + 4) * sizeof *o->up);
+    o->turn = take(base, used, size * sizeof *o->turn);
+    o->path = take(base, used, size * sizeof *o->path);
+    o->entries = size;
+    o->place = take(base, used, nu * sizeof *o->place);
+    o->reach = take(base, used, nu * sizeof *o->reach);
+    o->row = take(base, used, nu * sizeof *o->row);
+    o->down_rows = (3 * ((nu + 3) / 4 * 4) + 15) / 16 * 16;
+    o->rows = take(base, used, size > 0 ? nu * o->down_rows * sizeof *o->rows : 0);
+    if (size == 0) o->base = NULL;
+}
+
 /* Places the arrays in `base`, or with base == NULL only returns the size. */
 static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
 {
@@ -65,7 +102,8 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     r->force = take(base, &used, bodies * sizeof *r->force);
     r->spare = take(base, &used, nu * sizeof *r->spare);
     r->side = take(base, &used, nu * sizeof *r->side);
-    r->along = take(base, &used, 3 * bodies * sizeof *r->along);
+    r->along = take(base, &used, bodies * sizeof *r->along);
+    place_order(m->tree.evaluated, nu, base, &used, &r->order);
     r->reach = take(base, &used, bodies * sizeof *r->reach);
     const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
                  count = r->elements ? nu : 0;
@@ -77,6 +115,66 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     r->by_q = take(base, &used, count * sizeof *r->by_q);
     r->by_u = take(base, &used, count * sizeof *r->by_u);
     return used;
+}
+
+/* The order of bodies and columns. */
+static void order_columns(mbsri_rigid *r, const mbsr_model *m)
+{
+    const mbsri_sweeps *tree = m->tree.evaluated;
+    const mbsri_sweep_body *body = tree->body;
+    mbsri_rigid_order *o = &r->order;
+    int *next = r->along; /* for the columns behind each, then for the bodies */
+    for (int i = tree->bodies; i >= 1; --i) {
+        o->end[i] += body[i].n;
+        o->end[body[i].parent] += o->end[i];
+    }
+    next[0] = 0;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        o->first[i] = next[body[i].parent];
+        next[body[i].parent] += o->end[i];
+        o->end[i] += o->first[i];
+        next[i] = o->first[i] + body[i].n;
+        o->above[i] = o->above[body[i].parent] + body[body[i].parent].n;
+    }
+}
+
+/* Where the entries of L stand. */
+static void order_factor(mbsri_rigid *r, const mbsri_sweeps *tree)
+{
+    mbsri_rigid_order *o = &r->order;
+    size_t row = 0, column = 0;
+    for (int place = tree->bodies; place >= 1 && o->base; --place) {
+        const int i = r->along[place], behind = o->first[i] + tree->body[i].n;
+        for (int j = o->first[i]; j < behind; ++j) {
+            o->base[j] = row - (size_t)behind;
+            row += (size_t)(o->end[i] - behind);
+        }
+    }
+    for (int place = 1; place <= tree->bodies && o->base; ++place) {
+        const int i = r->along[place], n = tree->body[i].n;
+        for (int k = o->first[i]; k < o->first[i] + n; ++k) {
+            for (int at = tree->body[i].parent; at > 0; at = tree->body[at].parent) {
+                for (int j = o->first[at]; j < o->first[at] + tree->body[at].n; ++j, ++column) {
+                    o->turn[column] = o->base[j] + (size_t)k;
+                    o->path[column] = (size_t)j * o->down_rows;
+                }
+            }
+        }
+    }
+}
+
+/* r->along: bodies so that those behind one stand together. */
+static void order_bodies(mbsri_rigid *r, const mbsri_sweeps *tree, int *size, int *next)
+{
+    for (int i = 0; i <= tree->bodies; ++i) size[i] = 1;
+    for (int i = tree->bodies; i >= 1; --i) size[tree->body[i].parent] += size[i];
+    next[0] = 1;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const int parent = tree->body[i].parent, place = next[parent];
+        r->along[place] = i;
+        next[parent] += size[i];
+        next[i] = place + 1;
+    }
 }
 
 mbsri_rigid *mbsri_rigid_create(const mbsr_model *m)
@@ -96,6 +194,15 @@ mbsri_rigid *mbsri_rigid_create(const mbsr_model *m)
     unsigned char *base = (unsigned char *)r->memory + (MBSR_DATA_ALIGNMENT - past);
     mbsri_zero(size / sizeof(double), (double *)(void *)base);
     layout(m, base, r);
+    int *spare = mbsri_allocate(&m->allocator, 2 * ((size_t)r->model->bodies + 1) * sizeof *spare);
+    if (!spare) {
+        mbsri_rigid_destroy(r);
+        return NULL;
+    }
+    order_columns(r, m);
+    order_bodies(r, m->tree.evaluated, spare, spare + r->model->bodies + 1);
+    order_factor(r, m->tree.evaluated);
+    mbsri_release(&m->allocator, spare);
     return r;
 }
 

@@ -82,6 +82,28 @@ typedef struct mbsri_rigid_seeds {
     void *memory;
 } mbsri_rigid_seeds;
 
+/* The columns in an order in which those behind a body stand together, and what matrices need of
+ * it. D and L of M = L D L^T, L with ones on its diagonal: row j of L - 1 has an entry for each
+ * column k behind j, what a torque there takes away here, S_j^T (X^T)* G_k. */
+typedef struct mbsri_rigid_order {
+    int *first, *end; /* bodies + 1: place of its columns; where those behind it end */
+    int *above;       /* bodies + 1: columns of joints before it */
+    int *u;           /* nu: index in the caller's u */
+    double *travel;   /* MBSRI_RIGID_TRAVEL x stride: columns on their way to the root */
+    size_t stride;
+    size_t *base;        /* nu: entry (j, k) is down[base[j] + k]; NULL: L is too large */
+    double *down;        /* row by row, the last first */
+    double *up;          /* the same column by column, from the predecessor on to the root */
+    size_t *turn, *path; /* which entry of `down` it is, and where its row begins in `rows` */
+    size_t entries;
+    int *place, *reach; /* nu: the place itself; where what is behind it ends */
+    int *row;           /* nu: where the row of a rate begins in `rows`, by the caller's u */
+    double *rows;       /* nu x down_rows: by places, columns of three matrices side by side */
+    size_t down_rows;
+} mbsri_rigid_order;
+
+enum { MBSRI_RIGID_TRAVEL = 27 };
+
 /* Columns side by side in one solution. */
 enum { MBSRI_RIGID_SIDE = 16 };
 
@@ -122,8 +144,9 @@ struct mbsri_rigid {
     double (*force)[6][MBSRI_RIGID_SIDE]; /* bodies + 1 */
     double *spare;                        /* nu: a column that nobody asks for */
     double (*side)[MBSRI_RIGID_SIDE];     /* nu */
-    int *along;                           /* 3 (bodies + 1): see order_bodies */
-    unsigned char *reach;                 /* bodies + 1: what is not zero in these columns */
+    int *along;                           /* bodies + 1, so that those behind one stand together */
+    mbsri_rigid_order order;
+    unsigned char *reach; /* bodies + 1: what is not zero in these columns */
     /* with other elements than gravity and those on one coordinate */
     bool elements;
     mbsri_rigid_own *own;     /* bodies + 1, of those with loads */

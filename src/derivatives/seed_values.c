@@ -29,12 +29,19 @@
 
 /* ---- elements ---- */
 
-/* What the call of an element, defined as `def`, adds to f and tau of its bodies, `weight` times,
- * into `to`, body after body; copies of f and tau stand in `work`. */
-static int sample_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
-                          const mbsr_force_def *def, int bodies, double weight, double *work,
-                          double *to)
+/* Numbers of a body: f and tau; of the residual, rate of momentum and momentum behind them. */
+static size_t numbers_of_body(const mbsri_seeds *s, const mbsri_body *b)
 {
+    return (size_t)(b->d + b->n + (s->use == MBSRI_SEED_RESIDUAL ? 2 * b->d : 0));
+}
+
+/* What the call of an element, defined as `def`, adds to f and tau of its bodies, `weight` times,
+ * into `to`, body after body; copies of f and tau stand in the seeds' work. */
+static int sample_element(const mbsri_seeds *s, const mbsr_model *m, mbsr_data *d,
+                          const mbsri_force *force, const mbsr_force_def *def, int bodies,
+                          double weight, double *to)
+{
+    double *const work = s->work;
     mbsr_force_args args = mbsri_force_args(d, force, bodies);
     double *at = work, *ground;
     args.force = def;
@@ -51,7 +58,14 @@ static int sample_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *
         if (d->element.bodies[j].id == MBSR_GROUND) d->element.bodies[j].f = ground;
     const int status = force->def.table->evaluate(&args);
     if (status) return mbsri_force_failed(m, d, force, status, "evaluate");
-    for (const double *x = work; x < at; ++x) *to++ += weight * *x;
+    const double *x = work;
+    for (int j = 0; j < bodies; ++j) {
+        const mbsr_force_body *body = d->element.bodies + j;
+        if (body->id == MBSR_GROUND) continue;
+        const mbsri_body *b = m->body + mbsri_index(m, body->id);
+        for (int k = 0; k < b->d + b->n; ++k) to[k] += weight * *x++;
+        to += numbers_of_body(s, b);
+    }
     return MBSR_OK;
 }
 
@@ -124,10 +138,24 @@ static int differentiate_law(const mbsri_seeds *s, const mbsri_parameter *p, con
     int status = MBSR_OK;
     for (int l = 0; l < by.count && !status; ++l) {
         *x = at + by.place[l] * by.h;
-        status =
-            sample_element(m, d, force, &other, bodies, by.weight[l] / (12.0 * by.h), s->work, to);
+        status = sample_element(s, m, d, force, &other, bodies, by.weight[l] / (12.0 * by.h), to);
     }
     return status;
+}
+
+/* In the residual, behind each change of forces on a body: the rate of momentum that they make. */
+static void flow_of_forces(const mbsri_seeds *s, const mbsri_seeded *p)
+{
+    const mbsri_seed *mu = NULL;
+    int of_body = 0;
+    for (size_t j = p->first; j < p->last; ++j) {
+        const mbsri_seed *seed = s->seed + j;
+        if (seed->place != MBSRI_SEED_ACTION) continue;
+        if (of_body == 0) mu = seed;
+        for (int k = 0; k < seed->count && of_body == 1; ++k)
+            s->value[seed->value + (size_t)k] = -s->value[mu->value + (size_t)k];
+        of_body = (of_body + 1) % 3;
+    }
 }
 
 static int law_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d)
@@ -139,8 +167,9 @@ static int law_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m
     if (mbsri_force_off(m, d, force)) return MBSR_OK;
     for (int i = 1; i <= (every ? m->bodies : 1) && !status; ++i) {
         status = differentiate_law(s, &p->parameter, m, d, force, i, value);
-        value += m->body[i].d + m->body[i].n;
+        value += numbers_of_body(s, m->body + i);
     }
+    if (s->use == MBSRI_SEED_RESIDUAL) flow_of_forces(s, p);
     return status;
 }
 
@@ -187,9 +216,17 @@ static int sample_inertia(const mbsri_seeds *s, const mbsri_body *like, int i, c
         const int bodies = mbsri_force_bodies(m, d, force, i);
         d->element.bodies->M = M;
         d->element.bodies->inertia = &like->inertia;
-        status = sample_element(m, d, force, &force->def, bodies, weight, s->work, to);
+        status = sample_element(s, m, d, force, &force->def, bodies, weight, to);
     }
-    return status;
+    if (s->use != MBSRI_SEED_RESIDUAL || status) return status;
+    /* -M V, and of its rate what does not stand in f - M A - h: - M A - M' V */
+    double *flow = to + like->d + like->n, *momentum = flow + like->d, *rate = M + n * n + 2 * n;
+    mbsri_inertia_mass(like, p, M);
+    mbsri_inertia_times(like, p, M, -weight, V, momentum);
+    mbsri_inertia_times(like, p, M, -weight, d->A + like->v, flow);
+    mbsri_inertia_mass_rate(like, p, V, M, rate);
+    mbsri_ax(like->d, like->d, -weight, rate, V, flow);
+    return MBSR_OK;
 }
 
 static int inertia_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d)
@@ -197,13 +234,15 @@ static int inertia_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_mode
     mbsri_body like = m->body[p->index];
     double *x = number_of_inertia(&like.inertia, &p->parameter);
     const double at = *x, h = size_of_inertia(m, &like.inertia, p->parameter.told.part);
+    double *value = s->value + s->seed[p->first].value;
     int status = MBSR_OK;
     like.inertia.exact = 0;
     for (int side = 1; side >= -1 && !status; side -= 2) {
         *x = at + side * h;
-        status = sample_inertia(s, &like, p->index, m, d, side / (2.0 * h),
-                                s->value + s->seed[p->first].value);
+        status = sample_inertia(s, &like, p->index, m, d, side / (2.0 * h), value);
     }
+    for (int k = 0; k < like.d && s->use == MBSRI_SEED_RESIDUAL; ++k)
+        value[like.d + like.n + k] -= value[k];
     return status;
 }
 
@@ -350,39 +389,85 @@ static void lower_six(int d, const double lifted[6], double *x)
     mbsri_lower(d < 6 ? d : 6, lifted, x);
 }
 
+/* Moments of an action of six numbers, displaced by dr; to the predecessor, into to; and `load`: on
+ * the joint, along its axes, which turn by theta, or of the body's own frame stay. */
+static void displace_action(const shift *by, bool own, const mbsri_body *b, const double *J,
+                            const double *action, const double dr[3], double moment[6],
+                            double *load)
+{
+    const int numbers = b->d < 6 ? b->d : 6;
+    double mu[6], axis[6], turned[3];
+    mbsri_lift(numbers, action, mu);
+    mbsri_cross3(dr, mu + 3, moment);
+    for (int k = 0; k < b->n; ++k) {
+        mbsri_lift(numbers, J + (size_t)k * (size_t)b->d, axis);
+        if (own && by->behind) {
+            load[k] += mbsri_dot3(axis, moment);
+            continue;
+        }
+        mbsri_cross3(by->theta, axis, turned);
+        load[k] += mbsri_dot3(turned, mu);
+        mbsri_cross3(by->theta, axis + 3, turned);
+        load[k] += mbsri_dot3(turned, mu + 3);
+    }
+}
+
+static double *next_value(const mbsri_seeds *s, size_t *seed)
+{
+    return s->value + s->seed[(*seed)++].value;
+}
+
+/* Of the residual, behind those of mu: momentum m and its rate, on the predecessor and the joint,
+ *
+ *   d(J^T m)    d(J'^T m + J^T sigma)    d(H^T sigma + H'^T m)    d(H^T m)
+ */
+static size_t ride_with_momentum(mbsri_seeds *s, size_t seed, const shift *by, bool own,
+                                 const mbsri_body *b, const mbsr_data *d, const double dr[3],
+                                 const double rate[3])
+{
+    const double *m = d->imp + b->v, *J = d->J + b->dn;
+    double spare[6] = {0.0}, of_m[6] = {0.0}, flow[6] = {0.0}, more[6] = {0.0},
+           *pulse = b->n > 0 ? next_value(s, &seed) : spare,
+           *drift = b->n > 0 ? next_value(s, &seed) : spare;
+    displace_action(by, own, b, J, m, dr, of_m, pulse);
+    displace_action(by, own, b, J, d->sigma + b->v, dr, flow, drift);
+    displace_action(by, own, b, d->Jdot + b->dn, m, dr, more, drift);
+    mbsri_zero(6, more);
+    mbsri_lift(b->d < 6 ? b->d : 6, m, spare);
+    mbsri_cross3(rate, spare + 3, more);
+    for (int k = 0; k < b->n && own && by->behind; ++k) {
+        double axis[6];
+        mbsri_lift(b->d < 6 ? b->d : 6, J + (size_t)k * (size_t)b->d, axis);
+        drift[k] += mbsri_dot3(axis, more);
+    }
+    mbsri_add3(1.0, more, flow);
+    if (b->parent == 0) return seed;
+    lower_six(b->pred.d, flow, next_value(s, &seed));
+    lower_six(b->pred.d, of_m, next_value(s, &seed));
+    return seed;
+}
+
 /* Seeds of body j; returns where those behind it begin. */
 static size_t ride(mbsri_seeds *s, size_t seed, const shift *by, bool own, const mbsri_linear *l,
                    mbsr_data *d, int j)
 {
     const mbsri_body *b = l->model->body + j;
-    const int e = l->e[j], numbers = b->d < 6 ? b->d : 6;
+    const int e = l->e[j];
     riding at;
-    double dr[3], x[18], mu[6], moment[6] = {0.0};
+    double dr[3], x[18], moment[6] = {0.0}, none[6] = {0.0};
     (void)see_body(l->model, d, j, &at);
     move_riding(by, &at, dr, x);
-    double *to = s->value + s->seed[seed++].value;
+    double *to = next_value(s, &seed), *load = none;
     mbsri_zero((size_t)(e + 2 * b->d), to);
     lower_six(e < b->d ? e : b->d, x, to);
     lower_six(b->d, x + 6, to + e);
     lower_six(b->d, x + 12, to + e + b->d);
-    mbsri_lift(numbers, d->mu + b->v, mu);
-    mbsri_cross3(dr, mu + 3, moment);
-    if (b->parent > 0) lower_six(b->pred.d, moment, s->value + s->seed[seed++].value);
-    if (b->n == 0) return seed;
-    double *load = s->value + s->seed[seed++].value;
-    for (int k = 0; k < b->n; ++k) {
-        double J[6], turned[3];
-        mbsri_lift(numbers, d->J + b->dn + (size_t)k * (size_t)b->d, J);
-        if (own && by->behind) {
-            load[k] = mbsri_dot3(J, moment);
-            continue;
-        }
-        mbsri_cross3(by->theta, J, turned);
-        load[k] = mbsri_dot3(turned, mu);
-        mbsri_cross3(by->theta, J + 3, turned);
-        load[k] += mbsri_dot3(turned, mu + 3);
-    }
-    return seed;
+    double *below = b->parent > 0 ? next_value(s, &seed) : NULL;
+    if (b->n > 0) load = next_value(s, &seed);
+    displace_action(by, own, b, d->J + b->dn, d->mu + b->v, dr, moment, load);
+    if (below) lower_six(b->pred.d, moment, below);
+    if (s->use != MBSRI_SEED_RESIDUAL) return seed;
+    return ride_with_momentum(s, seed, by, own, b, d, dr, x + 9);
 }
 
 static int frame_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear *l, mbsr_data *d)
@@ -399,6 +484,25 @@ static int frame_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linea
 
 /* ---- all ---- */
 
+/* Of a stiff row with unknown y, stiffness k and damping c in F: lambda = -(y + c y' / k), and y'
+ * / k and -y / k in its rows. */
+static void rows_of_spring(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_closure *c,
+                           const mbsr_data *d)
+{
+    const int place = p->parameter.place, row = c->row + place;
+    const double k = c->def.stiffness[place], rate = s->loops_rate[row];
+    size_t seed = p->first;
+    double *lambda = next_value(s, &seed);
+    if (p->parameter.told.part == MBSR_PARAMETER_DAMPING) {
+        *lambda = -rate / k;
+        return;
+    }
+    *lambda = c->def.damping[place] * rate / (k * k);
+    *next_value(s, &seed) = -rate / (k * k);
+    if (place < c->position_rows && !d->dropped[row])
+        *next_value(s, &seed) = s->loops[row] / (k * k);
+}
+
 static int spring_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d,
                          double *value)
 {
@@ -406,7 +510,9 @@ static int spring_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model
     const int row = p->parameter.place;
     double *rate = s->sum[MBSRI_SEED_SPRING];
     int status = MBSR_OK;
-    if (p->parameter.told.part == MBSR_PARAMETER_STIFFNESS) {
+    if (s->use == MBSRI_SEED_RESIDUAL) {
+        rows_of_spring(s, p, c, d);
+    } else if (p->parameter.told.part == MBSR_PARAMETER_STIFFNESS) {
         status = mbsri_closure_gaps(m, d, rate);
         *value = -rate[c->position_row + row];
     } else {
@@ -414,6 +520,16 @@ static int spring_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model
         *value = -rate[c->row + row];
     }
     return status;
+}
+
+/* A joint's missing force by its own inertia, and in the residual its missing momentum. */
+static void armature_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_body *b,
+                            const mbsr_data *d)
+{
+    const int k = b->iu + mbsri_rate_as_given(b, p->parameter.place);
+    size_t seed = p->first;
+    *next_value(s, &seed) = d->udot[k];
+    if (seed < p->last) *next_value(s, &seed) = d->u[k];
 }
 
 int mbsri_seed_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear *l, mbsr_data *d)
@@ -427,10 +543,7 @@ int mbsri_seed_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear 
     case MBSR_PARAMETER_COM:
     case MBSR_PARAMETER_TENSOR:
     case MBSR_PARAMETER_MOMENT: return inertia_values(s, p, m, d);
-    case MBSR_PARAMETER_ARMATURE:
-        *value = d->udot[m->body[p->index].iu +
-                         mbsri_rate_as_given(m->body + p->index, p->parameter.place)];
-        return MBSR_OK;
+    case MBSR_PARAMETER_ARMATURE: armature_values(s, p, m->body + p->index, d); return MBSR_OK;
     case MBSR_PARAMETER_JOINT: return frame_values(s, p, l, d);
     case MBSR_PARAMETER_LAW: return law_values(s, p, m, d);
     case MBSR_PARAMETER_STIFFNESS:

@@ -8,15 +8,25 @@
 #include "newton/linear/linear.h"
 
 /* Where a change enters: pose, V and A of a body; forces on it, in mu; joint forces, in the order
- * of the sweeps; joint forces that are missing, in the caller's; forces of stiff rows. */
+ * of the sweeps; joint forces that are missing, in the caller's; forces of stiff rows. In the
+ * residual of the momentum form, as mbsri_sources has it: in place of mu momentum, its rate and mu;
+ * missing momenta and rates of momenta of joints; rows of closures. */
 typedef enum mbsri_seed_place {
     MBSRI_SEED_MOTION,
     MBSRI_SEED_REACTION,
     MBSRI_SEED_TORQUE,
     MBSRI_SEED_LOAD,
     MBSRI_SEED_SPRING,
+    MBSRI_SEED_ACTION,
+    MBSRI_SEED_PULSE,
+    MBSRI_SEED_DRIFT,
+    MBSRI_SEED_ROW,
     MBSRI_SEED_PLACES
 } mbsri_seed_place;
+
+/* What the seeds are for: products of any model, those of the residual of the momentum form; else
+ * the sweeps, which want so many numbers of a frame. */
+enum { MBSRI_SEED_PRODUCTS = 0, MBSRI_SEED_RESIDUAL = -1 };
 
 /* `count` numbers from `at` on in the vector of that place; their values by offset. */
 typedef struct mbsri_seed {
@@ -42,8 +52,9 @@ typedef struct mbsri_seeds {
     double *work;                   /* of one call of an element */
     double *sum[MBSRI_SEED_PLACES]; /* along a change of all parameters */
     size_t length[MBSRI_SEED_PLACES];
-    int frame;   /* of the sweeps: numbers of a frame; else 0 */
-    bool active; /* whether products take `sum` in */
+    int use;                          /* numbers of a frame of the sweeps, or the above */
+    const double *loops, *loops_rate; /* of the residual: y and y' of closures */
+    bool active;                      /* whether products take `sum` in */
     void *memory;
 } mbsri_seeds;
 

@@ -22,12 +22,24 @@ static void add_seed(mbsri_seeds *s, mbsri_seed_place place, size_t at, int coun
     s->values += (size_t)count;
 }
 
+/* Of a body with V from v on: its momentum (0), the rate of that (1), its mu (2). */
+static void add_action_seed(mbsri_seeds *s, int which, size_t v, int d)
+{
+    if (s->use == MBSRI_SEED_RESIDUAL)
+        add_seed(s, MBSRI_SEED_ACTION, 3 * v + (size_t)(which * d), d);
+    else
+        add_seed(s, MBSRI_SEED_REACTION, v, d);
+}
+
 static void add_body_seeds(mbsri_seeds *s, const mbsri_linear *l, int i)
 {
     const mbsri_body *b = l->model->body + i;
     if (i == 0) return;
-    add_seed(s, MBSRI_SEED_REACTION, b->v, b->d);
+    add_action_seed(s, 2, b->v, b->d);
     add_seed(s, MBSRI_SEED_TORQUE, (size_t)b->iu, b->n);
+    if (s->use != MBSRI_SEED_RESIDUAL) return;
+    add_action_seed(s, 1, b->v, b->d);
+    add_action_seed(s, 0, b->v, b->d);
 }
 
 static void add_element_seeds(mbsri_seeds *s, const mbsri_linear *l, int k)
@@ -48,9 +60,24 @@ static void add_frame_seeds(mbsri_seeds *s, const mbsri_linear *l, const mbsri_s
         const mbsri_body *b = m->body + j;
         if (!mbsri_rides(m, p->index, j)) continue;
         add_seed(s, MBSRI_SEED_MOTION, l->motion[j], l->e[j] + 2 * b->d);
-        if (b->parent > 0) add_seed(s, MBSRI_SEED_REACTION, b->pred.v, b->pred.d);
+        if (b->parent > 0) add_action_seed(s, 2, b->pred.v, b->pred.d);
         add_seed(s, MBSRI_SEED_LOAD, (size_t)b->u, b->n);
+        if (s->use != MBSRI_SEED_RESIDUAL) continue;
+        add_seed(s, MBSRI_SEED_PULSE, (size_t)b->u, b->n);
+        add_seed(s, MBSRI_SEED_DRIFT, (size_t)b->u, b->n);
+        for (int which = 1; which >= 0 && b->parent > 0; --which)
+            add_action_seed(s, which, b->pred.v, b->pred.d);
     }
+}
+
+static void add_spring_seeds(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model *m, int place)
+{
+    const mbsri_closure *c = mbsri_closure_at(m, (size_t)p->index);
+    add_seed(s, MBSRI_SEED_SPRING, (size_t)(c->row + place), 1);
+    if (s->use != MBSRI_SEED_RESIDUAL || p->parameter.told.part != MBSR_PARAMETER_STIFFNESS) return;
+    add_seed(s, MBSRI_SEED_ROW, (size_t)(c->row + place), 1);
+    if (place < c->position_rows)
+        add_seed(s, MBSRI_SEED_ROW, (size_t)(m->rows + c->position_row + place), 1);
 }
 
 static void lay_out_seeds(mbsri_seeds *s, const mbsri_linear *l)
@@ -68,12 +95,14 @@ static void lay_out_seeds(mbsri_seeds *s, const mbsri_linear *l)
         case MBSR_PARAMETER_MOMENT: add_body_seeds(s, l, p->index); break;
         case MBSR_PARAMETER_ARMATURE: {
             const int u = mbsri_rate_as_given(m->body + p->index, place);
-            if (u >= 0) add_seed(s, MBSRI_SEED_LOAD, (size_t)(m->body[p->index].u + u), 1);
+            const size_t at = (size_t)(m->body[p->index].u + u);
+            if (u >= 0) add_seed(s, MBSRI_SEED_LOAD, at, 1);
+            if (u >= 0 && s->use == MBSRI_SEED_RESIDUAL) add_seed(s, MBSRI_SEED_PULSE, at, 1);
             break;
         }
         case MBSR_PARAMETER_JOINT:
-            if (s->frame > 0)
-                add_seed(s, MBSRI_SEED_MOTION, (size_t)p->index, s->frame);
+            if (s->use > 0)
+                add_seed(s, MBSRI_SEED_MOTION, (size_t)p->index, s->use);
             else
                 add_frame_seeds(s, l, p);
             break;
@@ -81,10 +110,7 @@ static void lay_out_seeds(mbsri_seeds *s, const mbsri_linear *l)
             if (p->index >= 0) add_element_seeds(s, l, p->index);
             break;
         case MBSR_PARAMETER_STIFFNESS:
-        case MBSR_PARAMETER_DAMPING:
-            add_seed(s, MBSRI_SEED_SPRING,
-                     (size_t)(mbsri_closure_at(m, (size_t)p->index)->row + place), 1);
-            break;
+        case MBSR_PARAMETER_DAMPING: add_spring_seeds(s, p, m, place); break;
         case MBSR_PARAMETER_POINT:
         case MBSR_PARAMETER_TABLE_VALUE: break;
         }
@@ -184,7 +210,7 @@ static bool is_of_model(const mbsr_parameters *list, const mbsr_model *m)
 /* Numbers of the longest call of an element, and of a body. */
 static size_t longest_call(const mbsr_model *m)
 {
-    size_t most = (size_t)(m->most.d * m->most.d + 2 * m->most.d + m->most.n);
+    size_t most = (size_t)(2 * m->most.d * m->most.d + 2 * m->most.d + m->most.n);
     for (size_t k = 0; k < m->forces.count; ++k) {
         const mbsri_force *force = mbsri_force_at(m, k);
         size_t one = (size_t)(m->root.d + m->most.d + m->most.n);
@@ -203,26 +229,37 @@ static size_t place_seeds(mbsri_seeds *s, size_t longest, unsigned char *memory)
     size_t used = (size_t)s->count * sizeof *s->of;
     if (memory) s->seed = (mbsri_seed *)(void *)(memory + used);
     used += s->seeds * sizeof *s->seed;
-    double **const place[] = {&s->value,  &s->by,     &s->work,   s->sum,
-                              s->sum + 1, s->sum + 2, s->sum + 3, s->sum + 4};
-    const size_t length[] = {s->values,    (size_t)s->count, 2 * longest,  s->length[0],
-                             s->length[1], s->length[2],     s->length[3], s->length[4]};
-    for (size_t k = 0; k < sizeof place / sizeof *place; ++k) {
-        if (memory) *place[k] = (double *)(void *)(memory + used);
-        used += length[k] * sizeof(double);
+    double **const place[] = {&s->value, &s->by, &s->work};
+    const size_t length[] = {s->values, (size_t)s->count, 2 * longest};
+    for (size_t k = 0; k < 3 + MBSRI_SEED_PLACES; ++k) {
+        double **at = k < 3 ? place[k] : s->sum + (k - 3);
+        if (memory) *at = (double *)(void *)(memory + used);
+        used += (k < 3 ? length[k] : s->length[k - 3]) * sizeof(double);
     }
     return used;
 }
 
-int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, int frame,
-                       const mbsr_parameters *list, int count, const int *which,
-                       const char *function, mbsr_error *error)
+static void set_lengths(mbsri_seeds *s, const mbsri_linear *l)
 {
     const mbsr_model *m = l->model;
-    mbsri_seeds made = {.count = count,
-                        .frame = frame,
-                        .length = {frame > 0 ? 0 : l->motions, m->size.v, (size_t)m->nu,
-                                   (size_t)m->nu, (size_t)m->rows}};
+    const size_t nu = (size_t)m->nu;
+    const bool residual = s->use == MBSRI_SEED_RESIDUAL;
+    s->length[MBSRI_SEED_MOTION] = s->use > 0 ? 0 : l->motions;
+    s->length[MBSRI_SEED_REACTION] = residual ? 0 : m->size.v;
+    s->length[MBSRI_SEED_TORQUE] = s->length[MBSRI_SEED_LOAD] = nu;
+    s->length[MBSRI_SEED_SPRING] = (size_t)m->rows;
+    if (!residual) return;
+    s->length[MBSRI_SEED_ACTION] = 3 * m->size.v;
+    s->length[MBSRI_SEED_PULSE] = s->length[MBSRI_SEED_DRIFT] = nu;
+    s->length[MBSRI_SEED_ROW] = (size_t)(m->rows + m->position_rows);
+}
+
+int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, int use, const mbsr_parameters *list,
+                       int count, const int *which, const char *function, mbsr_error *error)
+{
+    const mbsr_model *m = l->model;
+    mbsri_seeds made = {.count = count, .use = use};
+    set_lengths(&made, l);
     *s = (mbsri_seeds){.count = 0};
     if (!is_of_model(list, m))
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,

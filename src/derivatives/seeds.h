@@ -5,12 +5,11 @@
 
 #include "derivatives/seed_values.h"
 
-/* Chooses parameters which[k] of the list, which is of this model or of one with other values;
- * `frame` > 0: for the sweeps, which want so many numbers of a frame of a joint, at the index of
- * its body. Memory is the model's allocator's. A status; *s is empty then. */
-int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, int frame,
-                       const mbsr_parameters *list, int count, const int *which,
-                       const char *function, mbsr_error *error);
+/* Chooses parameters which[k] of the list, which is of this model or of one with other values, for
+ * `use`: of the sweeps > 0, frames of joints at the index of their body. Memory is the model's
+ * allocator's. A status; *s is empty then. */
+int mbsri_seeds_create(mbsri_seeds *s, const mbsri_linear *l, int use, const mbsr_parameters *list,
+                       int count, const int *which, const char *function, mbsr_error *error);
 void mbsri_seeds_destroy(mbsri_seeds *s, const mbsr_model *m);
 
 /* mbsri_seed_values of all. */

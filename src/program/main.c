@@ -112,7 +112,7 @@ static const command commands[] = {
     {"linearise", "matrices of the linear equations of motion",
      "usage: mbsrank linearise FILE [options]\n"
      "z' = A z + B w, y = C z + D w with the least number of states, row by row as CSV.\n"
-     "  --inputs NAMES     between commas: forces of joints, parameters by name\n"
+     "  --inputs NAMES     between commas: forces of joints, parameters, motions by name\n"
      "  --outputs NAMES    joints, bodies.NAME.q, .u, .x, .y, .z, forces.NAME.f[k], .tau[k]\n"
      "  -o FILE            all matrices in a file: .mat for MATLAB, Octave, SciPy; .h5; .csv\n"
      "  --response FROM:TO:COUNT   frequency response in Hz, as CSV, in place of matrices\n"

@@ -98,6 +98,7 @@ if "$program" --help | grep -q '^  modes'; then
     fi
     ends 2 'name in .mat, .h5' linearise -o "$work/linear.txt" "$models/quarter_car.xml"
     ends 2 'FROM:TO:COUNT' linearise --inputs tyre --response 1:2 "$models/quarter_car.xml"
+    ends 2 'has no motion\[1\]' linearise --inputs 'bodies.body.motion[1]' "$models/quarter_car.xml"
     ends 2 "no joint 'wing'" linearise --inputs wing "$models/quarter_car.xml"
 fi
 ends 0 '6 rows of closures, 3 independent; mobility 1' check "$models/wiper.sdf"

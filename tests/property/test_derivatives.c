@@ -65,17 +65,20 @@ static bool open_scene(scene *z, uint64_t seed)
     return open_numbers(z);
 }
 
+/* Long chains, whose matrices are found by sweeps, have numbers from here on. */
+enum { LONG_CHAINS = 1000 };
+
 /* A tree of rigid bodies; massless ones, particles and rods make mass matrices too near to singular
  * for differences. */
 static bool open_tree(scene *z, uint64_t seed, bool forward)
 {
     test_rng rng = test_seed(seed + 77);
     const test_rigid_choice c = {.seed = seed,
-                                 .bodies = test_integer(&rng, 2, 14),
+                                 .bodies = seed > LONG_CHAINS ? 60 : test_integer(&rng, 2, 14),
                                  .massless = seed % 4 == 0 && !forward ? 0.2 : 0.0,
                                  .points = seed % 3 == 0 && !forward ? 0.2 : 0.0,
                                  .many = seed % 2 == 0 ? 0.6 : 0.1,
-                                 .branching = 0.4,
+                                 .branching = seed > LONG_CHAINS ? 0.0 : 0.4,
                                  .floating = seed % 5 == 0,
                                  .length = 1.0,
                                  .moving = seed % 7 == 0,
@@ -290,7 +293,8 @@ static bool check_tangent(scene *z, bool lambda)
 static void check_matrices(const scene *z)
 {
     const int n = z->s.nu;
-    double *matrix = numbers(3 * n * n), *e = numbers(2 * n), *out = e + n;
+    double *matrix = numbers(4 * n * n), *other = matrix + 3 * n * n, *e = numbers(2 * n),
+           *out = e + n;
     const double size = find_size(z, NULL);
     assert_ok(mbsr_derivatives_matrices(z->w, matrix, matrix + n * n, matrix + 2 * n * n),
               mbsr_derivatives_error(z->w));
@@ -303,6 +307,14 @@ static void check_matrices(const scene *z)
         e[k % n] = 0.0;
         for (int j = 0; j < n; ++j) off = fmax(off, fabs(out[j] - matrix[k * n + j]));
         expect_near(z, "matrix", off, 1e-10 * size);
+    }
+    for (int which = 0; which < 3; ++which) { /* one alone */
+        assert_ok(mbsr_derivatives_matrices(z->w, which == 0 ? other : NULL,
+                                            which == 1 ? other : NULL, which == 2 ? other : NULL),
+                  mbsr_derivatives_error(z->w));
+        for (int k = 0; k < n * n; ++k)
+            expect_near(z, "matrix alone", fabs(other[k] - matrix[which * n * n + k]),
+                        1e-13 * size);
     }
     free(matrix);
     free(e);
@@ -428,8 +440,28 @@ static void rigid_trees(void **state)
     assert_true(all.by_sweeps > 3 * seeds / 2 && all.forward > seeds / 2);
 }
 
+static void long_chains(void **state)
+{
+    (void)state;
+    for (uint64_t seed = LONG_CHAINS + 2; seed <= LONG_CHAINS + 4; seed += 2) {
+        scene z;
+        assert_true(open_tree(&z, seed, true));
+        const medley *s = &z.s;
+        z.forward = true;
+        z.speed = 1.0;
+        test_fill(&z.rng, s->nu, z.load);
+        assert_ok(mbsr_derivatives_forward(z.w, s->t, s->q, s->u, z.load, NULL, NULL),
+                  mbsr_derivatives_error(z.w));
+        choose_direction(&z);
+        assert_true(z.w->by_sweeps && !z.w->rigid->order.base);
+        check_matrices(&z);
+        close_scene(&z);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(medleys), cmocka_unit_test(rigid_trees)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(medleys), cmocka_unit_test(rigid_trees),
+                                       cmocka_unit_test(long_chains)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

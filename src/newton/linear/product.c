@@ -14,6 +14,7 @@
 
 #include "algebra/dense.h"
 #include "newton/linear/groups.h"
+#include "newton/linear/product_sources.h"
 #include "newton/slopes/relation.h"
 #include "recursion/closures.h"
 
@@ -99,8 +100,14 @@ static void find_push(const mbsri_linear *w, const double *delta, mbsri_vectors 
     }
 }
 
+static void add_to(int n, const double *x, double *y)
+{
+    for (int k = 0; k < n; ++k) y[k] += x[k];
+}
+
 /* Root to leaves, joint i: x, r_q, what of the joint's equations depends on its variables alone. */
-static void move(const mbsri_linear *w, int i, const double *delta, mbsri_vectors *v, double *r)
+static void move(const mbsri_linear *w, int i, const double *delta, const mbsri_sources *more,
+                 mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     const mbsri_body *b = m->body + i;
@@ -113,6 +120,7 @@ static void move(const mbsri_linear *w, int i, const double *delta, mbsri_vector
     mbsri_copy((size_t)n, delta + m->nq + m->nu + b->u, u);
     mbsri_zero((size_t)x, v->motion + w->motion[i]);
     mbsri_ax(x, columns, 1.0, k.x, z, v->motion + w->motion[i]);
+    if (more) add_to(x, more->motion + w->motion[i], v->motion + w->motion[i]);
     mbsri_zero((size_t)rows, v->own + 3 * b->iu);
     mbsri_ax(rows, columns, 1.0, k.own, z, v->own + 3 * b->iu);
     mbsri_ax(mbsri_linear_actions(w, b->parent), columns, 1.0, k.below, z, action);
@@ -214,7 +222,8 @@ static void close_rows(const mbsri_linear *w, const mbsri_closure *c, const doub
     }
 }
 
-static void add_closures(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
+static void add_closures(const mbsri_linear *w, const double *delta, const mbsri_sources *more,
+                         mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     for (size_t l = 0; l < m->closures.count; ++l) {
@@ -229,6 +238,7 @@ static void add_closures(const mbsri_linear *w, const double *delta, mbsri_vecto
         mbsri_ax(rows, columns, 1.0, of.C, rate, velocity);
         mbsri_ax(rows, columns, 1.0, of.C, place, gap);
         close_rows(w, c, delta, velocity, gap, lambda, r);
+        if (more) add_to(rows, more->lambda + c->row, lambda);
         mbsri_zero((size_t)columns, force);
         mbsri_ax(columns, columns, 1.0, of.S, place, force);
         mbsri_atx(rows, columns, 1.0, of.C, lambda, force);
@@ -243,7 +253,8 @@ static void add_closures(const mbsri_linear *w, const double *delta, mbsri_vecto
 }
 
 /* Leaves to root, joint i: y, r_p, and d(M u) - dp and d(J^T mu - tau) before L^-1. */
-static void act(const mbsri_linear *w, int i, const double *delta, mbsri_vectors *v, double *r)
+static void act(const mbsri_linear *w, int i, const double *delta, const mbsri_sources *more,
+                mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     const mbsri_body *b = m->body + i;
@@ -264,6 +275,11 @@ static void act(const mbsri_linear *w, int i, const double *delta, mbsri_vectors
     if (reacts) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, balance);
     mbsri_atx(d, n, -1.0, k.J, y + d, rp);
     mbsri_atx(d, n, -1.0, k.Jdot, y, rp);
+    for (int l = 0; l < n && more; ++l) {
+        momentum[l] += more->pulse[b->u + l];
+        if (reacts) balance[l] += more->load[b->u + l];
+        rp[l] -= more->drift[b->u + l];
+    }
     mbsri_linear_pass(b, &k, w->deep[b->parent], y, v->action + 3 * b->pred.v);
 }
 
@@ -295,17 +311,23 @@ static void balance_of(const mbsri_linear *w, int i, mbsri_vectors *v, double *r
 
 /* Of r = (dF/dy + c dF/dy') delta, not the same, what does not need L^-1: r_q, r_p and the rows of
  * closures, with d(M u) - dp and d(J^T mu - tau) in v. */
-static void apply_linear(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
+static void apply_linear(const mbsri_linear *w, const double *delta, const mbsri_sources *more,
+                         mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     mbsri_zero(w->motions, v->motion);
     mbsri_zero(3 * m->size.v, v->action);
     mbsri_zero((size_t)m->nu, v->torque);
+    if (more) {
+        mbsri_copy(3 * m->size.v, more->action, v->action);
+        mbsri_copy((size_t)m->nu, more->torque, v->torque);
+    }
     if (m->rows > 0) find_push(w, delta, v);
-    for (int i = 1; i <= m->bodies; ++i) move(w, i, delta, v, r);
+    for (int i = 1; i <= m->bodies; ++i) move(w, i, delta, more, v, r);
     add_elements(w, delta, v);
-    add_closures(w, delta, v, r);
-    for (int i = m->bodies; i >= 1; --i) act(w, i, delta, v, r);
+    add_closures(w, delta, more, v, r);
+    for (int i = m->bodies; i >= 1; --i) act(w, i, delta, more, v, r);
+    if (more) add_to(m->rows + m->position_rows, more->rows, r + m->nq + 2 * m->nu);
 }
 
 /* L^-1 of both, and r_u. */
@@ -323,10 +345,16 @@ static void pass_to_root(const mbsri_linear *w, mbsri_vectors *v, double *r)
     }
 }
 
+void mbsri_product_with(const mbsri_linear *w, const double *delta, const mbsri_sources *sources,
+                        mbsri_vectors *v, double *r)
+{
+    apply_linear(w, delta, sources, v, r);
+    pass_to_root(w, v, r);
+}
+
 void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
 {
-    apply_linear(w, delta, v, r);
-    pass_to_root(w, v, r);
+    mbsri_product_with(w, delta, NULL, v, r);
 }
 
 void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vectors *v, double *r)

@@ -5,6 +5,8 @@
  * becomes a += A^T b. */
 #include "newton/linear/product_transposed.h"
 
+#include "newton/linear/product_sources.h"
+
 #include "algebra/dense.h"
 #include "newton/linear/groups.h"
 #include "recursion/closures.h"
@@ -155,7 +157,8 @@ static void open_rows(const mbsri_linear *w, const mbsri_closure *c, const doubl
     }
 }
 
-static void add_closures(const mbsri_linear *w, const double *r, mbsri_vectors *v, double *delta)
+static void add_closures(const mbsri_linear *w, const double *r, mbsri_vectors *v, double *delta,
+                         mbsri_sources *by)
 {
     const mbsr_model *m = w->model;
     for (size_t l = 0; l < m->closures.count; ++l) {
@@ -174,6 +177,7 @@ static void add_closures(const mbsri_linear *w, const double *r, mbsri_vectors *
             read_force(w, c->body[k], v, f, joints ? f + m->body[c->body[k]].d : NULL);
         }
         mbsri_ax(rows, columns, 1.0, of.C, force, lambda);
+        if (by) mbsri_copy((size_t)rows, lambda, by->lambda + c->row);
         open_rows(w, c, r, lambda, velocity, gap, delta);
         mbsri_atx(columns, columns, 1.0, of.S, force, place);
         mbsri_atx(rows, columns, 1.0, of.slope, velocity, place);
@@ -241,8 +245,24 @@ static void pass_to_leaves(const mbsri_linear *w, const double *r, mbsri_vectors
     }
 }
 
-void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
-                              double *delta)
+/* What it says of sources at joints and in rows. */
+static void read_sources(const mbsri_linear *w, const double *r, const mbsri_vectors *v,
+                         mbsri_sources *by)
+{
+    const mbsr_model *m = w->model;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int l = 0; l < b->n; ++l) {
+            by->pulse[b->u + l] = v->momentum[b->group.iu + l];
+            by->load[b->u + l] = w->deep[i] ? v->balance[b->group.iu + l] : 0.0;
+            by->drift[b->u + l] = -r[m->nq + b->u + l];
+        }
+    }
+    mbsri_copy((size_t)(m->rows + m->position_rows), r + m->nq + 2 * m->nu, by->rows);
+}
+
+void mbsri_product_transposed_with(const mbsri_linear *w, const double *r, mbsri_vectors *v,
+                                   double *delta, mbsri_sources *by)
 {
     const mbsr_model *m = w->model;
     mbsri_zero((size_t)(m->nq + 2 * m->nu + m->rows + m->position_rows), delta);
@@ -250,10 +270,17 @@ void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vect
     mbsri_zero(3 * m->size.v, v->action);
     pass_to_leaves(w, r, v);
     for (int i = 1; i <= m->bodies; ++i) act(w, i, r, v, delta);
-    add_closures(w, r, v, delta);
+    add_closures(w, r, v, delta, by);
     add_elements(w, v, delta);
     for (int i = m->bodies; i >= 1; --i) move(w, i, r, v, delta);
     if (m->rows > 0) find_push(w, v, delta);
+    if (by) read_sources(w, r, v, by);
+}
+
+void mbsri_product_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,
+                              double *delta)
+{
+    mbsri_product_transposed_with(w, r, v, delta, NULL);
 }
 
 void mbsri_product_of_torque_transposed(const mbsri_linear *w, const double *r, mbsri_vectors *v,

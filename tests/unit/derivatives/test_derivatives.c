@@ -281,6 +281,54 @@ static void in_parameters(void **state)
     mbsr_model_destroy(m);
 }
 
+/* F = (q' - u, p' + m g l sin q, J u - p), J = m l^2 + I, in q and u, in y' and in m, l, I. */
+static void of_the_residual(void **state)
+{
+    (void)state;
+    const mbsr_body_def body = pendulum(mass);
+    mbsr_model *m = model_with(&body, 1, NULL);
+    mbsr_derivatives *d = derivatives_of(m);
+    const mbsr_error *why = mbsr_derivatives_error(d);
+    mbsr_parameters *list;
+    assert_ok(mbsr_parameters_create(m, &list, NULL), NULL);
+    const int which[3] = {mbsr_parameters_find(list, "bodies.pendulum.mass"),
+                          mbsr_parameters_find(list, "bodies.pendulum.com[2]"),
+                          mbsr_parameters_find(list, "bodies.pendulum.I")};
+    const double u = 1.3, J = mass * length * length + inertia, y[3] = {0.7, J * u, u},
+                 yp[3] = {u, 0.2, 0.0}, w[3] = {1.0, 10.0, 100.0}, sine = gravity * sin(y[0]),
+                 bad[3] = {NAN, 0.0, 0.0};
+    double F[3] = {0.0}, by[3], by_yp[3], by_theta[3];
+    assert_refused(mbsr_derivatives_residual_tangent(d, y, NULL, NULL, F), why, MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_derivatives_residual");
+    assert_ok(mbsr_derivatives_residual(d, 0.0, y, yp, F), why);
+    assert_close(F[1], 0.2 + mass * length * sine, 1e-13);
+    assert_refused(mbsr_derivatives_residual_tangent(d, NULL, NULL, y, F), why, MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_derivatives_parameters");
+    assert_refused(mbsr_derivatives_tangent(d, y, NULL, NULL, F, NULL), why, MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_derivatives_inverse");
+    assert_ok(mbsr_derivatives_parameters(d, list, 3, which), why);
+    assert_int_equal(mbsr_derivatives_residual_adjoint(d, w, by, NULL, NULL), MBSR_ERR_SEQUENCE);
+    assert_int_equal(mbsr_derivatives_residual(d, 0.0, bad, yp, F), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_derivatives_residual(d, 0.0, NULL, yp, F), MBSR_ERR_NULL);
+    assert_ok(mbsr_derivatives_residual(d, 0.0, y, yp, NULL), why);
+    assert_ok(mbsr_derivatives_residual_adjoint(d, w, by, by_yp, by_theta), why);
+    assert_close(by[0], w[1] * mass * gravity * length * cos(y[0]), 1e-11);
+    assert_close(by[1], -w[2], 0.0);
+    assert_close(by[2], w[2] * J - w[0], 1e-12);
+    assert_close(by_yp[0], w[0], 0.0);
+    assert_close(by_yp[1], w[1], 0.0);
+    assert_close(by_yp[2], 0.0, 0.0);
+    assert_close(by_theta[0], w[1] * length * sine + w[2] * length * length * u, 1e-11);
+    assert_close(by_theta[1], -(w[1] * mass * sine + w[2] * 2.0 * mass * length * u), 1e-11);
+    assert_close(by_theta[2], w[2] * u, 1e-12);
+    assert_int_equal(mbsr_derivatives_residual_tangent(d, bad, NULL, NULL, F), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_derivatives_residual_tangent(d, NULL, NULL, NULL, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_derivatives_residual_adjoint(d, bad, by, NULL, NULL), MBSR_NOT_FINITE);
+    mbsr_parameters_destroy(list);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 /* A spring that is a closure. */
 static void parameters_without_derivatives(void **state)
 {
@@ -314,6 +362,7 @@ int main(void)
                                        cmocka_unit_test(a_point_on_a_circle),
                                        cmocka_unit_test(what_is_wrong_is_refused),
                                        cmocka_unit_test(in_parameters),
+                                       cmocka_unit_test(of_the_residual),
                                        cmocka_unit_test(parameters_without_derivatives)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,7 +3,10 @@
 #include "finite.h"
 #include "rigid_tree.h"
 
+#include <string.h>
+
 enum { T = 1u << FINITE_T, Q = 1u << FINITE_Q, U = 1u << FINITE_U, TAU = 1u << FINITE_TAU };
+enum { Y = 1u << FINITE_Y, YP = 1u << FINITE_YP };
 enum { UDOT = 1u << FINITE_UDOT, R = 1u << FINITE_R, OTHER = 1u << FINITE_OTHER, MOST = 64 };
 
 /* Of the last call of a batch, which ends with the call; else the object has it. */
@@ -111,6 +114,47 @@ static int choose_and_run_forward(finite_subject *s)
     return status ? status : run_forward(s);
 }
 
+static int size_of_y(const finite_subject *s)
+{
+    return mbsr_dae_size(s->model, MBSR_DAE_MOMENTUM);
+}
+
+static int run_residual(finite_subject *s)
+{
+    of_batch.status = MBSR_OK;
+    return mbsr_derivatives_residual(s->object, s->in[FINITE_T][0], s->in[FINITE_Y],
+                                     s->in[FINITE_YP], s->out[0]);
+}
+
+static int choose_and_run_residual(finite_subject *s)
+{
+    const int status = choose_and_run_forward(s);
+    return status ? status : run_residual(s);
+}
+
+static int run_residual_tangent(finite_subject *s)
+{
+    double **in = s->in;
+    return mbsr_derivatives_residual_tangent(s->object, in[FINITE_R], in[FINITE_R],
+                                             in[FINITE_OTHER], s->out[0]);
+}
+
+static int run_residual_adjoint(finite_subject *s)
+{
+    return mbsr_derivatives_residual_adjoint(s->object, s->in[FINITE_R], s->out[0], s->out[1],
+                                             s->out[2]);
+}
+
+static int of_y(const finite_subject *s, int o)
+{
+    return o == 0 ? size_of_y(s) : 0;
+}
+
+static int of_y_and_parameters(const finite_subject *s, int o)
+{
+    return o < 2 ? size_of_y(s) : s->nu;
+}
+
 static int of_matrices(const finite_subject *s, int o)
 {
     (void)o;
@@ -155,6 +199,11 @@ static const finite_row rows[] = {
      T | Q | U | TAU, R, FINITE_OBJECT, of_rates},
     {"mbsr_derivatives_parameter_adjoint", run_parameter_adjoint, choose_and_run_forward,
      T | Q | U | TAU, R, FINITE_OBJECT, of_rates},
+    {"mbsr_derivatives_residual", run_residual, NULL, 0, T | Y | YP, FINITE_OBJECT, of_y},
+    {"mbsr_derivatives_residual_tangent", run_residual_tangent, choose_and_run_residual,
+     T | Q | U | TAU | Y | YP, R | OTHER, FINITE_OBJECT, of_y},
+    {"mbsr_derivatives_residual_adjoint", run_residual_adjoint, choose_and_run_residual,
+     T | Q | U | TAU | Y | YP, R, FINITE_OBJECT, of_y_and_parameters},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -184,9 +233,14 @@ static void trees_of_rigid_bodies(void **unused)
         finite_give(&s, FINITE_Q, s.nq, tree.q);
         const finite_input of_nu[] = {FINITE_U, FINITE_TAU, FINITE_UDOT, FINITE_R, FINITE_OTHER};
         for (int l = 0; l < 5; ++l) {
-            test_fill(&rng, s.nu, x);
-            finite_give(&s, of_nu[l], s.nu, x);
+            const int n = of_nu[l] == FINITE_R ? size_of_y(&s) : s.nu;
+            test_fill(&rng, n, x);
+            finite_give(&s, of_nu[l], n, x);
         }
+        test_fill(&rng, size_of_y(&s), x);
+        finite_give(&s, FINITE_YP, size_of_y(&s), x);
+        memcpy(x, tree.q, (size_t)s.nq * sizeof *x);
+        finite_give(&s, FINITE_Y, size_of_y(&s), x);
         for (int l = 0; l < ROWS; ++l) served[l] += finite_try(&s, rows + l);
         mbsr_derivatives_destroy(derivatives);
         finite_free(&s);
