@@ -72,7 +72,8 @@ set(text "/* What is chosen for a set of sources; every source includes this fir
  *
  * Functions of the standard begin with FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX, the identifier of the model, unless
  * FMI2_OVERRIDE_FUNCTION_PREFIX or FMI3_OVERRIDE_FUNCTION_PREFIX is defined. All else is hidden. With
- * MBSR_WITHOUT_VECTORS, which compilers without the vector types of GCC have by themselves, all is plain C11. */
+ * MBSR_WITHOUT_VECTORS, which compilers without the vector types of GCC have by themselves, all is plain C11. Where the
+ * importer has headers of the standard (fmi2Functions.h, fmi3Functions.h), these declare and name the functions. */
 #ifndef MBSRANK_SET_H
 #define MBSRANK_SET_H
 
@@ -90,6 +91,16 @@ set(text "/* What is chosen for a set of sources; every source includes this fir
 foreach(header IN LISTS standard)
     string(APPEND text "#include <${header}>\n")
 endforeach()
+foreach(version IN ITEMS 2 3)
+    string(APPEND text "
+#if defined(FMI${version}_FUNCTION_PREFIX) && defined(__has_include)
+#if __has_include(\"fmi${version}Functions.h\")
+#include \"fmi${version}Functions.h\"
+#define MBSRI_FMI${version}_FUNCTIONS_H
+#endif
+#endif
+")
+endforeach()
 string(APPEND text "
 #if defined(__GNUC__) && !defined(_WIN32)
 #pragma GCC visibility push(hidden)
@@ -103,7 +114,8 @@ foreach(version IN ITEMS 2 3)
     file(READ "${ROOT}/src/fmu/fmi${version}_functions.h" declared)
     string(REGEX MATCHALL "[^a-zA-Z0-9_]fmi${version}[A-Z][A-Za-z0-9]*[(]" names "${declared}")
     list(REMOVE_DUPLICATES names)
-    string(APPEND text "\n#if defined(FMI${version}_FUNCTION_PREFIX) && !defined(FMI${version}_OVERRIDE_FUNCTION_PREFIX)\n")
+    string(APPEND text "\n#if defined(FMI${version}_FUNCTION_PREFIX) && !defined(FMI${version}_OVERRIDE_FUNCTION_PREFIX) && \\
+    !defined(MBSRI_FMI${version}_FUNCTIONS_H)\n")
     foreach(name IN LISTS names)
         string(REGEX REPLACE "[^a-zA-Z0-9_]" "" name "${name}")
         string(APPEND text "#define ${name} MBSRI_PREFIXED(FMI${version}_FUNCTION_PREFIX, ${name})\n")

@@ -56,7 +56,7 @@ typedef struct mbsr_fmu_opt {
     double rtol, atol;          /* of co-simulation, as in mbsr_ida_opt; default 1e-6 */
     int sources;       /* 1: C11 sources too, for systems without a shared object here; default 0 */
     double fixed_step; /* s; > 0: steps of mbsr_stepper, at most this long; 0 (default): by the
-                          error */
+                          error, sources by one step against two halves */
     int order;         /* of these, 1 or 2 (default) */
     int outputs;       /* sum of mbsr_fmu_outputs, default MBSR_FMU_ALL */
     double stop_time;  /* s, of the default experiment; default 1 */

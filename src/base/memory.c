@@ -1,6 +1,6 @@
 /* The caller's allocator, or malloc and free.
  * SPDX-License-Identifier: BSD-3-Clause */
-#if defined(__linux__)
+#if defined(__linux__) && !defined(_DEFAULT_SOURCE)
 /* for madvise */
 #define _DEFAULT_SOURCE
 #endif

@@ -1,9 +1,10 @@
-/* Derivatives of variables with respect to inputs and states: see values.h.
+/* Derivatives of variables: see values.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * By analytic products where these serve; else central differences of the evaluation along the seed
  * s of the knowns v, with steps h s, h = 1e-6 / max(|s_k| / (1 + |v_k|)); of the adjoint along one
  * known after the other. */
+#include "fmu/by_parameters.h"
 #include "fmu/exchange.h"
 #include "fmu/products.h"
 #include "fmu/solve.h"
@@ -73,12 +74,23 @@ static mbsri_result against_seed(const quotient *d, const double *seed, double *
     return result;
 }
 
+static const mbsri_variable *variable_of(const quotient *d, unsigned reference)
+{
+    return d->in->variables.list + reference;
+}
+
+static bool is_parameter(const quotient *d, unsigned reference)
+{
+    return reference < (unsigned)d->in->variables.count &&
+           variable_of(d, reference)->kind == MBSRI_PARAMETER;
+}
+
 static mbsri_result check_references(const quotient *d)
 {
     for (size_t k = 0; k < d->knowns; ++k)
-        if (!place_of_known(d->in, d->known[k]))
+        if (!place_of_known(d->in, d->known[k]) && !is_parameter(d, d->known[k]))
             return mbsri_say(d->in, MBSRI_ERROR,
-                             "%s: value reference %u is neither an input nor a state", d->function,
+                             "%s: value reference %u is no input, parameter or state", d->function,
                              d->known[k]);
     for (size_t k = 0; k < d->unknowns; ++k)
         if (d->unknown[k] >= (unsigned)d->in->variables.count)
@@ -89,11 +101,6 @@ static mbsri_result check_references(const quotient *d)
 }
 
 /* ---- by analytic products ---- */
-
-static const mbsri_variable *variable_of(const quotient *d, unsigned reference)
-{
-    return d->in->variables.list + reference;
-}
 
 static bool is_of_motion(const mbsri_instance *in, int input)
 {
@@ -214,6 +221,59 @@ static mbsri_result differentiate(quotient *d, bool adjoint, const double *seed,
     return result;
 }
 
+/* In inputs and states. */
+static mbsri_result differentiate_moving(quotient *d, bool adjoint, const double *seed,
+                                         double *sensitivity)
+{
+    const size_t knowns = d->knowns, unknowns = d->unknowns;
+    double *room = calloc(2 * knowns + 4 * unknowns + 1, sizeof *room);
+    if (!room) return mbsri_say(d->in, MBSRI_ERROR, "%s: no memory", d->function);
+    d->base = room;
+    d->unit = d->base + knowns;
+    d->forth = d->unit + knowns;
+    d->back = d->forth + unknowns;
+    d->column = d->back + unknowns;
+    const mbsri_result result = differentiate(d, adjoint, seed, sensitivity, d->column + unknowns);
+    free(room);
+    return result;
+}
+
+/* ---- parameters among the knowns ---- */
+
+/* Parameters go to the end of `known`, where each stood into `at`; returns how many others. */
+static size_t part_knowns(const quotient *d, unsigned *known, size_t *at)
+{
+    size_t others = 0, end = d->knowns;
+    for (size_t k = 0; k < d->knowns; ++k) {
+        const size_t to = is_parameter(d, d->known[k]) ? --end : others++;
+        known[to] = d->known[k];
+        at[to] = k;
+    }
+    return others;
+}
+
+/* The others, then the parameters; numbers of the knowns in their order in `of_known`. */
+static mbsri_result differentiate_parts(quotient *d, bool adjoint, const double *seed,
+                                        double *sensitivity, const unsigned *known, size_t others,
+                                        double *of_known)
+{
+    const mbsri_by_parameters by = {.function = d->function,
+                                    .unknown = d->unknown,
+                                    .parameter = known + others,
+                                    .unknowns = d->unknowns,
+                                    .parameters = d->knowns - others};
+    mbsri_result result = MBSRI_OK;
+    d->known = known;
+    d->knowns = others;
+    if (!adjoint) memset(sensitivity, 0, d->unknowns * sizeof *sensitivity);
+    if (others > 0)
+        result = differentiate_moving(d, adjoint, adjoint ? seed : of_known,
+                                      adjoint ? of_known : sensitivity);
+    if (result || by.parameters == 0) return result;
+    return adjoint ? mbsri_against_parameters(d->in, &by, seed, of_known + others)
+                   : mbsri_along_parameters(d->in, &by, of_known + others, sensitivity);
+}
+
 mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool adjoint,
                                  const unsigned *unknown, size_t unknowns, const unsigned *known,
                                  size_t knowns, const double *seed, double *sensitivity)
@@ -230,13 +290,19 @@ mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool 
     if (!result && in->exchange && !in->solver.ode) result = mbsri_make_solver(in);
     if (!result) result = check_references(&d);
     if (result) return result;
-    d.base = calloc(2 * knowns + 4 * unknowns + 1, sizeof *d.base);
-    if (!d.base) return mbsri_say(in, MBSRI_ERROR, "%s: no memory", function);
-    d.unit = d.base + knowns;
-    d.forth = d.unit + knowns;
-    d.back = d.forth + unknowns;
-    d.column = d.back + unknowns;
-    result = differentiate(&d, adjoint, seed, sensitivity, d.column + unknowns);
-    free(d.base);
+    unsigned *parted = malloc((knowns + 1) * sizeof *parted);
+    size_t *at = malloc((knowns + 1) * sizeof *at);
+    double *of_known = calloc(knowns + 1, sizeof *of_known);
+    if (parted && at && of_known) {
+        const size_t others = part_knowns(&d, parted, at);
+        for (size_t k = 0; k < knowns && !adjoint; ++k) of_known[k] = seed[at[k]];
+        result = differentiate_parts(&d, adjoint, seed, sensitivity, parted, others, of_known);
+        for (size_t k = 0; k < knowns && adjoint; ++k) sensitivity[at[k]] = of_known[k];
+    } else {
+        result = mbsri_say(in, MBSRI_ERROR, "%s: no memory", function);
+    }
+    free(parted);
+    free(at);
+    free(of_known);
     return result;
 }

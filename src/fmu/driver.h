@@ -1,5 +1,5 @@
 /* Co-simulation with steps by the error, which IDA takes. In sets of sources (SourceSet.cmake)
- * no_driver.c has these functions, without IDA.
+ * own_driver.c has these functions, without IDA: in->solver.stepper stands for in->solver.ida.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FMU_DRIVER_H
 #define MBSRI_FMU_DRIVER_H

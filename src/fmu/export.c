@@ -38,16 +38,6 @@ static int wrong_field(mbsr_error *error, const char *field, double value, const
                             field, value, rule);
 }
 
-/* Co-simulation of sources has fixed steps. */
-static int check_steps(const mbsr_fmu_opt *opt, mbsr_error *error)
-{
-    if (!opt->sources || opt->fixed_step > 0.0 || opt->kinds == MBSR_FMU_MODEL_EXCHANGE)
-        return MBSR_OK;
-    return wrong_field(error, "fixed_step", opt->fixed_step,
-                       "positive where sources are asked for, which have no variable steps, or "
-                       "kinds MBSR_FMU_MODEL_EXCHANGE");
-}
-
 static int check_experiment(const mbsr_fmu_opt *opt, mbsr_error *error)
 {
     const struct {
@@ -83,8 +73,7 @@ static int check_options(const mbsr_fmu_opt *opt, mbsr_error *error)
     if (opt->sites < -1) return wrong_field(error, "sites", opt->sites, "-1 or more");
     if (opt->sites > 0 && !opt->site)
         return mbsri_fail_plain(error, MBSR_ERR_NULL, "mbsr_fmu_export: opt.site is NULL");
-    const int status = check_experiment(opt, error);
-    return status ? status : check_steps(opt, error);
+    return check_experiment(opt, error);
 }
 
 static int check_model(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_error *error)

@@ -92,7 +92,7 @@ struct mbsri_instance {
         mbsr_data *data, *event_data;
         mbsr_completion *completion;
         mbsr_ida *ida;         /* driver of co-simulation with steps by the error */
-        mbsr_stepper *stepper; /* with fixed ones */
+        mbsr_stepper *stepper; /* with fixed ones, and of sources */
         mbsr_ode *ode;         /* right-hand side of model exchange */
         mbsr_newton *newton;   /* derivatives, made when they are asked for */
         mbsr_derivatives *forward;
@@ -102,6 +102,7 @@ struct mbsri_instance {
         double t, *q, *u; /* asked for: nq, nu */
     } start;
     double t, tolerance;                        /* tolerance 0: that of the plan */
+    double h;                                   /* s, the next step of sources; 0: not known */
     double *input;                              /* as many as the plan has */
     double *t_motion;                           /* when those of each motion were set */
     bool inputs_changed;                        /* since the last step */

@@ -133,14 +133,11 @@ mbsri_result mbsri_find_start(mbsri_instance *in)
 
 /* ---- solvers ---- */
 
-static mbsri_result make_stepper(mbsri_instance *in)
+mbsri_result mbsri_make_stepper(mbsri_instance *in, const mbsr_stepper_opt *opt)
 {
     mbsr_error error = {.text = ""};
-    mbsr_stepper_opt opt = mbsr_default_stepper_opt();
-    opt.h = in->plan.fixed_step;
-    opt.order = in->plan.order;
     int status =
-        mbsr_stepper_create(in->built.model, in->solver.data, &opt, &in->solver.stepper, &error);
+        mbsr_stepper_create(in->built.model, in->solver.data, opt, &in->solver.stepper, &error);
     if (!status) {
         status = mbsr_stepper_resume(in->solver.stepper, in->t, in->y, in->yp);
         error = *mbsr_stepper_error(in->solver.stepper);
@@ -148,11 +145,19 @@ static mbsri_result make_stepper(mbsri_instance *in)
     return status ? mbsri_failed(in, "the stepper does not start", status, &error) : MBSRI_OK;
 }
 
+static mbsri_result make_fixed(mbsri_instance *in)
+{
+    mbsr_stepper_opt opt = mbsr_default_stepper_opt();
+    opt.h = in->plan.fixed_step;
+    opt.order = in->plan.order;
+    return mbsri_make_stepper(in, &opt);
+}
+
 mbsri_result mbsri_make_solver(mbsri_instance *in)
 {
     drop_solver(in);
     in->inputs_changed = in->fresh = false;
-    if (!in->exchange) return in->plan.fixed_step > 0.0 ? make_stepper(in) : mbsri_make_driver(in);
+    if (!in->exchange) return in->plan.fixed_step > 0.0 ? make_fixed(in) : mbsri_make_driver(in);
     int status =
         mbsr_ode_create(in->built.model, in->solver.data, in->t, in->q, in->u, &in->solver.ode);
     if (!status) status = mbsr_ode_pack(in->solver.ode, in->t, in->q, in->u, in->x);

@@ -15,6 +15,9 @@ mbsri_result mbsri_find_start(mbsri_instance *in);
 /* What steps or differentiates, at the state: the driver, the stepper or the ODE. */
 mbsri_result mbsri_make_solver(mbsri_instance *in);
 
+/* in->solver.stepper, at the state in y and yp. */
+mbsri_result mbsri_make_stepper(mbsri_instance *in, const mbsr_stepper_opt *opt);
+
 /* The data at the accelerations of the state, udot, lambda. */
 mbsri_result mbsri_evaluate(mbsri_instance *in);
 

@@ -61,9 +61,14 @@ static void add_identifier(mbsri_sources *s, mbsri_arena *arena, int version,
                            const char *identifier)
 {
     mbsri_text t = {.arena = arena};
-    put_line(&t, version == 2 ? "#define FMI2_FUNCTION_PREFIX " : "#define FMI3_FUNCTION_PREFIX ");
+    const char *macro = version == 2 ? "FMI2_FUNCTION_PREFIX" : "FMI3_FUNCTION_PREFIX";
+    put_line(&t, "#ifndef ");
+    put_line(&t, macro);
+    put_line(&t, "\n#define ");
+    put_line(&t, macro);
+    put_line(&t, " ");
     put_line(&t, identifier);
-    put_line(&t, "_\n");
+    put_line(&t, "_\n#endif\n");
     add_text(s, "model_identifier.h", &t);
 }
 
@@ -87,6 +92,12 @@ static void add_description(mbsri_sources *s, mbsri_arena *arena, const char *id
         mbsri_set_text(&t, "name", name);
         mbsri_end(&t);
     }
+    mbsri_begin(&t, "PreprocessorDefinition");
+    mbsri_set_text(&t, "name", "FMI3_OVERRIDE_FUNCTION_PREFIX");
+    mbsri_set_text(&t, "value", "");
+    mbsri_set_text(&t, "optional", "true");
+    mbsri_set_text(&t, "description", "for a shared object: functions by their own names");
+    mbsri_end(&t);
     mbsri_out(&t, "SourceFileSet");
     mbsri_out(&t, "BuildConfiguration");
     mbsri_out(&t, "fmiBuildDescription");

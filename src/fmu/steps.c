@@ -59,7 +59,13 @@ static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
 mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event)
 {
     *event = false;
-    const mbsri_result result = in->solver.stepper ? march(in, t_end) : drive(in, t_end, event);
+    mbsri_result result;
+    if (!in->solver.stepper)
+        result = drive(in, t_end, event);
+    else if (in->plan.fixed_step > 0.0)
+        result = march(in, t_end);
+    else
+        result = mbsri_drive(in, t_end, event);
     in->evaluated = false;
     in->inputs_changed = false;
     return in->mode == MBSRI_TERMINATED ? MBSRI_ERROR : result; /* by a call within the step */

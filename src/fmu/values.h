@@ -12,7 +12,7 @@ mbsri_result mbsri_set(mbsri_instance *in, const char *function, const unsigned 
                        size_t count, const double *value);
 
 /* sensitivity = (d unknowns / d knowns) seed. adjoint: its transpose times a seed of the unknowns.
- * Knowns are inputs and, in model exchange, states. */
+ * Knowns are inputs, parameters (by_parameters.h) and, in model exchange, states. */
 mbsri_result mbsri_differentiate(mbsri_instance *in, const char *function, bool adjoint,
                                  const unsigned *unknown, size_t unknowns, const unsigned *known,
                                  size_t knowns, const double *seed, double *sensitivity);

@@ -86,7 +86,7 @@ static const command commands[] = {
      "  --fmi V        version of the standard, 2 or 3; default 3\n"
      "  --kind K       cs (co-simulation), me (model exchange), both; default: what is possible\n"
      "  --fixed-step H   co-simulation by steps of bounded cost, at most H s long\n"
-     "  --sources      C11 sources too; with --fixed-step or --kind me\n"
+     "  --sources      C11 sources too, to be compiled elsewhere\n"
      "  --order N      of these, 1 or 2 (default)\n"
      "  --rtol R, --atol A   tolerances of co-simulation, default 1e-6\n"
      "  --t-end T, --step H   default experiment, s; default 1 and 1e-3\n"

@@ -1,5 +1,7 @@
 /* The sweeps for x86-64 with AVX2 and FMA (x86-64-v3).
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/vmovq.h"
+
 #include "sweeps/inverse_loops.h"
 #include "sweeps/open_loops.h"
 #include "sweeps/parts.h"

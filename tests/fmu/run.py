@@ -174,9 +174,9 @@ def far(a, b):
     return max(abs(x - y) for x, y in zip(a, b)) / (1e-9 + max(abs(x) for x in a))
 
 
-def differences(ask, at, k):
+def differences(ask, at, k, h=None):
     """Column k of the derivative of ask(at), of order 6."""
-    h = 2.0 ** -7 * (1.0 + abs(at[k]))
+    h = h or 2.0 ** -7 * (1.0 + abs(at[k]))
     column = None
     for steps, weight in ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0)):
         for sign in (1.0, -1.0):
@@ -218,6 +218,83 @@ def derivatives_are_right(unit, inputs, outputs, error):
         adjoint = one.sensitivity(unknowns, knowns, seed, adjoint=True)
         right = [sum(s * x for s, x in zip(seed, column)) for column in columns]
         need(far(right, adjoint) < 1e-11, f"adjoint derivatives: {far(right, adjoint)}")
+    one.free()
+
+
+def parameters_have_derivatives(unit, exchange, names, outputs, error):
+    """At the start, whose q and u (of model exchange: q and p) stay, against instances with other
+    parameters."""
+    d = unit.description
+    parameters = [d.by_name[name] for name in names]
+    unknowns = d.derivatives * exchange + [v for v in d.outputs if v.name.startswith(outputs)]
+    at = [float(v.start) for v in parameters]
+    kept = []
+
+    def begin(values):
+        one = Instance(unit, exchange)
+        one.set(parameters, values)
+        one.initialize()
+        if exchange:
+            one.update_states()
+            one.call("EnterContinuousTimeMode")
+            kept.append(one.numbers("GetContinuousStates", len(d.states)))
+            one.call("SetContinuousStates", doubles(kept[0]), c.c_size_t(len(d.states)))
+        return one
+
+    def ask(values):
+        one = begin(values)
+        values = one.get(unknowns)
+        one.free()
+        return values
+
+    one = begin(at)
+    before = one.get(unknowns)
+    columns = []
+    for k in range(len(at)):
+        columns.append(one.sensitivity(unknowns, parameters, [float(k == l) for l in range(len(at))]))
+        right = differences(ask, at, k, 2.0 ** -9 * (abs(at[k]) or 1e-2))
+        need(far(right, columns[k]) < error,
+             f"derivatives in {names[k]}: {far(right, columns[k])}")
+    mixed = d.inputs[:1] + parameters
+    seed = [math.sin(2.0 + k) for k in range(len(mixed))]
+    right = one.sensitivity(unknowns, d.inputs[:1], seed[:len(mixed) - len(at)])
+    for s, column in zip(seed[len(mixed) - len(at):], columns):
+        right = [x + s * y for x, y in zip(right, column)]
+    need(far(right, one.sensitivity(unknowns, mixed, seed)) < 1e-7, "inputs and parameters")
+    if not one.two:
+        seed = [math.sin(1.0 + k) for k in range(len(unknowns))]
+        adjoint = one.sensitivity(unknowns, parameters, seed, adjoint=True)
+        right = [sum(s * x for s, x in zip(seed, column)) for column in columns]
+        need(far(right, adjoint) < 1e-10, f"adjoint derivatives: {far(right, adjoint)}")
+    need(one.get(unknowns) == before and one.get(parameters) == at, "values after derivatives")
+    one.free()
+
+
+def borders_are_kept(unit):
+    """An armature of 0 may only grow; with one the flap is no longer without mass."""
+    d = unit.description
+    a = d.by_name["joints.upper.a"]
+
+    def begin(values):
+        one = Instance(unit, True)
+        one.set([d.by_name["bodies.upper.armature"]], values)
+        one.initialize()
+        return one
+
+    def ask(values):
+        one = begin(values)
+        value = one.get([a])
+        one.free()
+        return value
+
+    one = begin([0.0])
+    slope = one.sensitivity([a], [d.by_name["bodies.upper.armature"]], [1.0])
+    right = [(4.0 * y - z - 3.0 * x) / 2e-4
+             for x, y, z in zip(ask([0.0]), ask([1e-4]), ask([2e-4]))]
+    need(far(right, slope) < 1e-3, f"a derivative at a border: {slope}, {right}")
+    refused(lambda: one.sensitivity([d.by_name["joints.flap.u"]],
+                                    [d.by_name["bodies.flap.armature"]], [1.0]), "a rank that changes")
+    need("no derivative" in one.log[-1][2] and "flap" in one.log[-1][2], f"its message {one.log[-1:]}")
     one.free()
 
 
@@ -342,11 +419,22 @@ def main(folder):
         wheel = Unit(f"{folder}/wheel{version}.fmu")
         derivatives_are_right(wheel, ["motions.carrier.v"], ("joints.wheel.u",), 1e-9)
         wheel.close()
+        names = ["bodies.upper.mass", "bodies.'lower arm'.com[1]", "bodies.'lower arm'.joint_offset[1]",
+                 "forces.spring.stiffness", "forces.hold.damping", "forces.weight.gz"]
+        parameters_have_derivatives(arm, True, names, ("joints.", "energy."), 1e-8)
+        borders_are_kept(arm)
         messages_have_categories(arm)
         wrong_tokens_are_refused(arm)
         if version == 3:
             stops_are_events(arm)
             updates_come_between(arm)
+            parameters_have_derivatives(arm, False, names, ("joints.lower", "joints.upper.a"), 1e-9)
+            linkage = Unit(f"{folder}/linkage3.fmu")
+            parameters_have_derivatives(linkage, False, ["bodies.coupler.mass", "forces.spring.rest"],
+                                        ("joints.rocker.a", "closures."), 1e-9)
+            parameters_have_derivatives(linkage, False, ["forces.spring.stiffness"],
+                                        ("joints.rocker.a", "forces.", "reactions."), 1e-7)
+            linkage.close()
         arm.close()
         beam = Unit(f"{folder}/beam{version}.fmu")
         both_ways_agree(beam, 0.05, 2e-4, 1e-3)  # accelerations of stiff modes

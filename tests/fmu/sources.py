@@ -1,6 +1,6 @@
 """Source FMUs, compiled as an importer would and held against the shared object that comes with them: sources.py FOLDER COMPILER.
-Nothing but the sources that the description names, a C11 compiler and the mathematical library is used. In plain C11, without
-vector types; with MBSR_TEST_LONG=1 with them too.
+Nothing but the sources that the description names, a C compiler and the mathematical library is used. Without vector types, by
+a compiler as it is (GNU's C); with MBSR_TEST_LONG=1 in strict C11 and with vector types too.
 SPDX-License-Identifier: BSD-3-Clause"""
 import concurrent.futures
 import os
@@ -15,7 +15,8 @@ from importer import Instance, Unit
 
 folder, compiler = sys.argv[1:3]
 objects = {}  # by options, a source's name and text: what FMUs have in common is compiled once
-plain = ("-DMBSR_WITHOUT_VECTORS", "-pedantic-errors")
+plain = ("-DMBSR_WITHOUT_VECTORS",)
+strict = ("-DMBSR_WITHOUT_VECTORS", "-std=c11", "-pedantic-errors")
 
 
 def sources_of(archive):
@@ -25,6 +26,8 @@ def sources_of(archive):
         assert root.get("fmiVersion") == "3.0"
         sets = root.findall("BuildConfiguration/SourceFileSet")
         assert len(sets) == 1 and sets[0].get("language") == "C11"
+        defined = sets[0].findall("PreprocessorDefinition")
+        assert [(d.get("name"), d.get("optional")) for d in defined] == [("FMI3_OVERRIDE_FUNCTION_PREFIX", "true")]
         return [file.get("name") for file in sets[0].findall("SourceFile")]
     root = xml.fromstring(archive.read("modelDescription.xml"))
     lists = [[file.get("name") for file in kind.findall("SourceFiles/File")]
@@ -34,7 +37,7 @@ def sources_of(archive):
 
 
 def compile_source(source, to, *options):
-    subprocess.run([compiler, "-std=c11", "-O0", "-Wall", "-Wextra", "-Wno-psabi", "-Werror", "-fPIC", *options,
+    subprocess.run([compiler, "-O0", "-Wall", "-Wextra", "-Wno-psabi", "-Werror", "-fPIC", *options,
                     "-c", source.name, "-o", to], cwd=source.parent, check=True)
 
 
@@ -68,11 +71,21 @@ def compile_unit(path, work, *options):
 
 
 def prefixed(base, work):
-    """Functions of the standard begin with the identifier where nothing else is said."""
+    """Functions of the standard begin with the identifier where nothing else is said: by a macro, or by the header of an
+    importer, which declares and names them."""
     to = work / "prefixed.o"
-    compile_source(base / "sources" / "fmu_fmi3.c", to)
-    names = [name for name in exported(to) if "fmi3" in name]
-    assert names and all(name.startswith("arm_fmi3") for name in names), "without the prefix"
+    source, header = base / "sources" / "fmu_fmi3.c", base / "sources" / "fmi3Functions.h"
+    for options, right in (((), "arm_fmi3"), (("-DFMI3_FUNCTION_PREFIX=",), "fmi3"), (("-DFMI3_FUNCTION_PREFIX=my_",), "my_fmi3")):
+        compile_source(source, to, *options)
+        names = [name for name in exported(to) if "fmi3" in name]
+        assert names and all(name.startswith(right) for name in names), f"{options}: {names[:3]}"
+    declared = (base / "sources" / "fmu" / "fmi3_functions.h").read_text()
+    header.write_text(declared.replace("MBSRI_FMI3_FUNCTIONS_H", "OF_AN_IMPORTER")
+                      .replace("fmi3Status)\nfmi3DoStep(", "fmi3Status)\nimporters_fmi3DoStep("))
+    source.write_text(source.read_text().replace("fmi3Status fmi3DoStep(", "fmi3Status importers_fmi3DoStep("))
+    compile_source(source, to)
+    header.unlink()
+    assert "importers_fmi3DoStep" in exported(to) and "fmi3GetVersion" in exported(to), "an importer's header"
 
 
 def co_simulate(path):
@@ -83,6 +96,8 @@ def co_simulate(path):
     for k in range(50):
         one.step(k * 0.01, 0.01)
     outputs = [v for v in unit.description.variables if v.causality == "output"]
+    if path.stem.startswith("arm"):  # steps of another kind by the error
+        outputs = [v for v in outputs if v.name.endswith((".q", ".u"))]
     values = one.get(outputs)
     one.free()
     unit.close()
@@ -109,7 +124,7 @@ def exported(shared):
     return [line.split()[-1] for line in listed.splitlines()]
 
 
-ways = [plain, ()] if os.environ.get("MBSR_TEST_LONG") == "1" else [plain]
+ways = [plain, strict, ()] if os.environ.get("MBSR_TEST_LONG") == "1" else [plain]
 with tempfile.TemporaryDirectory() as name:
     work, runs = pathlib.Path(name), 0
     units = sorted(pathlib.Path(folder).glob("*_sources[23].fmu"))
@@ -121,7 +136,8 @@ with tempfile.TemporaryDirectory() as name:
             own, theirs = run(made), run(path)
             assert own and len(own) == len(theirs)
             worst = max(abs(a - b) / (1.0 + abs(b)) for a, b in zip(own, theirs))
-            assert worst < 1e-9, f"{path.stem}, {run.__name__}: differs by {worst}"
+            by_error = run is co_simulate and path.stem.startswith("arm")
+            assert worst < (1e-4 if by_error else 1e-9), f"{path.stem}, {run.__name__}: differs by {worst}"
             runs += 1
     prefixed(work / "arm_sources3", work)
     assert runs == 8 * len(ways)

@@ -521,7 +521,7 @@ static void options_are_checked(void **state)
     opt.rtol = NAN;
     refuse(&m, &opt, MBSR_ERR_VALUE, "rtol");
     opt = mbsr_default_fmu_opt();
-    opt.sources = 1;
+    opt.fixed_step = -1.0;
     refuse(&m, &opt, MBSR_ERR_VALUE, "fixed_step");
     opt = mbsr_default_fmu_opt();
     opt.q0 = (double[]){INFINITY};

@@ -1,5 +1,7 @@
 /* The Newton sweeps for x86-64 with AVX2 and FMA (x86-64-v3).
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/vmovq.h"
+
 #include "newton/sweeps/looped.h"
 #include "newton/sweeps/looped_solve.h"
 #include "newton/sweeps/solve_transposed.h"
