@@ -20,7 +20,7 @@ import tempfile
 import xml.etree.ElementTree
 
 NOTE, DATA = b"oncg", b"adcg"  # magic words of .gcno and .gcda, little endian
-FUNCTION, BLOCKS, ARCS, COUNTERS = 0x01000000, 0x01410000, 0x01430000, 0x01A10000
+FUNCTION, BLOCKS, ARCS, LINES, COUNTERS = 0x01000000, 0x01410000, 0x01430000, 0x01450000, 0x01A10000
 ON_TREE, FAKE = 1, 2  # an arc without a counter; one that stands for a call that does not return
 ENOUGH = 0.999  # share of the arcs that the selection of tests has to reach
 
@@ -66,6 +66,7 @@ class Function:
     def __init__(self):
         self.blocks = 0
         self.arcs = []  # source, destination, flags
+        self.lines = []  # block, file, line
 
     @functools.cached_property
     def order(self):
@@ -123,6 +124,16 @@ def read_notes(path):
             source = words.word()
             for _ in range((length - 4) // 8):
                 function.arcs.append((source, words.word(), words.word()))
+        elif tag == LINES:
+            block, file = words.word(), ""
+            while True:
+                line = words.word()
+                if not line:
+                    file = words.text()
+                    if not file:
+                        break
+                else:
+                    function.lines.append((block, file, line))
     return functions
 
 
@@ -261,6 +272,35 @@ def by_kind(lines, branches, limits, left):
         print(f"    {name}: {counts[name, 'line']} lines, {counts[name, 'branch']} branches")
 
 
+def tests_by_line(tree, counters, files):
+    """Tests that reach each line of code of some files: {(file, line): names}; none where nobody does."""
+    result = {}
+    functions = {}
+    for path, name in notes(tree):
+        own = {n: f for n, f in read_notes(path).items() if any(os.path.realpath(file) in files for _, file, _ in f.lines)}
+        if own:
+            functions[name[: -len(".gcno")]] = own
+            for function in own.values():
+                result.update(((os.path.realpath(file), line), set()) for _, file, line in function.lines)
+    for test in folders(counters):
+        for path, name in counter_files(os.path.join(counters, test), tree):
+            own = functions.get(name[: -len(".gcda")])
+            for number, values in (read_counters(path) if own else {}).items():
+                if number not in own:
+                    continue
+                function = own[number]
+                blocks = {block for arc in function.reached(values) for block in function.arcs[arc][:2]}
+                for block, file, line in function.lines:
+                    if block in blocks:
+                        result[os.path.realpath(file), line].add(test)
+    return result
+
+
+def seconds_of(junit):
+    """Seconds of each test, of ctest's report."""
+    return {case.get("name"): float(case.get("time")) for case in xml.etree.ElementTree.parse(junit).iter("testcase")}
+
+
 def share(counts):
     counts = list(counts)
     return sum(1 for count in counts if count), len(counts)
@@ -296,7 +336,7 @@ def tests(tree, counters, junit):
             for number, values in read_counters(path).items():
                 reached.update((name, number, arc) for arc in functions[name][number].reached(values))
         sets[test] = reached
-    seconds = {case.get("name"): float(case.get("time")) for case in xml.etree.ElementTree.parse(junit).iter("testcase")}
+    seconds = seconds_of(junit)
     tests_of = collections.Counter(arc for reached in sets.values() for arc in reached)
     number = len(tests_of)
     chosen, missing = [], set(tests_of)

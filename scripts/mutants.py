@@ -2,12 +2,13 @@
 """Changes operators in src/, one at a time, and asks whether the tests see it.
 SPDX-License-Identifier: BSD-3-Clause
 
-Usage: mutants.py COPY SEED COUNT TABLE
+Usage: mutants.py COPY SEED COUNT TABLE [FIRST]
 
-COPY is a copy of the project with a built tree in COPY/build, SEED chooses the places, TABLE names the survivors that
-are argued to be equivalent (tests/mutants.md). For each change the file is compiled anew, and tests are linked and run
-one after the other, those of the same room first, until one fails. Prints a line each and the share that was seen.
+COPY is a copy of the project in which scripts/coverage.sh has run, SEED chooses the places, TABLE names the survivors
+that are argued to be equivalent (tests/mutants.md), FIRST is the number of the first change to be judged (1). A change is
+asked of the tests that reach its line, the quickest first, until one fails. Prints a line each and the share seen.
 """
+import collections
 import json
 import os
 import random
@@ -15,6 +16,8 @@ import re
 import subprocess
 import sys
 import time
+
+import coverage
 
 # What is changed into what. Blanks belong to operators: the source has clang-format's.
 CHANGES = [
@@ -37,8 +40,10 @@ CHANGES = [
     (r"(?<![\w.\[])1(?![\w.])", "0"),
     (r"(?<=return )-(?=\w)", ""),
 ]
-LABELS = {"unit", "reference", "property", "ida", "files", "contact", "fe", "linear", "study", "fmu"}
 SLOWEST = 60  # seconds, after which a test counts as failed: changed conditions of loops do not end
+ENOUGH = 60.0  # seconds of tests, by the run that counted, after which a change counts as one that survived
+
+Test = collections.namedtuple("Test", "name command folder environment targets seconds")
 
 
 def places(root):
@@ -64,62 +69,64 @@ def places(root):
 
 
 def tests_of(build):
-    """Tests that are a program of their own, which need not be built: name, target, label."""
+    """Tests by name; those that run a program of the build tree, which is their target."""
     answer = subprocess.run(["ctest", "--show-only=json-v1"], cwd=build, capture_output=True, text=True, check=True)
+    seconds = coverage.seconds_of(os.path.join(build, "junit.xml"))
+    result = {}
     for test in json.loads(answer.stdout)["tests"]:
         properties = {entry["name"]: entry["value"] for entry in test["properties"]}
-        target = test["name"].replace(".", "_", 1)
-        command = test.get("command", [target])
-        label = properties.get("LABELS", [""])[0]
-        if label in LABELS and len(command) == 1 and os.path.basename(command[0]) == target:
-            yield test["name"], target, label
-
-
-def in_order(tests, room, sources):
-    """Tests of the room first, then those of its component, the others as the seed has it."""
-
-    def far(test):
-        name, _, label = test
-        folder = sources.get(name.split(".", 1)[1], "")
-        words = set(room.split("/"))
-        return (room not in folder, not words & set(folder.split("/")), label not in words, label != "unit")
-
-    return sorted(tests, key=far)
-
-
-def sources_of_tests(root):
-    result = {}
-    for folder, _, names in os.walk(os.path.join(root, "tests")):
-        for name in names:
-            if name.startswith("test_") and name.endswith(".c"):
-                result[re.sub(r"^test_(ida_)?", "", name[:-2])] = os.path.relpath(folder, root)
+        command = test.get("command", [])
+        targets = [os.path.relpath(word, build) for word in command
+                   if word.startswith(build + "/") and os.path.isfile(word) and os.access(word, os.X_OK)]
+        if targets:
+            environment = dict(entry.split("=", 1) for entry in properties.get("ENVIRONMENT", []))
+            environment["GCOV_PREFIX"] = os.path.join(build, "not_counted")
+            folder = properties.get("WORKING_DIRECTORY", build)
+            result[test["name"]] = Test(test["name"], command, folder, environment, targets, seconds.get(test["name"], SLOWEST))
     return result
 
 
-def run(command, folder, seconds):
+def run(command, folder, seconds, environment=None):
     try:
-        return subprocess.run(command, cwd=folder, capture_output=True, timeout=seconds, check=False).returncode
+        return subprocess.run(command, cwd=folder, capture_output=True, timeout=seconds, check=False,
+                              env={**os.environ, **(environment or {})}).returncode
     except subprocess.TimeoutExpired:
         return "too long"
 
 
-def fails(copy, build, target):
+def fails(build, test):
     """Whether a test does, or None where it does not compile."""
-    if run(["cmake", "--build", build, "--target", target], copy, 1800):
+    if run(["ninja", "-C", build, *test.targets], build, 1800):
         return None
-    return bool(run([os.path.join(build, "tests", target)], os.path.join(build, "tests"), SLOWEST))
+    return bool(run(test.command, test.folder, SLOWEST, test.environment))
 
 
-def judge(copy, build, path, tests, sources):
+def judge(build, tests):
     """What becomes of the change that stands in the file now, and the test that saw it."""
-    room = os.path.relpath(os.path.dirname(path), os.path.join(copy, "src"))
-    for test in in_order(tests, room, sources):
-        failed = fails(copy, build, test[1])
+    spent = 0.0
+    for test in tests:
+        spent += test.seconds
+        if spent > ENOUGH and test is not tests[0]:
+            break
+        failed = fails(build, test)
         if failed is None:
             return "does not compile", None
         if failed:
             return "seen", test
     return "survived", None
+
+
+def assembly(build, path):
+    """What the compiler makes of a file with optimisation, without counters, in each library that has it."""
+    answer = subprocess.run(["ninja", "-C", build, "-t", "compdb"], capture_output=True, text=True, check=True)
+    result = []
+    for entry in json.loads(answer.stdout):
+        if os.path.realpath(os.path.join(entry["directory"], entry["file"])) == path and " -c " in entry["command"]:
+            command = re.sub(r" (--coverage|-fprofile\S+|-M\w+( \S+\.d)?|-o \S+|-O0)(?= )", "", entry["command"])
+            command = re.sub(r" -M[TFD]+ \S+", "", command)
+            result.append(subprocess.run(command.replace(" -c ", " -O2 -S -o - "), shell=True, cwd=entry["directory"],
+                                         capture_output=True, text=True, check=True).stdout)
+    return result
 
 
 def with_change(path, number, line, ask):
@@ -140,48 +147,60 @@ def with_change(path, number, line, ask):
 def argued(table):
     """Places of the table: (file, text of the changed line)."""
     with open(table, encoding="utf-8") as file:
-        rows = re.findall(r"^\| `?(src/[^|`]*)`? \| `([^`]*)` \|", file.read(), re.M)
-    return {(path.strip(), line.strip()) for path, line in rows}
+        rows = re.findall(r"^\| `?(src/[^|`]*)`? \| `(.*?)` \|", file.read(), re.M)
+    return {(path.strip(), line.replace("\\|", "|").strip()) for path, line in rows}
+
+
+def in_order(tests, reached, path, number):
+    """Tests that reach a line, the quickest first. Of a line without code, a table's: those that reach the file."""
+    names = reached.get((path, number + 1))
+    if names is None:
+        names = set().union(*(names for (file, _), names in reached.items() if file == path))
+    return sorted((tests[name] for name in names if name in tests), key=lambda test: (test.seconds, test.name))
 
 
 def main(arguments):
-    if len(arguments) != 4:
+    if len(arguments) not in (4, 5):
         print(__doc__, file=sys.stderr)
         return 2
     copy, seed, count = os.path.realpath(arguments[0]), int(arguments[1]), int(arguments[2])
-    build = os.path.join(copy, "build")
+    first = int(arguments[4]) if len(arguments) == 5 else 1
+    build = os.path.join(copy, "build", "coverage")
     equivalent = argued(arguments[3])
-    chance = random.Random(seed)
     everything = list(places(copy))
-    tests = list(tests_of(build))
-    chance.shuffle(tests)
-    sources = sources_of_tests(copy)
-    counts = {"seen": 0, "survived": 0, "equivalent": 0, "does not compile": 0}
+    chosen = random.Random(seed).sample(everything, count)
+    tests = tests_of(build)
+    reached = coverage.tests_by_line(build, os.path.join(build, "counters"), {path for path, _, _ in chosen})
+    counts = collections.Counter()
     print(f"seed {seed}, {count} of {len(everything)} changes, {len(tests)} tests", flush=True)
     sound = set()  # tests that pass without a change; others are left out
-    for path, number, line in chance.sample(everything, count):
+    for rank, (path, number, line) in enumerate(chosen[first - 1 :], first):
         with open(path, encoding="utf-8") as file:
             before = file.read().split("\n")[number]
         name = os.path.relpath(path, copy)
         start = time.monotonic()
         while True:
-            result, test = with_change(path, number, line, lambda: judge(copy, build, path, tests, sources))
-            if result != "seen" or test in sound:
+            order = in_order(tests, reached, path, number)
+            result, test = with_change(path, number, line, lambda: judge(build, order)) if order else ("not reached", None)
+            if result != "seen" or test.name in sound:
                 break
-            if fails(copy, build, test[1]):
-                print(f"left out, since it fails without a change: {test[0]}", flush=True)
-                tests.remove(test)
+            if fails(build, test):
+                print(f"left out, since it fails without a change: {test.name}", flush=True)
+                del tests[test.name]
             else:
-                sound.add(test)
-        if result == "survived" and (name, line.strip()) in equivalent:
-            result = "equivalent"
+                sound.add(test.name)
+        if result in ("survived", "not reached"):
+            if (name, line.strip()) in equivalent:
+                result = "equivalent"
+            elif name.endswith(".c") and assembly(build, path) == with_change(path, number, line, lambda: assembly(build, path)):
+                result = "same code"
         counts[result] += 1
         seconds = f"{time.monotonic() - start:.0f} s"
-        print(f"{result}\t{name}:{number + 1}\t{before.strip()}\t->\t{line.strip()}\t{test[0] if test else ''}\t{seconds}",
+        print(f"{rank}\t{result}\t{name}:{number + 1}\t{before.strip()}\t->\t{line.strip()}\t{test.name if test else len(order)}\t{seconds}",
               flush=True)
-    asked = counts["seen"] + counts["survived"]
+    asked = counts["seen"] + counts["survived"] + counts["not reached"]
     print(", ".join(f"{number} {name}" for name, number in counts.items()))
-    print(f"seen: {100 * counts['seen'] / max(asked, 1):.0f} % of {asked} that are not argued to be equivalent")
+    print(f"seen: {100 * counts['seen'] / max(asked, 1):.0f} % of {asked} that are not equivalent")
     return 0 if counts["seen"] >= 0.9 * asked else 1
 
 

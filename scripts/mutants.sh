@@ -1,25 +1,28 @@
 #!/usr/bin/env bash
 # Whether the tests see a changed operator: COUNT places in src/, by a seed, one after the other. Works on a copy of the
-# project in build/mutants. Fails where fewer than nine in ten are seen; survivors are argued in tests/mutants.md. Hours.
+# project in build/mutants, in which scripts/coverage.sh says first which tests reach which lines. Fails where fewer than
+# nine in ten are seen; survivors are argued in tests/mutants.md. Hours; needs ninja.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: mutants.sh [--seed S] [COUNT]    S: 1, COUNT: 100
+# Usage: mutants.sh [--again] [--seed S] [COUNT [FIRST]]    S: 1, COUNT: 100, FIRST: 1, the first change to be judged
+#     --again    with the copy and the counters that are there
 set -eu
+again=no
 seed=1
+if [ "${1:-}" = --again ]; then
+    again=yes
+    shift
+fi
 if [ "${1:-}" = --seed ]; then
     seed=$2
     shift 2
 fi
-count=${1:-100}
-[ $# -le 1 ] || { echo "usage: mutants.sh [--seed S] [COUNT]" >&2; exit 2; }
+[ $# -le 2 ] || { echo "usage: mutants.sh [--again] [--seed S] [COUNT [FIRST]]" >&2; exit 2; }
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-bash scripts/install.sh build test
 copy=$PWD/build/mutants
-mkdir -p "$copy"
-git ls-files -z | tar --null -T - -cf - | tar -C "$copy" -xf -
-generator="Unix Makefiles"
-if command -v ninja >/dev/null; then generator=Ninja; fi
-# The short forms of the tests, each linked when it is asked for.
-cmake -S "$copy" -B "$copy/build" -G "$generator" -DCMAKE_BUILD_TYPE=Release -DMBSR_EXAMPLES=OFF -DMBSR_VIEWER=OFF >/dev/null
-CMAKE_BUILD_PARALLEL_LEVEL=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
-export CMAKE_BUILD_PARALLEL_LEVEL MBSR_TEST_FEW=1 OPENBLAS_NUM_THREADS=1
-nice python3 scripts/mutants.py "$copy" "$seed" "$count" tests/mutants.md
+if [ "$again" = no ]; then
+    mkdir -p "$copy"
+    git ls-files -z | tar --null -T - -cf - | tar -C "$copy" -xf -
+    bash "$copy/scripts/coverage.sh" || echo "coverage.sh failed; what it counted is used all the same"
+fi
+export MBSR_TEST_FEW=1 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+nice python3 scripts/mutants.py "$copy" "$seed" "${1:-100}" tests/mutants.md ${2:+"$2"}

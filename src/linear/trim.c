@@ -243,9 +243,10 @@ static int trim_columns(trim *w, mbsr_error *error)
         }
         double *a = column_of_parameter(w, k);
         const double step = parameter_step(w, k);
-        const int up = balance_with(w, k, step, a, error),
-                  down = balance_with(w, k, -step, w->new_r, error);
-        if (up && down) return down;
+        const int up = balance_with(w, k, step, a, error);
+        if (up == MBSR_ERR_NO_MEMORY) return up;
+        const int down = balance_with(w, k, -step, w->new_r, error);
+        if (down == MBSR_ERR_NO_MEMORY || (up && down)) return down;
         const double *above = up ? w->r : a, *below = down ? w->r : w->new_r;
         for (int l = 0; l < w->equations; ++l)
             a[l] = (above[l] - below[l]) / (up || down ? step : 2.0 * step);
@@ -375,10 +376,13 @@ static int linearise_trim(trim *w, mbsr_data *d, mbsr_error *error)
     memset(w->linear.A, 0, (size_t)w->equations * (size_t)w->unknowns * sizeof *w->linear.A);
     int status = mbsr_derivatives_create(mbsr_data_model(d), &by, error);
     if (status) return status;
-    if (w->products.count > 0 &&
-        mbsr_derivatives_parameters(by, w->list, w->products.count, w->products.chosen))
-        w->products.count = 0; /* not at these values */
-    status = position_columns(w, d, by, error);
+    const int chosen =
+        w->products.count > 0
+            ? mbsr_derivatives_parameters(by, w->list, w->products.count, w->products.chosen)
+            : MBSR_OK;
+    if (chosen) w->products.count = 0; /* not at these values */
+    if (chosen == MBSR_ERR_NO_MEMORY) *error = *mbsr_derivatives_error(by), status = chosen;
+    if (!status) status = position_columns(w, d, by, error);
     if (!status) status = product_columns(w, by, error);
     mbsr_derivatives_destroy(by);
     if (!status) status = force_columns(w, d, error);
@@ -406,9 +410,10 @@ static int iterate_trim(trim *w, const mbsr_trim_opt *opt, mbsr_data **d, mbsr_e
             if (!status && length_of(w->equations, w->new_r) <= (1.0 - 1e-3 * share) * before)
                 break;
             if (!status && most <= 1e3 * opt->tolerance * w->force) break;
-            if (last || half == 12) {
+            const bool lost = status == MBSR_ERR_NO_MEMORY;
+            if (last || lost || half == 12) {
                 mbsr_data_destroy(made);
-                return last ? MBSR_OK : status ? status : refuse_trim(w, *d, error);
+                return last && !lost ? MBSR_OK : status ? status : refuse_trim(w, *d, error);
             }
             mbsr_data_destroy(made);
             share *= 0.5;

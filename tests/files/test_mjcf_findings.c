@@ -47,6 +47,30 @@ static void more_findings(void **state)
     mbsr_file_destroy(file);
 }
 
+static void rare_findings(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<worldbody><body name='b' mocap='true'><geom name='g' size='1'/></body>"
+               "<body name='c'><joint name='j' springdamper='1 1' solreflimit='-1 1'/>"
+               "<geom name='h' size='1'/><site name='s'/><site name='t'/></body>"
+               "<flexcomp name='cloth' type='grid'/></worldbody>"
+               "<contact><pair geom1='g' geom2='x'/><pair name='q' geom1='g' geom2='h' "
+               "friction='1 .5 .1'/><unknown/></contact>"
+               "<tendon><spatial name='u' stiffness='2'><site site='s'/><pulley/><site site='t'/>"
+               "</spatial></tendon><equality><flex name='e'/></equality>"),
+        NULL);
+    assert_found(file, "body 'b'", "mocap");
+    assert_found(file, "joint 'j'", "springdamper");
+    assert_found(file, "flexcomp 'cloth'", "soft body|'grid'");
+    assert_found(file, "pair", "'x' is none of two shapes");
+    assert_found(file, "pair 'q'", "first friction");
+    assert_found(file, "unknown", "left out");
+    assert_found(file, "spatial 'u'", "spring is left out");
+    assert_found(file, "flex 'e'", "of this kind");
+    mbsr_file_destroy(file);
+}
+
 /* What a file switches off is not in its model. */
 static void flags(void **state)
 {
@@ -181,6 +205,15 @@ static void refused_files(void **state)
         {MUJOCO("<equality><connect body1='x' anchor='0 0 0'/></equality>"), "'x' is no body"},
         {MUJOCO("<equality><joint joint1='x'/></equality>"), "'x' is no joint"},
         {MUJOCO("<actuator><motor joint='x'/></actuator>"), "motor|'x'"},
+        {WORLD("<body><inertial pos='0 0 0' mass='1' diaginertia='1 1 1' "
+               "fullinertia='1 1 1 0 0 0'/></body>"),
+         "two tensors"},
+        {MUJOCO("<worldbody><body><joint name='j'/><geom size='1'/></body></worldbody>"
+                "<equality><joint joint1='j' joint2='j'/></equality>"),
+         "both its joints are the same"},
+        {MUJOCO("<worldbody><body><joint name='j' type='ball'/><geom size='1'/></body></worldbody>"
+                "<equality><joint joint1='j'/></equality>"),
+         "'j' has not one axis"},
         {MUJOCO("<keyframe><key qpos='1 2'/></keyframe>"), "key|qpos"},
     };
     (void)state;
@@ -193,6 +226,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(findings),
         cmocka_unit_test(more_findings),
+        cmocka_unit_test(rare_findings),
         cmocka_unit_test(flags),
         cmocka_unit_test(folders_of_meshes),
         cmocka_unit_test(refused_files),

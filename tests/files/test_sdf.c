@@ -377,9 +377,49 @@ static void what_links_weigh_and_how_they_look(void **state)
     mbsr_file_destroy(file);
 }
 
+/* A shape at a frame of its model, a plane by its normal; what has no volume weighs nothing. */
+static void where_shapes_are(void **state)
+{
+    mbsr_body_def def = mbsr_default_body_def();
+    (void)state;
+    mbsr_file *file = read_small(
+        MODEL("<pose>5 0 0 0 0 0</pose><frame name='f'><pose>1 2 3 0 0 0</pose></frame>"
+              "<link name='a'><pose>0 1 0 0 0 0</pose><inertial auto='true'/>"
+              "<visual name='v'><pose relative_to='f'>0 0 1 0 0 0</pose><geometry><sphere>"
+              "<radius>1</radius></sphere></geometry></visual>"
+              "<collision name='p'><geometry><plane><normal>1 0 0</normal><size>2 4</size></plane>"
+              "</geometry></collision>"
+              "<visual name='m'><geometry><mesh><uri>m.dae</uri><submesh><name>s</name></submesh>"
+              "</mesh></geometry></visual></link>"),
+        NULL);
+    const mbsr_file_shape *shape = file->shape;
+    assert_int_equal(file->shapes, 3);
+    for (int k = 0; k < 3; ++k) {
+        const int of = shape[k].kind == MBSR_SHAPE_PLANE;
+        if (shape[k].kind == MBSR_SHAPE_MESH) continue;
+        for (int l = 0; l < 3; ++l) {
+            static const double place[3] = {1.0, 1.0, 4.0}, normal[3] = {1.0, 0.0, 0.0};
+            assert_close(of ? shape[k].frame.R[6 + l] : shape[k].frame.x[l],
+                         of ? normal[l] : place[l], 1e-15);
+        }
+    }
+    assert_found(file, "mesh", "not its submesh alone");
+    assert_found(file, "collision 'p'", "no solid of a known size");
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    mbsr_body_definition(file->model, 0, &def);
+    assert_close(def.inertia.mass, 0.0, 0.0);
+    mbsr_file_destroy(file);
+}
+
 static void files_that_are_refused(void **state)
 {
     static const char *const cases[][2] = {
+        {MODEL("<link name='a'><collision name='c'><geometry><plane><normal>0 0 0</normal></plane>"
+               "</geometry></collision></link>"),
+         "its normal has no direction"},
+        {MODEL("<link name='a'><visual name='c'><pose relative_to='x'/><geometry><plane/>"
+               "</geometry></visual></link>"),
+         "'x' is no frame"},
         {"<sdf version='1.4'/>", "'1.4'"},
         {"<sdf/>", "from 1.5"},
         {SDF(""), "neither a world nor a model"},
@@ -455,6 +495,7 @@ int main(void)
         cmocka_unit_test(circles_of_joints),
         cmocka_unit_test(joints_that_follow_others),
         cmocka_unit_test(what_links_weigh_and_how_they_look),
+        cmocka_unit_test(where_shapes_are),
         cmocka_unit_test(files_that_are_refused),
         cmocka_unit_test(converted_and_read_again),
     };

@@ -114,6 +114,23 @@ static void what_a_model_has_no_room_for_is_kept(void **state)
     mbsr_model_destroy(model);
 }
 
+/* What is left out, as findings say. */
+static void what_is_left_out(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        ROBOT("<link name='a'><visual><geometry><cone/></geometry></visual>" MASS "</link>"
+              "<link name='b'>" MASS "</link><link name='c'>" MASS "</link>"
+              "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"
+              "<joint name='k' type='continuous'><parent link='b'/><child link='c'/>"
+              "<mimic joint='j'/></joint>"),
+        NULL);
+    assert_found(file, "cone", "not drawn");
+    assert_found(file, "joint 'k'", "mimicking is left out");
+    assert_int_equal(file->shapes, 0);
+    mbsr_file_destroy(file);
+}
+
 /* Damping, and on request stops and dry friction. */
 static void forces_of_joints(void **state)
 {
@@ -192,6 +209,25 @@ static void refused_files(void **state)
                "<parent link='a'/><child link='b'/></joint><joint name='k' type='fixed'>"
                "<parent link='b'/><child link='a'/></joint>"),
          "link 'a'|cycle"},
+        {ROBOT("<link name='r'/><link name='a'/><link name='b'/><joint name='j' type='fixed'>"
+               "<parent link='r'/><child link='b'/></joint><joint name='k' type='fixed'>"
+               "<parent link='a'/><child link='b'/></joint>"),
+         "joint 'k'|hangs on another joint, too"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='planar'><axis xyz='0 0 0'/>"
+               "<parent link='a'/><child link='b'/></joint>"),
+         "joint 'j'|axis has no direction"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='continuous'>"
+               "<mimic joint='x'/><parent link='a'/><child link='b'/></joint>"),
+         "joint 'j'|mimics 'x', which is no joint"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='continuous'>"
+               "<mimic joint='j'/><parent link='a'/><child link='b'/></joint>"),
+         "joint 'j'|mimics itself"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='continuous'>"
+               "<mimic/><parent link='a'/><child link='b'/></joint>"),
+         "joint 'j'|no attribute joint"},
+        {ROBOT("<link name='a'><visual><geometry><mesh filename='m' scale='1 2'/></geometry>"
+               "</visual></link>"),
+         "scale is not 3 numbers"},
         {ROBOT("<link name='a'><inertial><mass value='heavy'/></inertial></link>"),
          "link 'a'|heavy"},
         {ROBOT("<link name='a'><inertial><mass value='-1'/></inertial></link>"), "mass is -1"},
@@ -341,6 +377,7 @@ int main(void)
         cmocka_unit_test(joints_of_every_type),
         cmocka_unit_test(meshes_of_packages_are_where_the_caller_says),
         cmocka_unit_test(what_a_model_has_no_room_for_is_kept),
+        cmocka_unit_test(what_is_left_out),
         cmocka_unit_test(forces_of_joints),
         cmocka_unit_test(moments_that_no_body_has),
         cmocka_unit_test(states_of_floating_links),

@@ -127,6 +127,7 @@ static void functions_are_those_that_xacro_offers(void **state)
         {"max([1, 4, 2])", "4"},
         {"round(2.5) + round(3.5)", "6"},
         {"round(2.675, 2)", "2.67"},
+        {"round(2.5, 0)", "2.0"},
         {"round(0.5)", "0"},
         {"sorted([3, 1, 2])", "[1, 2, 3]"},
         {"python.abs(-3) + python.sum([1, 2])", "6"},
@@ -141,6 +142,11 @@ static void functions_are_those_that_xacro_offers(void **state)
         {"'-'.join(['a', 'b']) + 'aXbX'.replace('X', 'yy')", "a-bayybyy"},
         {"'abc'.startswith('ab') and 'abc'.endswith('bc') and not 'c'.endswith('bc')", "True"},
         {"xacro.message('text') + 'x'", "x"},
+        {"python.tuple([1, 'a']) + python.tuple()", "(1, 'a')"},
+        {"dict(dict(a=1), b=2)", "{'a': 1, 'b': 2}"},
+        {"python.abs(2) + python.abs(-1.5)", "3.5"},
+        {"float('-inf') + float('.5e1')", "-inf"},
+        {"None == None and dict(a=1) != dict(b=1) and dict(a=[1]) == dict(a=[1])", "True"},
     };
     assert_values(cases, sizeof cases / sizeof *cases);
 }
@@ -209,6 +215,17 @@ static void what_has_no_meaning_is_refused(void **state)
         {"xacro.fatal('stop')", "stop"},
         {"range(1, 2, 0)", "steps of 0"},
         {"min([])", "min() of nothing"},
+        {"float('1x')", "float() is given '1x'"},
+        {"float([1])", "float() is given a list"},
+        {"int([1])", "int() is given a list"},
+        {"len(1)", "len() is given a number"},
+        {"python.abs('a')", "abs() is given a string"},
+        {"round('a')", "round() is given a string"},
+        {"round(1.5, 'a')", "round() is given a string"},
+        {"round(15.0, -1)", "digits behind a point only"},
+        {"dict(1)", "dict() is given a number"},
+        {"dict(a=1, a=2)", "dict() has 'a' twice"},
+        {"sin == sin", "a function cannot be compared"},
     };
     assert_no_values(cases, sizeof cases / sizeof *cases);
 }

@@ -36,6 +36,7 @@ void sheet_bicycle(sheet *s);
 void sheet_linkages(sheet *s);
 void sheet_bodies(sheet *s);
 void sheet_modelica(sheet *s);
+void sheet_exudyn(sheet *s);
 void sheet_flight(sheet *s);
 
 #endif

@@ -83,6 +83,7 @@ int main(int count, char **argument)
     sheet_linkages(&s);
     sheet_bodies(&s);
     sheet_modelica(&s);
+    sheet_exudyn(&s);
     sheet_flight(&s);
     sheet_bicycle(&s);
     if (count == 2 && strcmp(argument[1], "--table") == 0) {
