@@ -287,6 +287,7 @@ class Refused(unittest.TestCase):
         for owner, call in calls:
             owner.close()
             self.assertTrue(owner.closed)
+            self.assertRegex(repr(owner), "closed")
             self.refused(mb.ClosedError, "is closed", call)
         with pendulum() as model:
             self.refused(mb.UseError, "not finished", lambda: model.nq)
