@@ -190,6 +190,11 @@ class Owned {
         return this.#at === 0;
     }
 
+    // Itself; closed ones, whose memory is another's, throw.
+    open() {
+        return this.at && this;
+    }
+
     // Gives its memory back; later calls throw.
     close() {
         if (this.#at !== 0) this.end(this.#at);
@@ -258,7 +263,7 @@ export class Model extends Owned {
     }
 
     #state(where, q, u) {
-        const { library } = this;
+        const { library } = this.open();
         if (q !== undefined) fill(library, where, this.atQ, q, this.nq, "q");
         if (u !== undefined) fill(library, where, this.atU, u, this.nu, "u");
     }
@@ -352,6 +357,24 @@ export class Model extends Owned {
         return Array.from({ length: bodies }, (_, k) => ({ rates: numbers[2 * k], rank: numbers[2 * k + 1] }));
     }
 
+    // Oscillations about the consistent state near q and u, slowest first: { frequency (Hz), damping, rate (1/s) } of each,
+    // in motions exp(rate t) sin(2 pi frequency t). For models of 400 coordinates and momenta at most.
+    modes(q = this.start().q, u = new Float64Array(this.nu), t = 0) {
+        const { library } = this, { c } = library;
+        this.#state("modes", q, u);
+        const at = c.web_modes(this.at, t, this.atQ, this.atU, this.atOut);
+        if (at === 0) throw library.failure();
+        try {
+            const count = library.ints[this.atOut >> 2], numbers = library.doubles.subarray(at >> 3, (at >> 3) + 2 * count);
+            return Array.from({ length: count }, (_, k) => {
+                const [rate, other] = numbers.subarray(2 * k, 2 * k + 2);
+                return { frequency: other / (2 * Math.PI), damping: -rate / Math.hypot(rate, other), rate };
+            });
+        } finally {
+            c.free(at);
+        }
+    }
+
     // What determines each direction without mass, and the index of the equations.
     report(q, u) {
         return JSON.parse(this.#text(REPORT, q, u));
@@ -415,7 +438,7 @@ export class Model extends Owned {
     }
 
     #pulled({ body, point, at, stiffness, damping }) {
-        const { library } = this, to = this.atOut;
+        const { library } = this.open(), to = this.atOut;
         fill(library, "stepper", to, point, 3, "pull.point");
         fill(library, "stepper", to + 24, at, 3, "pull.at");
         const made = library.c.web_pulled(this.at, body, to, to + 24, stiffness, damping);
@@ -425,7 +448,7 @@ export class Model extends Owned {
 
     // States side by side: q (nq x count), u and tau (nu x count) one behind the other, and so is u'.
     batch(q, u, tau, t = 0) {
-        const { library, nq, nu } = this, { c } = library, count = q.length / nq;
+        const { library, nq, nu } = this.open(), { c } = library, count = q.length / nq;
         const memory = library.take(8 * count * (nq + 3 * nu)), atU = memory + 8 * count * nq, step = 8 * count * nu;
         const batch = c.web_batch(this.at);
         try {
