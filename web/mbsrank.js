@@ -176,9 +176,8 @@ class Owned {
     #at;
 
     constructor(library, at, end) {
-        this.library = library;
+        Object.defineProperties(this, { library: { value: library }, end: { value: end } }); // not printed
         this.#at = at;
-        this.end = end;
     }
 
     get at() {
@@ -217,6 +216,12 @@ function fill(library, where, at, numbers, count, name) {
         if (typeof numbers[k] !== "number") throw new MbsrankError(`${where}: ${name}[${k}] is no number`);
         to[first + k] = numbers[k];
     }
+}
+
+// Names of options that are none.
+function refuse(where, options, known) {
+    for (const name of Object.keys(options))
+        if (!known.includes(name)) throw new MbsrankError(`${where}: there is no option '${name}', but ${known.join(", ")}`);
 }
 
 function room(where, to, count) {
@@ -264,7 +269,7 @@ export class Model extends Owned {
 
     #state(where, q, u) {
         const { library } = this.open();
-        if (q !== undefined) fill(library, where, this.atQ, q, this.nq, "q");
+        fill(library, where, this.atQ, q, this.nq, "q");
         if (u !== undefined) fill(library, where, this.atU, u, this.nu, "u");
     }
 
@@ -302,7 +307,7 @@ export class Model extends Owned {
     // `last`: arguments behind the numbers of x.
     #dynamics(name, call, q, u, x, xName, last, out, t) {
         const { library, data, nu } = this, to = room(name, out, nu), at = this.at && this.atIn;
-        this.#state(name, q, u);
+        this.#state(name, q, u ?? []);
         if (x !== undefined && x !== null) fill(library, name, at, x, nu, xName);
         const given = x === undefined || x === null ? 0 : at;
         const status = call(this.model, data, t, this.atQ, this.atU, given, ...last, this.atOut);
@@ -334,7 +339,7 @@ export class Model extends Owned {
 
     // J.
     energy(q, u, t = 0) {
-        this.#state("energy", q, u);
+        this.#state("energy", q, u ?? []);
         this.check(this.library.c.web_energy(this.at, t, this.atQ, this.atU, this.atOut));
         const [kinetic, potential] = this.#result(this.atOut, new Float64Array(2));
         return { kinetic, potential };
@@ -410,6 +415,7 @@ export class Model extends Owned {
 
     // A run by the driver, which chooses its steps: { q, u, t, rtol, atol, initialStep, maxStep, maxOrder, maxSteps }.
     simulate(options = {}) {
+        refuse("simulate", options, ["q", "u", "t", "rtol", "atol", "initialStep", "maxStep", "maxOrder", "maxSteps"]);
         this.#begin("simulate", options);
         const { library, at } = this, numbers = this.atOut;
         const { rtol = 1e-6, atol = 1e-6, initialStep = 0, maxStep = 0, maxOrder = 5, maxSteps = 1e6 } = options;
@@ -422,6 +428,7 @@ export class Model extends Owned {
     // Steps of fixed size: { q, u, t, h, order }; pull: { body, point, at, stiffness, damping } takes hold of a point
     // of a body (body axes) by a spring, whose other end, `at` in the world at first, moves by `drag`.
     stepper(options = {}) {
+        refuse("stepper", options, ["q", "u", "t", "h", "order", "pull"]);
         const { h = 1e-3, order = 2, pull, ...state } = options, { library } = this;
         const model = pull ? this.#pulled(pull) : this;
         this.#begin("stepper", state);
@@ -448,7 +455,7 @@ export class Model extends Owned {
 
     // States side by side: q (nq x count), u and tau (nu x count) one behind the other, and so is u'.
     batch(q, u, tau, t = 0) {
-        const { library, nq, nu } = this.open(), { c } = library, count = q.length / nq;
+        const { library, nq, nu } = this.open(), { c } = library, count = Math.ceil(q?.length / nq || 1);
         const memory = library.take(8 * count * (nq + 3 * nu)), atU = memory + 8 * count * nq, step = 8 * count * nu;
         const batch = c.web_batch(this.at);
         try {
@@ -568,6 +575,7 @@ export class Stepper extends Moving {
 
     // `count` steps; where one is refused the state is that before it.
     step(count = 1) {
+        if (!Number.isInteger(count) || count < 0) throw new MbsrankError(`step: the count is ${count}`);
         const status = this.library.c.web_stepper_step(this.at, count);
         this.#read();
         this.check(status);
@@ -578,6 +586,7 @@ export class Stepper extends Moving {
     drag(target) {
         if (!this.pull) throw new MbsrankError("drag: nothing is pulled");
         const { at, stiffness } = this.pull, held = this.library.c.web_held(this.model.at) >> 3;
+        fill(this.library, "drag", this.memory, target, 3, "the target");
         for (let l = 0; l < 3; ++l) this.library.doubles[held + 3 + l] = stiffness * (target[l] - at[l]);
     }
 

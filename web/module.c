@@ -393,6 +393,7 @@ web_run *web_run_begin(web_model *w, double t, const double *q, const double *u,
 EXPORT(web_run_to) int web_run_to(web_run *run, double t)
 {
     mbsr_simulation *s = &run->s;
+    mbsr_simulation_forgive(s); /* what was refused before */
     return mbsr_simulation_to(s, t) ? fail(&s->error) : MBSR_OK;
 }
 
