@@ -37,6 +37,7 @@ class Dae(Owner):
         if self.size < 0:
             fail(lib.MBSR_ERR_CLOSURES)
         self._shape = (self.size,)
+        self._seen: list = [None] * 8
 
     def _check(self, status: int) -> None:
         if status:
@@ -72,7 +73,7 @@ class Dae(Owner):
         shape = self._shape
         if out is None:
             out = np.empty(shape)
-        at_y, at_yp, _, to = evaluated(y, shape, yp, shape, None, shape, out, "y yp -")
+        at_y, at_yp, _, to = evaluated(self._seen, y, shape, yp, shape, None, shape, out, "y yp -")
         status = _residual(self._model, (self._handle or self._get()).pointer, self.form, t, at_y,
                            at_yp, to)
         if status:

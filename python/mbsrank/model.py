@@ -314,6 +314,7 @@ class Data(Owner):
         self.model = model
         self._model = model._get()
         self._nq, self._nu = (model.nq,), (model.nu,)
+        self._seen: list = [None] * 8
 
     def _check(self, status: int) -> None:
         if status:
@@ -329,7 +330,7 @@ class Data(Owner):
         if out is None:
             out = np.empty(nu)
         status = _forward(self._model, (self._handle or self._get()).pointer, t,
-                          *evaluated(q, self._nq, u, nu, tau, nu, out, "q u tau"))
+                          *evaluated(self._seen, q, self._nq, u, nu, tau, nu, out, "q u tau"))
         if status:
             self._check(status)
         return out
@@ -345,7 +346,8 @@ class Data(Owner):
             out = np.empty(nu)
         if udot is None:
             given(udot, nu, "udot")
-        at_q, at_u, at_udot, to = evaluated(q, self._nq, u, nu, udot, nu, out, "q u udot")
+        at_q, at_u, at_udot, to = evaluated(self._seen, q, self._nq, u, nu, udot, nu, out,
+                                              "q u udot")
         driven = _NULL
         if motors is not None:
             rates = ffi.new("int[]", list(motors))

@@ -109,6 +109,7 @@ async function open(text, name, files, options = {}) {
     simulation.changed = () => {
         simulation.model.info.bodies.forEach(({ massless, mass }, k) => Object.assign(data.bodies[k], { massless, mass }));
         viewer.drawing.weigh();
+        viewer.tree.list();
         viewer.paint();
         showCounts(data);
         $("report").replaceChildren();
