@@ -120,7 +120,8 @@ def stand_in():
         def jacobian(self):
             assert self.has_jacobian()
             pairs = [(out, one) for out in self.outputs for one in self.inputs]
-            made = self._derivative(self.get_jacobian, "jac", [], [f"j{k}" for k in range(len(pairs))])
+            names = [f"j{k}" for k in range(len(pairs))]
+            made = self._derivative(self.get_jacobian, "jac", [], names)
             assert made.outputs == [(out[0] * out[1], one[0] * one[1]) for out, one in pairs]
             return made
 
