@@ -125,7 +125,17 @@ repeated+=$(names example 10_quarter_car 13_universal_joint 15_flyball_governor 
     20_double_wishbone 21_sampled_control 22_road 29_drive_train 33_squeezer 34_spin_up_beam 36_fe_plate 40_quadruped \
     demo_oscillators)
 if [ "$long" = ON ]; then repeated=none labels='^(unit|reference|property|ida|linear)$' no_runs=() long_tests=$once no_packages=(); fi
-run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
+# The module of WebAssembly, unoptimised but in the long run, where its packages and sources can be had.
+web=()
+mkdir -p build/test-web
+if bash scripts/install.sh web >build/test-web/install.log 2>&1 &&
+        bash scripts/wasm.sh --fetch build/test-web >>build/test-web/install.log 2>&1; then
+    web=(-DMBSR_WEB=ON -DMBSR_WEB_SOURCES="$PWD/build/test-web" -DMBSR_WEB_BUILD=Debug)
+    if [ "$long" = ON ]; then web+=(-DMBSR_WEB_BUILD=MinSizeRel); fi
+else
+    echo "==== web: left out, its packages or sources cannot be had"
+fi
+run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON "${web[@]}" -- "${no_packages[@]}"
 other_lapacks
 sanitizer=
 for compiler in clang "$gcc"; do

@@ -2,14 +2,22 @@
 # Builds the npm package of web/: the library as a module of WebAssembly, by clang, lld and wasi-libc, with expat and
 # SUNDIALS from Debian's source packages, or from a folder.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: wasm.sh FOLDER [SOURCES]
+# Usage: wasm.sh [--fetch] FOLDER [SOURCES]
+#   --fetch  the sources alone, into FOLDER
 #   FOLDER   where the build is; FOLDER/package is what npm packs
 #   SOURCES  a folder with the sources unpacked, as folders sundials-* and *expat*
+# MBSR_WEB_BUILD=Debug: nothing is optimised, which takes a third of the time and serves tests.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
+fetch=
+if [ "${1:-}" = --fetch ]; then
+    fetch=only
+    shift
+fi
 mkdir -p "${1:?usage: wasm.sh FOLDER [SOURCES]}"
 out=$(cd "$1" && pwd)
 sources=${2:-$out/sources}
+if [ -n "$fetch" ]; then sources=$out; fi
 jobs=${JOBS:-$(nproc)}
 generator=()
 if command -v ninja >/dev/null; then generator=(-G Ninja); fi
@@ -25,6 +33,7 @@ if [ -z "${2:-}" ] && ! compgen -G "$sources/sundials-*" >/dev/null; then
     (cd "$sources" && apt-get "${apt[@]}" source --download-only sundials expat &&
         for archive in *.orig.tar.*; do tar -xf "$archive"; done)
 fi
+if [ -n "$fetch" ]; then exit 0; fi
 sundials=$(compgen -G "$sources/sundials-*/CMakeLists.txt" | head -n 1)
 expat=$(compgen -G "$sources/*expat*/expat/CMakeLists.txt" | head -n 1 || compgen -G "$sources/*expat*/CMakeLists.txt")
 [ -n "$sundials" ] && [ -n "$expat" ] || { echo "wasm.sh: $sources has no sources" >&2; exit 1; }
@@ -34,7 +43,8 @@ make() {
     local name=$1 source=$2
     shift 2
     cmake -S "$source" -B "$out/$name" "${generator[@]}" -DCMAKE_TOOLCHAIN_FILE="$root/cmake/Wasm.cmake" \
-        -DCMAKE_BUILD_TYPE=MinSizeRel -DCMAKE_INSTALL_PREFIX="$out/prefix" "$@" >"$out/$name.log"
+        -DCMAKE_BUILD_TYPE="${MBSR_WEB_BUILD:-MinSizeRel}" -DCMAKE_C_FLAGS_DEBUG=-O0 \
+        -DCMAKE_INSTALL_PREFIX="$out/prefix" "$@" >"$out/$name.log"
     cmake --build "$out/$name" -j "$jobs" >>"$out/$name.log" || { tail -n 40 "$out/$name.log" >&2; exit 1; }
 }
 if [ ! -e "$out/prefix/lib/libsundials_ida.a" ]; then

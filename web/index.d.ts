@@ -153,6 +153,16 @@ export interface StepperOptions extends Start {
     pull?: Pull;
 }
 
+/** A motion exp(rate t) sin(2 pi frequency t). */
+export interface Mode {
+    /** Hz */
+    frequency: number;
+    /** Share of the critical one; below zero where it grows. */
+    damping: number;
+    /** 1/s */
+    rate: number;
+}
+
 export class Model implements Closing {
     readonly nq: number;
     readonly nu: number;
@@ -178,6 +188,9 @@ export class Model implements Closing {
     poses(q: Numbers, out?: Float64Array, t?: number): Float64Array;
     /** Of each body how many rates its joint has, and how many of them move mass. */
     ranks(q: Numbers, u?: Numbers, t?: number): { rates: number; rank: number }[];
+    /** Oscillations about the consistent state near q (default: the start) and u (default: rest), slowest first. For
+     * models of 400 coordinates and momenta at most: it costs their cube. */
+    modes(q?: Numbers, u?: Numbers, t?: number): Mode[];
     report(q?: Numbers, u?: Numbers): Report;
     reportText(q?: Numbers, u?: Numbers): string;
     /** A model with other values of parameters, by their names; this one stays as it is. */

@@ -176,9 +176,8 @@ class Owned {
     #at;
 
     constructor(library, at, end) {
-        this.library = library;
+        Object.defineProperties(this, { library: { value: library }, end: { value: end } }); // not printed
         this.#at = at;
-        this.end = end;
     }
 
     get at() {
@@ -188,6 +187,11 @@ class Owned {
 
     get closed() {
         return this.#at === 0;
+    }
+
+    // Itself; closed ones, whose memory is another's, throw.
+    open() {
+        return this.at && this;
     }
 
     // Gives its memory back; later calls throw.
@@ -212,6 +216,12 @@ function fill(library, where, at, numbers, count, name) {
         if (typeof numbers[k] !== "number") throw new MbsrankError(`${where}: ${name}[${k}] is no number`);
         to[first + k] = numbers[k];
     }
+}
+
+// Names of options that are none.
+function refuse(where, options, known) {
+    for (const name of Object.keys(options))
+        if (!known.includes(name)) throw new MbsrankError(`${where}: there is no option '${name}', but ${known.join(", ")}`);
 }
 
 function room(where, to, count) {
@@ -258,8 +268,8 @@ export class Model extends Owned {
     }
 
     #state(where, q, u) {
-        const { library } = this;
-        if (q !== undefined) fill(library, where, this.atQ, q, this.nq, "q");
+        const { library } = this.open();
+        fill(library, where, this.atQ, q, this.nq, "q");
         if (u !== undefined) fill(library, where, this.atU, u, this.nu, "u");
     }
 
@@ -297,7 +307,7 @@ export class Model extends Owned {
     // `last`: arguments behind the numbers of x.
     #dynamics(name, call, q, u, x, xName, last, out, t) {
         const { library, data, nu } = this, to = room(name, out, nu), at = this.at && this.atIn;
-        this.#state(name, q, u);
+        this.#state(name, q, u ?? []);
         if (x !== undefined && x !== null) fill(library, name, at, x, nu, xName);
         const given = x === undefined || x === null ? 0 : at;
         const status = call(this.model, data, t, this.atQ, this.atU, given, ...last, this.atOut);
@@ -329,7 +339,7 @@ export class Model extends Owned {
 
     // J.
     energy(q, u, t = 0) {
-        this.#state("energy", q, u);
+        this.#state("energy", q, u ?? []);
         this.check(this.library.c.web_energy(this.at, t, this.atQ, this.atU, this.atOut));
         const [kinetic, potential] = this.#result(this.atOut, new Float64Array(2));
         return { kinetic, potential };
@@ -350,6 +360,24 @@ export class Model extends Owned {
         this.check(library.c.web_ranks(this.at, t, this.atQ, this.atU, this.atOut));
         const numbers = library.ints.subarray(this.atOut >> 2, (this.atOut >> 2) + 2 * bodies);
         return Array.from({ length: bodies }, (_, k) => ({ rates: numbers[2 * k], rank: numbers[2 * k + 1] }));
+    }
+
+    // Oscillations about the consistent state near q and u, slowest first: { frequency (Hz), damping, rate (1/s) } of each,
+    // in motions exp(rate t) sin(2 pi frequency t). For models of 400 coordinates and momenta at most.
+    modes(q = this.start().q, u = new Float64Array(this.nu), t = 0) {
+        const { library } = this, { c } = library;
+        this.#state("modes", q, u);
+        const at = c.web_modes(this.at, t, this.atQ, this.atU, this.atOut);
+        if (at === 0) throw library.failure();
+        try {
+            const count = library.ints[this.atOut >> 2], numbers = library.doubles.subarray(at >> 3, (at >> 3) + 2 * count);
+            return Array.from({ length: count }, (_, k) => {
+                const [rate, other] = numbers.subarray(2 * k, 2 * k + 2);
+                return { frequency: other / (2 * Math.PI), damping: -rate / Math.hypot(rate, other), rate };
+            });
+        } finally {
+            c.free(at);
+        }
     }
 
     // What determines each direction without mass, and the index of the equations.
@@ -387,6 +415,7 @@ export class Model extends Owned {
 
     // A run by the driver, which chooses its steps: { q, u, t, rtol, atol, initialStep, maxStep, maxOrder, maxSteps }.
     simulate(options = {}) {
+        refuse("simulate", options, ["q", "u", "t", "rtol", "atol", "initialStep", "maxStep", "maxOrder", "maxSteps"]);
         this.#begin("simulate", options);
         const { library, at } = this, numbers = this.atOut;
         const { rtol = 1e-6, atol = 1e-6, initialStep = 0, maxStep = 0, maxOrder = 5, maxSteps = 1e6 } = options;
@@ -399,6 +428,7 @@ export class Model extends Owned {
     // Steps of fixed size: { q, u, t, h, order }; pull: { body, point, at, stiffness, damping } takes hold of a point
     // of a body (body axes) by a spring, whose other end, `at` in the world at first, moves by `drag`.
     stepper(options = {}) {
+        refuse("stepper", options, ["q", "u", "t", "h", "order", "pull"]);
         const { h = 1e-3, order = 2, pull, ...state } = options, { library } = this;
         const model = pull ? this.#pulled(pull) : this;
         this.#begin("stepper", state);
@@ -415,7 +445,7 @@ export class Model extends Owned {
     }
 
     #pulled({ body, point, at, stiffness, damping }) {
-        const { library } = this, to = this.atOut;
+        const { library } = this.open(), to = this.atOut;
         fill(library, "stepper", to, point, 3, "pull.point");
         fill(library, "stepper", to + 24, at, 3, "pull.at");
         const made = library.c.web_pulled(this.at, body, to, to + 24, stiffness, damping);
@@ -425,7 +455,7 @@ export class Model extends Owned {
 
     // States side by side: q (nq x count), u and tau (nu x count) one behind the other, and so is u'.
     batch(q, u, tau, t = 0) {
-        const { library, nq, nu } = this, { c } = library, count = q.length / nq;
+        const { library, nq, nu } = this.open(), { c } = library, count = Math.ceil(q?.length / nq || 1);
         const memory = library.take(8 * count * (nq + 3 * nu)), atU = memory + 8 * count * nq, step = 8 * count * nu;
         const batch = c.web_batch(this.at);
         try {
@@ -545,6 +575,7 @@ export class Stepper extends Moving {
 
     // `count` steps; where one is refused the state is that before it.
     step(count = 1) {
+        if (!Number.isInteger(count) || count < 0) throw new MbsrankError(`step: the count is ${count}`);
         const status = this.library.c.web_stepper_step(this.at, count);
         this.#read();
         this.check(status);
@@ -555,6 +586,7 @@ export class Stepper extends Moving {
     drag(target) {
         if (!this.pull) throw new MbsrankError("drag: nothing is pulled");
         const { at, stiffness } = this.pull, held = this.library.c.web_held(this.model.at) >> 3;
+        fill(this.library, "drag", this.memory, target, 3, "the target");
         for (let l = 0; l < 3; ++l) this.library.doubles[held + 3 + l] = stiffness * (target[l] - at[l]);
     }
 

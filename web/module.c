@@ -4,6 +4,7 @@
  * A model is opened as the program opens it, from files that the host shows by WASI; complaints go
  * to its standard error. Models made of others share what was read and the shapes that touch. */
 #define _POSIX_C_SOURCE 200809L
+#include "modes.h"
 #include "program/folders.h"
 #include "program/page.h"
 #include "program/touching.h"
@@ -28,6 +29,7 @@ typedef struct source {
 } source;
 
 typedef struct web_model {
+    int users; /* its own, runs and steppers */
     source *source;
     mbsr_model *model;
     int owned; /* the model is this one's, else the source's */
@@ -78,6 +80,7 @@ static void release(source *s)
 
 EXPORT(web_close) void web_close(web_model *w)
 {
+    if (--w->users > 0) return;
     mbsr_data_destroy(w->data);
     if (w->owned) mbsr_model_destroy(w->model);
     release(w->source);
@@ -96,6 +99,7 @@ static web_model *take(web_model *w, source *s, mbsr_model *model, int owned)
         free(w);
         return NULL;
     }
+    w->users = 1;
     w->source = s;
     w->model = model;
     w->owned = owned;
@@ -331,23 +335,45 @@ int web_ranks(const web_model *w, double t, const double *q, const double *u, in
     return status ? fail(mbsr_data_error(w->data)) : MBSR_OK;
 }
 
+/* `count` modes that swing about a state, two numbers each, which the caller frees; NULL: a
+ * failure. */
+EXPORT(web_modes)
+double *web_modes(const web_model *w, double t, const double *q, const double *u, int *count)
+{
+    double *found;
+    return web_find_modes(w->model, w->data, t, q, u, &found, count, &failure) ? NULL : found;
+}
+
 /* ---- runs of the driver ---- */
+
+/* The model, which its copy shares elements with, lives as long. */
+typedef struct web_run {
+    mbsr_simulation s;
+    web_model *owner;
+} web_run;
+
+EXPORT(web_run_end) void web_run_end(web_run *run)
+{
+    mbsr_simulation_end(&run->s);
+    web_close(run->owner);
+    free(run);
+}
 
 /* One of a copy of the model, at the consistent state near q and u; NULL: there is none. */
 EXPORT(web_run)
-mbsr_simulation *web_run(const web_model *w, double t, const double *q, const double *u,
-                         const double number[6])
+web_run *web_run_begin(web_model *w, double t, const double *q, const double *u,
+                       const double number[6])
 {
-    mbsr_simulation *s = malloc(sizeof *s);
+    web_run *run = malloc(sizeof *run);
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     mbsr_model *copy;
     mbsr_error error;
-    if (!s || mbsr_model_copy(w->model, &copy, &error)) {
-        if (s)
+    if (!run || mbsr_model_copy(w->model, &copy, &error)) {
+        if (run)
             fail(&error);
         else
             out_of_memory();
-        free(s);
+        free(run);
         return NULL;
     }
     opt.rtol = number[0];
@@ -356,35 +382,40 @@ mbsr_simulation *web_run(const web_model *w, double t, const double *q, const do
     opt.max_step = number[3];
     opt.max_order = (int)number[4];
     opt.max_steps = (long)number[5];
-    *s = mbsr_simulation_of(copy);
-    if (!mbsr_simulation_start(s, &opt, t, q, u)) return s;
-    fail(&s->error);
-    mbsr_simulation_end(s);
-    free(s);
+    *run = (web_run){mbsr_simulation_of(copy), w};
+    ++w->users;
+    if (!mbsr_simulation_start(&run->s, &opt, t, q, u)) return run;
+    fail(&run->s.error);
+    web_run_end(run);
     return NULL;
 }
 
-EXPORT(web_run_to) int web_run_to(mbsr_simulation *s, double t)
+EXPORT(web_run_to) int web_run_to(web_run *run, double t)
 {
+    mbsr_simulation *s = &run->s;
+    mbsr_simulation_forgive(s); /* what was refused before */
     return mbsr_simulation_to(s, t) ? fail(&s->error) : MBSR_OK;
 }
 
-EXPORT(web_run_poses) int web_run_poses(mbsr_simulation *s, double *to)
+EXPORT(web_run_poses) int web_run_poses(web_run *run, double *to)
 {
+    mbsr_simulation *s = &run->s;
     const int status = find_poses(s->model, s->data, to);
     return status ? fail(mbsr_data_error(s->data)) : MBSR_OK;
 }
 
 /* Kinetic and potential energy at the present state, J. */
-EXPORT(web_run_energy) int web_run_energy(mbsr_simulation *s, double to[2])
+EXPORT(web_run_energy) int web_run_energy(web_run *run, double to[2])
 {
+    mbsr_simulation *s = &run->s;
     const int status = mbsr_energy(s->model, s->data, to, to + 1);
     return status ? fail(mbsr_data_error(s->data)) : MBSR_OK;
 }
 
 /* Places of q, u, u' and loop forces. */
-EXPORT(web_run_state) void web_run_state(const mbsr_simulation *s, double *t, const double *to[4])
+EXPORT(web_run_state) void web_run_state(const web_run *run, double *t, const double *to[4])
 {
+    const mbsr_simulation *s = &run->s;
     *t = s->t;
     to[0] = s->q;
     to[1] = s->u;
@@ -394,10 +425,10 @@ EXPORT(web_run_state) void web_run_state(const mbsr_simulation *s, double *t, co
 
 /* Steps, residuals, Newton iterations, their failures, failed error tests, factorisations, solves,
  * the last step in s. */
-EXPORT(web_run_stats) void web_run_stats(const mbsr_simulation *s, double to[8])
+EXPORT(web_run_stats) void web_run_stats(const web_run *run, double to[8])
 {
     mbsr_ida_stats cost;
-    mbsr_simulation_get_stats(s, &cost);
+    mbsr_simulation_get_stats(&run->s, &cost);
     const double number[8] = {(double)cost.steps,
                               (double)cost.residuals,
                               (double)cost.newton_iterations,
@@ -409,15 +440,10 @@ EXPORT(web_run_stats) void web_run_stats(const mbsr_simulation *s, double to[8])
     memcpy(to, number, sizeof number);
 }
 
-EXPORT(web_run_end) void web_run_end(mbsr_simulation *s)
-{
-    mbsr_simulation_end(s);
-    free(s);
-}
-
 /* ---- steps of fixed size ---- */
 
 typedef struct web_stepper {
+    web_model *owner;
     const mbsr_model *model;
     mbsr_data *data;
     mbsr_stepper *stepper;
@@ -427,13 +453,14 @@ EXPORT(web_stepper_end) void web_stepper_end(web_stepper *s)
 {
     mbsr_stepper_destroy(s->stepper);
     mbsr_data_destroy(s->data);
+    web_close(s->owner);
     free(s);
 }
 
 /* Steps of h (s) by a method of order 1 or 2 from the consistent state near q and u; NULL: there
  * is none. */
 EXPORT(web_stepper)
-web_stepper *web_stepper_begin(const web_model *w, double h, int order, double t, const double *q,
+web_stepper *web_stepper_begin(web_model *w, double h, int order, double t, const double *q,
                                const double *u)
 {
     web_stepper *s = calloc(1, sizeof *s);
@@ -445,7 +472,9 @@ web_stepper *web_stepper_begin(const web_model *w, double h, int order, double t
     }
     opt.h = h;
     opt.order = order;
+    s->owner = w;
     s->model = w->model;
+    ++w->users;
     int status = mbsr_data_create(w->model, &s->data, &error);
     if (!status) status = mbsr_stepper_create(w->model, s->data, &opt, &s->stepper, &error);
     if (status) fail(&error);

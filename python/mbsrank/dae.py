@@ -10,6 +10,8 @@ from ._c import ffi, lib
 from ._core import Handle, Owner, Record, evaluated, fail, given, plain, taken
 from .model import Data, Model, _create
 
+_residual = lib.mbsr_dae_residual
+
 FORMS = {"momentum": lib.MBSR_DAE_MOMENTUM, "recursive": lib.MBSR_DAE_RECURSIVE,
          "inverse_dynamics": lib.MBSR_DAE_INVERSE_DYNAMICS, "index1": lib.MBSR_DAE_INDEX1}
 
@@ -35,6 +37,7 @@ class Dae(Owner):
         if self.size < 0:
             fail(lib.MBSR_ERR_CLOSURES)
         self._shape = (self.size,)
+        self._seen: list = [None] * 8
 
     def _check(self, status: int) -> None:
         if status:
@@ -70,8 +73,9 @@ class Dae(Owner):
         shape = self._shape
         if out is None:
             out = np.empty(shape)
-        at_y, at_yp, to = evaluated(y, shape, yp, shape, out, "y", "yp")
-        status = lib.mbsr_dae_residual(self._model, self._get(), self.form, t, at_y, at_yp, to)
+        at_y, at_yp, _, to = evaluated(self._seen, y, shape, yp, shape, None, shape, out, "y yp -")
+        status = _residual(self._model, (self._handle or self._get()).pointer, self.form, t, at_y,
+                           at_yp, to)
         if status:
             self._check(status)
         return out

@@ -20,7 +20,7 @@ from .flexible import Flex
 
 GROUND = lib.MBSR_GROUND
 NONE = lib.MBSR_NONE
-_NULL, _forward = ffi.NULL, lib.mbsr_forward_dynamics
+_NULL, _forward, _inverse = ffi.NULL, lib.mbsr_forward_dynamics, lib.mbsr_inverse_dynamics
 
 
 def _create(what: str, function, *arguments):
@@ -314,6 +314,7 @@ class Data(Owner):
         self.model = model
         self._model = model._get()
         self._nq, self._nu = (model.nq,), (model.nu,)
+        self._seen: list = [None] * 8
 
     def _check(self, status: int) -> None:
         if status:
@@ -328,9 +329,8 @@ class Data(Owner):
         nu = self._nu
         if out is None:
             out = np.empty(nu)
-        at_q, at_u, to = evaluated(q, self._nq, u, nu, out, "q", "u")
-        status = _forward(self._model, self._get(), t, at_q, at_u,
-                          _NULL if tau is None else given(tau, nu, "tau"), to)
+        status = _forward(self._model, (self._handle or self._get()).pointer, t,
+                          *evaluated(self._seen, q, self._nq, u, nu, tau, nu, out, "q u tau"))
         if status:
             self._check(status)
         return out
@@ -344,13 +344,16 @@ class Data(Owner):
         nu = self._nu
         if out is None:
             out = np.empty(nu)
-        at_q, at_u, to = evaluated(q, self._nq, u, nu, out, "q", "u")
+        if udot is None:
+            given(udot, nu, "udot")
+        at_q, at_u, at_udot, to = evaluated(self._seen, q, self._nq, u, nu, udot, nu, out,
+                                              "q u udot")
         driven = _NULL
         if motors is not None:
             rates = ffi.new("int[]", list(motors))
             driven = ffi.new("mbsr_motors *", {"count": len(motors), "rate": rates})
-        status = lib.mbsr_inverse_dynamics(self._model, self._get(), t, at_q, at_u,
-                                           given(udot, nu, "udot"), driven, to)
+        status = _inverse(self._model, (self._handle or self._get()).pointer, t, at_q, at_u,
+                          at_udot, driven, to)
         if status:
             self._check(status)
         return out

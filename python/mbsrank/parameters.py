@@ -23,7 +23,7 @@ class Parameters(Owner):
         """The number of a parameter; KeyError: there is none of that name."""
         found = lib.mbsr_parameters_find(self._get(), encoded(name, "name"))
         if found < 0:
-            raise KeyError(name)
+            raise KeyError(f"there is no parameter '{name}'")
         return found
 
     def record(self, parameter: int) -> Record:

@@ -94,25 +94,56 @@ def stand_in():
             return rows, columns
 
     class Callback:
+        """With the checks of FunctionInternal::jacobian, forward and reverse of CasADi 3.7."""
+
         def construct(self, name, _options):
             self.name = name
             self.inputs = [self.get_sparsity_in(k) for k in range(self.get_n_in())]
             self.outputs = [self.get_sparsity_out(k) for k in range(self.get_n_out())]
 
         def __call__(self, *given):
-            assert [np.shape(one) for one in given] == [(n, 1) for n, _ in self.inputs]
+            assert [np.shape(one) for one in given] == self.inputs
             found = self.eval([np.array(one) for one in given])
-            assert [one.shape for one in found] == self.outputs
+            assert type(found) is list and [one.shape for one in found] == self.outputs
             return found[0] if len(found) == 1 else found
 
+        def _derivative(self, get, prefix, *seeds):
+            names = [f"i{k}" for k in range(len(self.inputs))]
+            nominal = names + [f"out_o{k}" for k in range(len(self.outputs))]
+            made = get(f"{prefix}_{self.name}", nominal + seeds[0], seeds[1],
+                       {"derivative_of": self})
+            assert made.get_n_in() == len(nominal + seeds[0])
+            assert made.get_n_out() == len(seeds[1])
+            assert made.inputs[:len(nominal)] == self.inputs + self.outputs
+            return made
+
         def jacobian(self):
-            return self.get_jacobian(f"jac_{self.name}", [], [], {})
+            assert self.has_jacobian()
+            pairs = [(out, one) for out in self.outputs for one in self.inputs]
+            names = [f"j{k}" for k in range(len(pairs))]
+            made = self._derivative(self.get_jacobian, "jac", [], names)
+            assert made.outputs == [(out[0] * out[1], one[0] * one[1]) for out, one in pairs]
+            return made
 
         def forward(self, count):
-            return self.get_forward(count, f"fwd_{self.name}", [], [], {})
+            assert self.has_forward(count)
+            made = self._derivative(lambda *rest: self.get_forward(count, *rest), f"fwd{count}",
+                              [f"f{k}" for k in range(len(self.inputs))],
+                              [f"s{k}" for k in range(len(self.outputs))])
+            along = made.inputs[len(self.inputs + self.outputs):]
+            assert along == [(rows, count * columns) for rows, columns in self.inputs]
+            assert made.outputs == [(rows, count * columns) for rows, columns in self.outputs]
+            return made
 
         def reverse(self, count):
-            return self.get_reverse(count, f"adj_{self.name}", [], [], {})
+            assert self.has_reverse(count)
+            made = self._derivative(lambda *rest: self.get_reverse(count, *rest), f"adj{count}",
+                              [f"w{k}" for k in range(len(self.outputs))],
+                              [f"g{k}" for k in range(len(self.inputs))])
+            along = made.inputs[len(self.inputs + self.outputs):]
+            assert along == [(rows, count * columns) for rows, columns in self.outputs]
+            assert made.outputs == [(rows, count * columns) for rows, columns in self.inputs]
+            return made
 
     made.Sparsity, made.Callback, made.DM = Sparsity, Callback, np.array
     return made

@@ -80,6 +80,8 @@ class Runs(unittest.TestCase):
         self.assertEqual(sim.restart().to(0.2).t, 0.2)
         with self.assertRaisesRegex(ValueError, "expected 1 numbers, got 2"):
             mb.Simulation(chain(push=lambda t: (1.0, 2.0)))
+        with self.assertRaisesRegex(TypeError, "returned None"):
+            mb.Simulation(chain(push=lambda t: None))
         with self.assertRaisesRegex(Mine, "event"):
             mb.Simulation(pendulum(), events=event).to(1.0)
         with self.assertRaises(KeyboardInterrupt):

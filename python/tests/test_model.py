@@ -278,6 +278,19 @@ class Refused(unittest.TestCase):
             model.data().forward_dynamics(np.zeros(1), np.zeros(1))
         self.assertEqual((caught.exception.name, caught.exception.body), ("MBSR_UNDETERMINED", 0))
 
+    def test_arrays_that_come_again(self):
+        q, u, out = self.q.copy(), self.u.copy(), np.zeros(self.model.nu)
+        first = self.data.forward_dynamics(q, u, u, 0.0, out).copy()
+        q[0] += 0.1
+        changed = self.data.forward_dynamics(q, u, u, 0.0, out).copy()
+        self.assertFalse(np.array_equal(first, changed))
+        wanted = self.model.data().forward_dynamics(q.copy(), u.copy(), u.copy())
+        self.assertTrue(np.array_equal(changed, wanted))
+        out.flags.writeable = False
+        self.refused(ValueError, "can be written", self.data.forward_dynamics, q, u, u, 0.0, out)
+        q.shape = (1, q.size)
+        self.refused(ValueError, "got shape", self.data.forward_dynamics, q, u)
+
     def test_what_is_closed(self):
         sim, batch = mb.Simulation(self.model, self.q), self.model.batch()
         newton = mb.Dae(self.model).newton()
@@ -287,6 +300,7 @@ class Refused(unittest.TestCase):
         for owner, call in calls:
             owner.close()
             self.assertTrue(owner.closed)
+            self.assertRegex(repr(owner), "closed")
             self.refused(mb.ClosedError, "is closed", call)
         with pendulum() as model:
             self.refused(mb.UseError, "not finished", lambda: model.nq)

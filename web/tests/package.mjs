@@ -41,6 +41,16 @@ function countSteps(model, end, name) {
     });
 }
 
+// Modes that swing as the program finds them by LAPACK; of about zero frequency are those of rounding.
+function compareModes(model, name) {
+    const said = execFileSync(program, ["modes", "--as-drawn", "--json", join(models, name)], { stdio: ["ignore", "pipe", "ignore"] });
+    const swings = ({ real, imaginary }) => imaginary > 1e-5 * Math.hypot(real, imaginary) && imaginary > 1e-6;
+    const theirs = JSON.parse(said).modes.filter(swings), ours = model.modes(), of = (list, key) => Array.from(list, (mode) => mode[key]);
+    near(of(ours, "frequency"), of(theirs, "frequency"), `${name}: frequencies`, 1e-9);
+    near(of(ours, "damping"), of(theirs, "damping"), `${name}: damping`, 1e-9);
+    return ours.length;
+}
+
 function compare(name) {
     const model = mb.read(text(name), { name, contacts: false }), { nq, nu } = model, { q, u, udot, tau } = stateOf(model);
     const input = [q, u, udot, tau].map((list) => list.join(" ")).join("\n");
@@ -54,6 +64,7 @@ function compare(name) {
     near([kinetic, potential], next(2), `${name}: energies`);
     const steps = next(1)[0], end = next(nq), counts = countSteps(model, end, name);
     assert.ok(counts.some((n) => isAlike(n, steps)), `${name}: ${counts} steps, in C ${steps}`);
+    compareModes(model, name);
     model.close();
     return status;
 }
@@ -70,6 +81,8 @@ const chain = `<mujoco><worldbody>${link(link(link("")))}</worldbody></mujoco>`;
     const model = mb.read(chain);
     const q = [0.1, 0.2, 0.3], u = [1, 0, 2], tau = [1, 2, 3], one = model.forwardDynamics(q, u, tau);
     near(model.batch([0, 0, 0, ...q], [0, 0, 0, ...u], [0, 0, 0, ...tau]).subarray(3), one, "many states", 1e-13);
+    assert.throws(() => model.batch([...q, 0], [...u, 0]), /q has 4 numbers, 6 are expected/);
+    assert.throws(() => model.batch(), /q has no numbers, 3 are expected/);
     assert.throws(() => model.batch([0, 0, 0, NaN, 0, 0], [0, 0, 0, 0, 0, 0]), /state 1/);
     model.close();
 }
@@ -117,9 +130,18 @@ const chain = `<mujoco><worldbody>${link(link(link("")))}</worldbody></mujoco>`;
     assert.ok(height > 0.05 && height < 0.1, `it has been lifted: ${height}`);
     assert.throws(() => steps.drag(at), /nothing is pulled/);
     assert.equal(JSON.parse(model.page(q, u)).bodies.length, 3);
-    for (const one of [run, steps, pulled, none, model]) one.close();
+    const [slow, fast] = model.modes(q, u), light = model.with({ "bodies.wheel.mass": 1e-4 }).modes();
+    assert.ok(slow.frequency > 1 && slow.frequency < 1.5 && fast.frequency > 10 && fast.damping > 0.1);
+    for (const modes of [light, none.modes()]) assert.ok(modes.length === 1 && Math.abs(modes[0].frequency - slow.frequency) < 0.01);
+    model.close(); // what moves keeps it
+    steps.step();
+    run.to(0.6);
+    for (const one of [run, steps, pulled, none]) one.close();
     assert.throws(() => run.to(1), /this Run is closed/);
     assert.throws(() => model.energy(q, u), /this Model is closed/);
+    const many = mb.read(`<mujoco><worldbody>${"<body><freejoint/><geom size='.1'/></body>".repeat(40)}</worldbody></mujoco>`, { contacts: false });
+    assert.throws(() => many.modes(), { status: "MBSR_ERR_VALUE" });
+    many.close();
 }
 
 // ---- other files, and what is refused ----
@@ -148,10 +170,23 @@ const chain = `<mujoco><worldbody>${link(link(link("")))}</worldbody></mujoco>`;
     wrong(() => arm.forwardDynamics(q.map(() => NaN), u), /./, "MBSR_NOT_FINITE");
     wrong(() => arm.with({ "bodies.arm.mass": 1 }), /there is no parameter 'bodies[.]arm[.]mass'/, "MBSR_ERR_ID");
     wrong(() => arm.with({ "bodies.fore.mass": -1 }), /fore/);
+    wrong(() => arm.forwardDynamics(), /q has no numbers, 7 are expected/);
+    wrong(() => arm.forwardDynamics(q), /u has 0 numbers, 7 are expected/);
+    wrong(() => arm.simulate({ rtoll: 1 }), /no option 'rtoll'/);
+    wrong(() => arm.stepper({ hh: 1 }), /no option 'hh'/);
+    wrong(() => arm.stepper().step(-1), /the count is -1/);
+    wrong(() => arm.stepper({ pull: { body: 0, point: [0, 0, 0], at: [0, 0, 0], stiffness: 1, damping: 1 } }).drag([1]), /target has 1/);
+    const run = arm.simulate().to(0.1);
+    wrong(() => run.to(0.05), /behind the present time/);
+    assert.equal(run.to(0.2).t, 0.2, "it goes on");
+    run.close();
     wrong(() => arm.simulate({ rtol: -1 }), /rtol/, "MBSR_ERR_VALUE");
     wrong(() => arm.stepper({ h: 0 }), /h/, "MBSR_ERR_VALUE");
     arm.close();
     arm.close();
+    const calls = [() => arm.modes(q, u), () => arm.poses(q), () => arm.batch(q, u), () => arm.ranks(q, u), () => arm.report(q, u),
+                   () => arm.stepper({ pull: { point: [0, 0, 0], at: [0, 0, 0] } }), () => arm.simulate({ q, u })];
+    for (const call of calls) wrong(call, /this Model is closed/);
 }
 
 // ---- what the documents show ----
@@ -166,7 +201,7 @@ for (const page of ["docs/javascript.md", "web/README.md"]) {
 // ---- memory ----
 
 {
-    const count = long ? 100000 : 2000, source = text("quarter_car.xml"), own = new Library(await WebAssembly.compile(
+    const count = long ? 100000 : 500, source = text("quarter_car.xml"), own = new Library(await WebAssembly.compile(
         readFileSync(join(folder, "mbsrank.wasm"))));
     const once = (k) => {
         const model = own.read(source), { q, u } = model.start(), other = model.with({ "bodies.wheel.mass": 1 });

@@ -168,9 +168,9 @@ function scriptsFor(viewer) {
 }
 
 // Draws what `readData` has made, frame by frame, until viewer.close(); `before` is called at the beginning of each frame.
-export async function show(data, before = () => {}) {
+export async function show(data, before = () => {}, smooth = true) {
     const { meshes, trouble } = await readMeshes(data), ended = new AbortController();
-    const viewer = new Viewer(data, meshes);
+    const viewer = new Viewer(data, meshes, smooth);
     fill(viewer, trouble);
     viewer.setTheme(listen(viewer, ended.signal));
     viewer.seek(viewer.start);

@@ -7,6 +7,7 @@ import { $, element, note } from "./dom.js";
 import { Hand } from "./hand.js";
 import { Parameters } from "./parameters.js";
 import { Simulation } from "./simulate.js";
+import { isSoftware } from "./stage.js";
 import { showReport } from "./tables.js";
 
 const kinds = /[.](urdf|xml|mjcf|sdf|xacro)$/i;
@@ -101,13 +102,14 @@ async function open(text, name, files, options = {}) {
     running?.end();
     document.body.innerHTML = empty;
     let simulation;
-    const viewer = await show(data, (now) => simulation?.frame(now));
+    const viewer = await show(data, (now) => simulation?.frame(now), !isSoftware());
     simulation = new Simulation(model, viewer);
     const hand = new Hand(viewer, simulation), parameters = new Parameters($("parameters"), model, simulation);
     running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.close()) };
     simulation.changed = () => {
         simulation.model.info.bodies.forEach(({ massless, mass }, k) => Object.assign(data.bodies[k], { massless, mass }));
         viewer.drawing.weigh();
+        viewer.tree.list();
         viewer.paint();
         showCounts(data);
         $("report").replaceChildren();

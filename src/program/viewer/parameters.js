@@ -5,19 +5,15 @@ import { element, note } from "./dom.js";
 const most = 60; // lines
 const first = /[.](mass|stiffness|damping)$/;
 
-// The largest rate (1/s) at which the model swings about q, by iterations of the matrix of u' = A dq; NaN: none is found.
-export function fastest(model, q) {
-    const { nu, nq, info } = model, u = new Float64Array(nu), size = 1e-6;
-    if (nu !== nq || nu === 0 || info.rows > 0) return NaN; // quaternions; loops
-    const zero = model.forwardDynamics(q, u);
-    let v = Float64Array.from({ length: nu }, (_, k) => Math.sin(1 + k)), square = 0;
-    for (let k = 0; k < 60; ++k) {
-        const length = Math.hypot(...v) || 1, there = q.map((x, l) => x + (size * v[l]) / length);
-        const next = model.forwardDynamics(there, u).map((x, l) => (x - zero[l]) / size);
-        square = -next.reduce((sum, x, l) => sum + (x * v[l]) / length, 0);
-        v = next;
-    }
-    return Math.sqrt(square);
+const hertz = (x) => `${Number(x.toPrecision(3))}`;
+
+// How a model swings about q, in words.
+export function oscillations(model, q) {
+    if (model.nq + model.nu > 400) return "";
+    const list = model.modes(q).map(({ frequency }) => frequency), { length } = list;
+    if (length === 0) return "no oscillation";
+    if (length <= 3) return `${length > 1 ? "oscillations" : "oscillation"} ${list.map(hertz).join(", ")} Hz`;
+    return `${length} oscillations, ${hertz(list[0])} to ${hertz(list.at(-1))} Hz`;
 }
 
 export class Parameters {
@@ -30,7 +26,7 @@ export class Parameters {
         this.search = element("input", { type: "search", placeholder: `${this.list.length} parameters` });
         this.search.addEventListener("input", () => this.#lines());
         this.lines = element("div", { className: "sliders" });
-        root.replaceChildren(element("div", { className: "row" }, this.search), this.lines, this.cost);
+        root.replaceChildren(element("div", { className: "row" }, this.search), this.cost, this.lines);
         this.#lines();
         this.measure();
     }
@@ -107,11 +103,10 @@ export class Parameters {
             parts.push(`the driver: ${error.message}`);
         }
         try {
-            const rate = fastest(model, q) / (2 * Math.PI);
-            if (rate > 0) parts.push(`fastest oscillation ${Number(rate.toPrecision(3))} Hz`);
-        } catch {
-            parts.push("directions without mass: see the report");
+            parts.push(oscillations(model, q));
+        } catch (error) {
+            parts.push(`oscillations: ${error.message}`);
         }
-        this.cost.textContent = parts.join("; ");
+        this.cost.textContent = parts.filter(Boolean).join("; ");
     }
 }

@@ -25,9 +25,17 @@ export function coloursOf(root) {
     return colours;
 }
 
+// Whether frames are drawn by the processor, which takes three times as long for smooth edges.
+export function isSoftware() {
+    const gl = document.createElement("canvas").getContext("webgl2"), info = gl?.getExtension("WEBGL_debug_renderer_info");
+    const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+    gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
 export class Stage {
-    constructor(canvas) {
-        this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    constructor(canvas, smooth) {
+        this.renderer = new WebGLRenderer({ canvas, antialias: smooth });
         this.sharpness = 1; // share of the screen's pixels along each axis
         this.scene = new Scene();
         this.camera = new PerspectiveCamera(40, 1, 0.01, 1000);

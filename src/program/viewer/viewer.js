@@ -14,11 +14,11 @@ import { Stage, coloursOf, growBox } from "./stage.js";
 import { Tree } from "./tree.js";
 
 export class Viewer {
-    constructor(data, meshes) {
+    constructor(data, meshes, smooth) {
         const motion = new Motion(data), { link, whole } = typicalLengths(data, meshes, motion);
         Object.assign(this, { data, motion, start: data.times[0], end: data.times.at(-1) });
         Object.assign(this, { playing: false, changed: true, moved: true, following: false, script: [] });
-        this.stage = new Stage($("view"));
+        this.stage = new Stage($("view"), smooth);
         this.drawing = new Drawing(data, meshes, motion, link);
         this.batches = [...this.drawing.batches.values()];
         this.extras = this.#extras(link, whole);
