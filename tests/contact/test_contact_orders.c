@@ -1,7 +1,9 @@
-/* Contacts do not depend on the number of threads, nor beyond rounding on the order of bodies.
+/* Contacts do not depend on the number of threads, nor beyond rounding on the order of bodies; and
+ * Newton systems of bodies in a pile, and apart on the ground, are solved.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "shapes.h"
 
+#include <stdbool.h>
 #include <stdlib.h>
 
 enum { BODIES = 14, STATES = 6, THREADS = 3 };
@@ -174,8 +176,55 @@ static void orders(void **unused)
     free(p);
 }
 
+/* A solve(r) = r, in a state where bodies touch each other or, `apart`, the ground alone. */
+static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, double c)
+{
+    enum { SIZE = 19 * BODIES };
+    uint64_t seed = 5;
+    double y[SIZE], yp[SIZE], r[SIZE], delta[SIZE], back[SIZE], largest = 1.0;
+    for (int k = 0; k < BODIES && apart; ++k) {
+        p->q[state][7 * k + 4] = k;
+        p->q[state][7 * k + 6] = 0.05;
+    }
+    assert_int_equal(mbsr_dae_size(p->model, MBSR_DAE_MOMENTUM), SIZE);
+    assert_int_equal(
+        mbsr_dae_pack(p->model, p->data[0], MBSR_DAE_MOMENTUM, 0.0, p->q[state], p->u[state], y),
+        MBSR_OK);
+    for (int k = 0; k < SIZE; ++k) yp[k] = 0.0, r[k] = draw(&seed);
+    assert_int_equal(mbsr_newton_factor(newton, p->data[0], 0.0, y, yp, c), MBSR_OK);
+    assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_OK);
+    assert_int_equal(mbsr_newton_linearise(newton, p->data[0], 0.0, y, yp, c), MBSR_OK);
+    assert_int_equal(mbsr_newton_multiply(newton, delta, back), MBSR_OK);
+    for (int k = 0; k < SIZE; ++k) largest = fmax(largest, c * fabs(delta[k]));
+    for (int k = 0; k < SIZE; ++k) assert_close(back[k], r[k], 1e-9 * largest);
+}
+
+static void newton_systems(void **unused)
+{
+    (void)unused;
+    int place[BODIES];
+    pile *p = malloc(sizeof *p);
+    mbsr_newton *newton = NULL;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    mbsr_error error;
+    assert_non_null(p);
+    find_places(place, 1);
+    open_pile(p, place);
+    opt.products = 1;
+    assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error),
+                     MBSR_OK);
+    for (int s = 0; s < STATES; ++s) {
+        check_solution(p, newton, s, false, 300.0);
+        check_solution(p, newton, s, true, s % 2 ? 300.0 : 20.0);
+    }
+    mbsr_newton_destroy(newton);
+    close_pile(p);
+    free(p);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(threads), cmocka_unit_test(orders)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(threads), cmocka_unit_test(orders),
+                                       cmocka_unit_test(newton_systems)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
