@@ -15,7 +15,7 @@ void mbsri_krylov_open(mbsri_krylov *z, mbsri_arena *arena, int n, int m)
 {
     const size_t rows = (size_t)n, most = (size_t)m;
     z->n = n;
-    z->m = m;
+    z->m = z->limit = m;
     z->state = 12345;
     z->V = mbsri_arena_take(arena, rows * (most + 1) * sizeof(double));
     z->H = mbsri_arena_take(arena, (most + 1) * most * sizeof(double));
@@ -37,12 +37,6 @@ static double inner(int n, const double *restrict x, const double *restrict y)
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
-/* y -= a x */
-static void take_multiple(int n, double a, const double *restrict x, double *restrict y)
-{
-    for (int k = 0; k < n; ++k) y[k] -= a * x[k];
-}
-
 static double euclidean(int n, const double *x)
 {
     return sqrt(inner(n, x, x));
@@ -53,18 +47,31 @@ static void stretch(int n, double factor, double *x)
     for (int k = 0; k < n; ++k) x[k] *= factor;
 }
 
+/* x <- x - V part, and `next` = V^T x of what is left, rows by rows, which stay in the cache
+ * between the two. part NULL: x stays. */
+static void take_part(const mbsri_krylov *z, int k, const double *part, double *x, double *next)
+{
+    enum { AT_ONCE = 512 };
+    const double plus = 1.0, minus = -1.0;
+    memset(next, 0, (size_t)k * sizeof *next);
+    for (int row = 0; row < z->n; row += AT_ONCE) {
+        const int count = z->n - row < AT_ONCE ? z->n - row : AT_ONCE;
+        if (part)
+            dgemv_("N", &count, &k, &minus, z->V + row, &z->n, part, &one, &plus, x + row, &one, 1);
+        dgemv_("T", &count, &k, &plus, z->V + row, &z->n, x + row, &one, &plus, next, &one, 1);
+    }
+}
+
 /* x <- (1 - V V^T) x with the first k of V, twice where much goes; h += V^T x (may be NULL).
  * Returns the norm that is left. */
 static double project_out(mbsri_krylov *z, int k, double *x, double *h)
 {
-    const size_t n = (size_t)z->n;
-    double before = euclidean(z->n, x), left = before, *part = z->work;
+    double before = euclidean(z->n, x), left = before, *part = z->work, *next = part + z->m + 1;
+    if (k > 0) take_part(z, k, NULL, x, part);
     for (int pass = 0; pass < 3 && k > 0; ++pass) {
-        for (int j = 0; j < k; ++j) part[j] = inner(z->n, z->V + (size_t)j * n, x);
-        for (int j = 0; j < k; ++j) {
-            take_multiple(z->n, part[j], z->V + (size_t)j * n, x);
-            if (h) h[j] += part[j];
-        }
+        take_part(z, k, part, x, next);
+        for (int j = 0; j < k && h; ++j) h[j] += part[j];
+        memcpy(part, next, (size_t)k * sizeof *part);
         left = euclidean(z->n, x);
         if (left > 0.7 * before) break;
         before = left;
@@ -100,7 +107,7 @@ int mbsri_krylov_begin(mbsri_krylov *z)
 int mbsri_krylov_grow(mbsri_krylov *z)
 {
     const size_t n = (size_t)z->n, rows = (size_t)(z->m + 1);
-    while (z->k < z->m && !z->exhausted) {
+    while (z->k < z->limit && !z->exhausted) {
         double *v = z->V + (size_t)z->k * n, *next = v + n, *h = z->H + (size_t)z->k * rows;
         int status = z->apply(z->context, v, next);
         if (status) return status;

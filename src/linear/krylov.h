@@ -16,8 +16,9 @@
 typedef int (*mbsri_operator)(void *context, const double *x, double *y); /* a status */
 
 typedef struct mbsri_krylov {
-    int n, m; /* of S; vectors at most */
-    int k;    /* vectors that are there, beside the next */
+    int n, m;  /* of S; vectors at most */
+    int k;     /* vectors that are there, beside the next */
+    int limit; /* to how many it grows, m at most */
     mbsri_operator apply;
     void *context;
     double *V;      /* n x (m + 1) */
@@ -34,7 +35,7 @@ void mbsri_krylov_open(mbsri_krylov *z, mbsri_arena *arena, int n, int m);
 /* The next vector is random in the complement of V, and b zero. A status of S. */
 int mbsri_krylov_begin(mbsri_krylov *z);
 
-/* Grows to m vectors, or until there are no others. A status of S. */
+/* Grows to `limit` vectors, or until there are no others. A status of S. */
 int mbsri_krylov_grow(mbsri_krylov *z);
 
 /* T, Q and b of H, the largest first; false: LAPACK failed. */

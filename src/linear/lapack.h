@@ -22,6 +22,9 @@ void dgemm_(const char *transa, const char *transb, const int *m, const int *n, 
             const double *alpha, const double *a, const int *lda, const double *b, const int *ldb,
             const double *beta, double *c, const int *ldc, size_t transa_length,
             size_t transb_length);
+void dgemv_(const char *trans, const int *m, const int *n, const double *alpha, const double *a,
+            const int *lda, const double *x, const int *incx, const double *beta, double *y,
+            const int *incy, size_t trans_length);
 void dgees_(const char *jobvs, const char *sort, const void *select, const int *n, double *a,
             const int *lda, int *sdim, double *wr, double *wi, double *vs, const int *ldvs,
             double *work, const int *lwork, int *bwork, int *info, size_t jobvs_length,

@@ -140,7 +140,7 @@ static int find_shift(near *w)
     for (int round = 0; round < ROUNDS && !status; ++round) {
         status = factor_at(w, shift);
         z->k = 0;
-        z->m = m < SPACE ? m : SPACE;
+        z->m = z->limit = m < SPACE ? m : SPACE;
         if (!status) status = mbsri_krylov_begin(z);
         if (!status) status = mbsri_krylov_grow(z);
         if (status || !mbsri_krylov_sort(z)) break;
@@ -148,7 +148,7 @@ static int find_shift(near *w)
         if (rate > 0.5 * shift && rate < 40.0 * shift) break;
         shift = rate > 1e-6 * shift ? 0.4 * rate : 1e-5 * shift;
     }
-    z->m = m;
+    z->m = z->limit = m;
     z->k = 0;
     return status;
 }
@@ -187,10 +187,24 @@ static int end_of_block(const mbsri_krylov *z, int k)
     return at;
 }
 
-/* The space of what is wanted, and no more. */
+/* Whether the first vector that is not wanted is known to be smaller than the last that is. */
+static bool ends_there(const near *w, int wanted)
+{
+    double re, im, left, least = 0.0;
+    if (wanted >= w->space.k) return false;
+    for (int at = 0; at < wanted;) {
+        at = mbsri_krylov_block(&w->space, at, &re, &im, &left);
+        least = hypot(re, im);
+    }
+    (void)mbsri_krylov_block(&w->space, wanted, &re, &im, &left);
+    return hypot(re, im) + left < least;
+}
+
+/* The space of what is wanted, and no more. What random vectors add to it is looked at first where
+ * a few have been added. */
 static int find_space(near *w)
 {
-    enum { CYCLES = 200 };
+    enum { CYCLES = 200, FEW = 30 };
     mbsri_krylov *z = &w->space;
     double last = 0.0;
     int status = mbsri_krylov_begin(z);
@@ -201,11 +215,17 @@ static int find_space(near *w)
         if (status) break;
         if (!mbsri_krylov_sort(z)) break;
         const int wanted = find_wanted(w, &converged, &sum);
-        if (converged) {
+        const bool same = converged && fabs(sum - last) <= 1e-7 * sum;
+        if (converged && (!same || z->k >= z->m || z->exhausted || ends_there(w, wanted))) {
             mbsri_krylov_keep(z, wanted);
-            if (z->exhausted || fabs(sum - last) <= 1e-7 * sum) return MBSR_OK;
+            if (z->exhausted || same) return MBSR_OK;
             last = sum;
             status = mbsri_krylov_begin(z);
+            z->limit = wanted + FEW < z->m ? wanted + FEW : z->m;
+            continue;
+        }
+        if (z->k < z->m && !z->exhausted) {
+            z->limit = z->m;
             continue;
         }
         if (z->exhausted || wanted > z->m - 6) break;
