@@ -127,6 +127,7 @@ static void functions_are_those_that_xacro_offers(void **state)
         {"max([1, 4, 2])", "4"},
         {"round(2.5) + round(3.5)", "6"},
         {"round(2.675, 2)", "2.67"},
+        {"round(2.5, 0)", "2.0"},
         {"round(0.5)", "0"},
         {"sorted([3, 1, 2])", "[1, 2, 3]"},
         {"python.abs(-3) + python.sum([1, 2])", "6"},
