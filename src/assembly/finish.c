@@ -432,8 +432,8 @@ static int build_tree(mbsr_model *m, int N, numbering *w, bool weld)
     if (!status) status = resolve_forces(m, N);
     if (!status) status = place_rates(m, N);
     if (!status) status = mbsri_closures_resolve(m, N);
-    const bool swept = status || m->rows > 0 || mbsri_sweeps_build(m);
-    if (!status && !(swept && group_joints(m, N))) status = no_memory_for_finish(m);
+    const bool built = status || m->rows > 0 || mbsri_sweeps_build(m);
+    if (!status && !(built && group_joints(m, N))) status = no_memory_for_finish(m);
     if (status) return status;
     if (!mbsri_welds_served(m)) return WELDS_NOT_SERVED;
     return mbsri_order_forces(m, N, w->first);

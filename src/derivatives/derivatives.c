@@ -63,7 +63,7 @@ static bool place_arrays(mbsr_derivatives *w)
                       {&w->rows, rows},
                       {&w->lambda, rows},
                       {&w->weight, 2 * rows},
-                      {&w->bend, 2 * m->size_c},
+                      {&w->acceleration, 2 * m->size_c},
                       {&w->work, columns * (size_t)(4 + MBSR_CLOSURE_ROWS) + nq + nu}};
     size_t count = 1;
     for (size_t k = 0; k < sizeof part / sizeof part[0]; ++k) count += part[k].count;
@@ -145,7 +145,7 @@ void mbsri_derivatives_unchoose(mbsr_derivatives *w)
     if (w->rigid) mbsri_rigid_seeds_destroy(w->rigid->seeds, w->model);
     if (w->rigid) w->rigid->seeds = NULL;
     mbsri_seeds_destroy(&w->seeds, w->model);
-    mbsri_seeds_destroy(&w->swept, w->model);
+    mbsri_seeds_destroy(&w->rigid_seed, w->model);
     mbsri_seeds_destroy(&w->residual.seeds, w->model);
 }
 
@@ -179,7 +179,7 @@ const mbsr_error *mbsr_derivatives_error(const mbsr_derivatives *derivatives)
 /* ---- linearising ---- */
 
 /* Second derivatives of the rows, along places and rates of the bodies of each closure. */
-static int bend(mbsr_derivatives *w)
+static int find_acceleration_slopes(mbsr_derivatives *w)
 {
     const mbsr_model *m = w->model;
     mbsr_data *d = w->data;
@@ -195,8 +195,9 @@ static int bend(mbsr_derivatives *w)
             if (mbsri_reads_joints(c) && c->body[l] > 0)
                 mbsri_copy((size_t)b->n, d->udot + b->iu, a + c->column[l] + b->d);
         }
-        double *out = w->bend + 2 * c->at;
-        status = mbsri_closure_bend(m, d, c, a, w->work, out, out + c->rows * c->columns);
+        double *out = w->acceleration + 2 * c->at;
+        status = mbsri_closure_acceleration_tangent(m, d, c, a, w->work, out,
+                                                    out + c->rows * c->columns);
         if (status) status = mbsri_closure_failed(m, d, c, status, "a function");
     }
     return status;
@@ -221,7 +222,7 @@ static int linearise_inverse(mbsr_derivatives *w, double t, const double *q, con
     mbsri_linear_mark_all(w->linear);
     mbsri_inverse(m, d, udot);
     status = mbsri_linear_keep(w->linear, d);
-    if (!status && lambda) status = bend(w);
+    if (!status && lambda) status = find_acceleration_slopes(w);
     if (!status) status = mbsri_seeds_find(&w->seeds, w->linear, d);
     if (!status && m->order.grouped) status = mbsri_backward(m, d);
     return status;
@@ -232,11 +233,11 @@ static int linearise(mbsr_derivatives *w, double t, const double *q, const doubl
                      const double *udot, bool forward)
 {
     const mbsri_pending kept = forward ? MBSRI_PENDING_FORWARD : MBSRI_PENDING_INVERSE;
-    if (w->rigid && w->data->pending == kept && w->swept.count == w->seeds.count) {
+    if (w->rigid && w->data->pending == kept && w->rigid_seed.count == w->seeds.count) {
         w->by_sweeps = true;
         int status = mbsri_rigid_linearise(w->rigid, w->data, q, u, udot, forward);
         if (!status && w->rigid->elements) status = mbsri_rigid_elements_keep(w);
-        if (!status && w->swept.count > 0) status = mbsri_rigid_seeds_find(w, t, q, u, udot);
+        if (!status && w->rigid_seed.count > 0) status = mbsri_rigid_seeds_find(w, t, q, u, udot);
         return status;
     }
     if (forward) mbsri_copy((size_t)w->model->rows, w->data->loop_lambda, w->lambda);
@@ -386,7 +387,7 @@ static int tangent_by_sweeps(mbsr_derivatives *w, const char *name, const double
     copy_or_zero(nu, dload, given);
     dq = dq ? dq : zero;
     du = du ? du : zero;
-    const bool seeded = w->swept.active;
+    const bool seeded = w->rigid_seed.active;
     const size_t more = w->rigid->elements || seeded ? nu : 0;
     mbsri_zero(more, w->torque);
     if (seeded) mbsri_rigid_seeds_along(w);

@@ -9,20 +9,20 @@
 #include "base/error.h"
 
 /* The same parameters as `made`, for the sweeps where these serve them. */
-static int choose_swept(mbsr_derivatives *w, const mbsri_seeds *made, const mbsr_parameters *list,
-                        const int *which, const char *name, mbsri_seeds *swept,
-                        mbsri_rigid_seeds **room)
+static int choose_rigid_seeds(mbsr_derivatives *w, const mbsri_seeds *made,
+                              const mbsr_parameters *list, const int *which, const char *name,
+                              mbsri_seeds *rigid_seed, mbsri_rigid_seeds **room)
 {
     *room = NULL;
-    *swept = (mbsri_seeds){.count = 0};
+    *rigid_seed = (mbsri_seeds){.count = 0};
     if (!w->rigid || made->count == 0 || !mbsri_rigid_seeds_serve(made, w->model)) return MBSR_OK;
     const int numbers = sizeof(mbsri_rigid_frame) / sizeof(double),
-              status = mbsri_seeds_create(swept, w->linear, numbers, list, made->count, which, name,
-                                          &w->error);
+              status = mbsri_seeds_create(rigid_seed, w->linear, numbers, list, made->count, which,
+                                          name, &w->error);
     if (status) return status;
-    *room = mbsri_rigid_seeds_create(w->model, swept);
+    *room = mbsri_rigid_seeds_create(w->model, rigid_seed);
     if (*room) return MBSR_OK;
-    mbsri_seeds_destroy(swept, w->model);
+    mbsri_seeds_destroy(rigid_seed, w->model);
     return mbsri_fail(&w->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "%s: no memory for %d parameters", name, made->count);
 }
@@ -41,7 +41,7 @@ int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parame
             return mbsri_fail(&w->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
                               "%s: which[%d] is %d, but there are %d parameters", name, k, which[k],
                               mbsr_parameters_count(list));
-    mbsri_seeds made = {.count = 0}, swept = made, residual = made;
+    mbsri_seeds made = {.count = 0}, rigid_seed = made, residual = made;
     mbsri_rigid_seeds *room = NULL;
     int status = MBSR_OK;
     if (count > 0)
@@ -50,7 +50,7 @@ int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parame
     if (!status && count > 0)
         status = mbsri_seeds_create(&residual, w->linear, MBSRI_SEED_RESIDUAL, list, count, which,
                                     name, &w->error);
-    if (!status) status = choose_swept(w, &made, list, which, name, &swept, &room);
+    if (!status) status = choose_rigid_seeds(w, &made, list, which, name, &rigid_seed, &room);
     if (status) {
         mbsri_seeds_destroy(&made, w->model);
         mbsri_seeds_destroy(&residual, w->model);
@@ -59,7 +59,7 @@ int mbsr_derivatives_parameters(mbsr_derivatives *derivatives, const mbsr_parame
     mbsri_derivatives_forget(w);
     mbsri_derivatives_unchoose(w);
     w->seeds = made;
-    w->swept = swept;
+    w->rigid_seed = rigid_seed;
     w->residual.seeds = residual;
     if (w->rigid) w->rigid->seeds = room;
     return MBSR_OK;
@@ -89,7 +89,7 @@ int mbsr_derivatives_parameter_tangent(mbsr_derivatives *derivatives, const doub
     if (status) return status;
     if (!mbsri_finite((size_t)w->seeds.count, dtheta))
         return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "dtheta is not finite");
-    mbsri_seeds *seeds = w->by_sweeps ? &w->swept : &w->seeds;
+    mbsri_seeds *seeds = w->by_sweeps ? &w->rigid_seed : &w->seeds;
     mbsri_seeds_along(seeds, dtheta);
     seeds->active = true;
     if (w->by_sweeps) w->rigid->seeds->active = true;
@@ -122,7 +122,7 @@ int mbsr_derivatives_parameter_adjoint(mbsr_derivatives *derivatives, const doub
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
     if (w->by_sweeps) {
         mbsri_rigid_seeds_back(w, forward ? -1.0 : 1.0, forward ? w->right : load);
-        return give_gradient(w, &w->swept, name, by_theta);
+        return give_gradient(w, &w->rigid_seed, name, by_theta);
     }
     for (int k = 0; k < w->model->nu; ++k) w->torque[k] = -load[place[k]];
     const double *const gradient[MBSRI_SEED_PLACES] = {w->motion, w->mu, w->torque, load,

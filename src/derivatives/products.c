@@ -49,7 +49,7 @@ static shape shape_of(const mbsri_linear *l, int i)
     return (shape){.x = mbsri_linear_motions(l, i),
                    .pred = pred,
                    .columns = pred + b->nq + b->n,
-                   .below = l->deep[b->parent]};
+                   .below = l->below_massless[b->parent]};
 }
 
 /* ---- tangent ---- */
@@ -140,7 +140,7 @@ void mbsri_derivatives_elements(mbsr_derivatives *w, const double *dq, const dou
 /* Place, rate and acceleration of a closure's columns; or their gradients, added to those of bodies
  * and joints. */
 typedef struct reading {
-    double *place, *rate, *bend;
+    double *place, *rate, *acceleration;
 } reading;
 
 static void read_closure(const mbsr_derivatives *w, const mbsri_closure *c, const double *dq,
@@ -155,7 +155,7 @@ static void read_closure(const mbsr_derivatives *w, const mbsri_closure *c, cons
         const double *x = w->motion + l->motion[i];
         mbsri_copy((size_t)b->d, x, to->place + at);
         mbsri_copy((size_t)b->d, x + l->e[i], to->rate + at);
-        mbsri_copy((size_t)b->d, x + l->e[i] + b->d, to->bend + at);
+        mbsri_copy((size_t)b->d, x + l->e[i] + b->d, to->acceleration + at);
         if (!mbsri_reads_joints(c)) continue;
         mbsri_copy((size_t)b->n, dq + b->q, to->place + at + b->d);
         mbsri_copy((size_t)b->n, du + b->u, to->rate + at + b->d);
@@ -165,13 +165,13 @@ static void read_closure(const mbsr_derivatives *w, const mbsri_closure *c, cons
 /* Matrices of closure k: S of its forces by its columns, the slopes of its rows, its constraint
  * matrix C, and the second derivatives of the rows along the motion. */
 typedef struct closure_matrices {
-    const double *S, *slope, *C, *bend;
+    const double *S, *slope, *C, *acceleration;
 } closure_matrices;
 
 static closure_matrices matrices_of(const mbsr_derivatives *w, const mbsri_closure *c, size_t k)
 {
     const mbsri_closure_part of = mbsri_linear_closure(w->linear, k);
-    return (closure_matrices){of.S, of.slope, of.C, w->bend + 2 * c->at};
+    return (closure_matrices){of.S, of.slope, of.C, w->acceleration + 2 * c->at};
 }
 
 static reading reading_at(double *memory, const mbsri_closure *c)
@@ -193,15 +193,15 @@ static void add_closures_along(mbsr_derivatives *w, const double *dq, const doub
         for (int j = 0; mbsri_reads_joints(c) && j < c->bodies; ++j) {
             const mbsri_body *b = l->model->body + c->body[j];
             if (c->column[j] >= 0 && c->body[j] > 0)
-                mbsri_copy((size_t)b->n, dudot + b->u, z.bend + c->column[j] + b->d);
+                mbsri_copy((size_t)b->n, dudot + b->u, z.acceleration + c->column[j] + b->d);
         }
         mbsri_ax(rows, n, 1.0, a.C, z.place, gap);
         mbsri_ax(rows, n, 1.0, a.C, z.rate, rate);
         mbsri_ax(rows, n, 1.0, a.slope, z.place, rate);
         mbsri_zero((size_t)rows, w->rows + c->row);
-        mbsri_ax(rows, n, 1.0, a.C, z.bend, w->rows + c->row);
-        mbsri_ax(rows, n, 1.0, a.bend, z.place, w->rows + c->row);
-        mbsri_ax(rows, n, 1.0, a.bend + (size_t)rows * (size_t)n, z.rate, w->rows + c->row);
+        mbsri_ax(rows, n, 1.0, a.C, z.acceleration, w->rows + c->row);
+        mbsri_ax(rows, n, 1.0, a.acceleration, z.place, w->rows + c->row);
+        mbsri_ax(rows, n, 1.0, a.acceleration + (size_t)rows * (size_t)n, z.rate, w->rows + c->row);
         for (int r = 0; r < rows; ++r)
             w->lambda[c->row + r] =
                 mbsri_is_stiff(c, r) ? -c->def.stiffness[r] * gap[r] - c->def.damping[r] * rate[r]
@@ -326,12 +326,12 @@ static void give_closure(const mbsr_derivatives *w, const mbsri_closure *c, cons
         for (int r = 0; r < b->d; ++r) {
             x[r] += z->place[at + r];
             x[l->e[i] + r] += z->rate[at + r];
-            x[l->e[i] + b->d + r] += z->bend[at + r];
+            x[l->e[i] + b->d + r] += z->acceleration[at + r];
         }
         for (int r = 0; r < b->n && mbsri_reads_joints(c); ++r) {
             dq[b->q + r] += z->place[at + b->d + r];
             du[b->u + r] += z->rate[at + b->d + r];
-            dudot[b->u + r] += z->bend[at + b->d + r];
+            dudot[b->u + r] += z->acceleration[at + b->d + r];
         }
     }
 }
@@ -368,10 +368,10 @@ static void unadd_closures(mbsr_derivatives *w, const double *load, double *dq, 
         mbsri_atx(n, n, 1.0, a.S, force, z.place);
         mbsri_atx(rows, n, 1.0, a.C, gap, z.place);
         mbsri_atx(rows, n, 1.0, a.slope, rate, z.place);
-        mbsri_atx(rows, n, 1.0, a.bend, of_rows, z.place);
+        mbsri_atx(rows, n, 1.0, a.acceleration, of_rows, z.place);
         mbsri_atx(rows, n, 1.0, a.C, rate, z.rate);
-        mbsri_atx(rows, n, 1.0, a.bend + (size_t)rows * (size_t)n, of_rows, z.rate);
-        mbsri_atx(rows, n, 1.0, a.C, of_rows, z.bend);
+        mbsri_atx(rows, n, 1.0, a.acceleration + (size_t)rows * (size_t)n, of_rows, z.rate);
+        mbsri_atx(rows, n, 1.0, a.C, of_rows, z.acceleration);
         give_closure(w, c, &z, dq, du, dudot);
     }
 }

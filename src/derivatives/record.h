@@ -33,10 +33,10 @@ struct mbsr_derivatives {
     const mbsr_model *model;
     mbsr_data *data; /* with the factors, as long as there are derivatives */
     mbsr_error error;
-    mbsri_linear *linear; /* all bodies deep */
-    mbsri_rigid *rigid;   /* NULL: the model is none */
-    mbsri_seeds seeds;    /* of parameters, and for the sweeps */
-    mbsri_seeds swept;    /* with rigid->seeds; none where the sweeps do not serve them */
+    mbsri_linear *linear;   /* with the accelerations of all bodies */
+    mbsri_rigid *rigid;     /* NULL: the model is none */
+    mbsri_seeds seeds;      /* of parameters, and for the sweeps */
+    mbsri_seeds rigid_seed; /* with rigid->seeds; none where the sweeps do not serve them */
     mbsri_residual residual;
     mbsri_linearised at;
     bool by_sweeps; /* of `rigid` */
@@ -51,7 +51,7 @@ struct mbsr_derivatives {
     double *right, *solution;       /* nu */
     double *column;                 /* nu: zeros, but for a unit vector */
     double *rows, *lambda, *weight; /* rows: accelerations of closures, their forces */
-    double *bend;                   /* of each closure from its `at` on twice: by place, by rate */
+    double *acceleration;           /* of each closure from its `at` on twice: by place, by rate */
     double *work;
 };
 

@@ -26,10 +26,10 @@ static int linearise_residual(mbsr_derivatives *w, double t, const double *y, co
     mbsri_linear *l = w->linear;
     mbsr_data *d = w->data;
     mbsri_seeds *seeds = &w->residual.seeds;
-    bool deep = false;
+    bool below_massless = false;
     int status = mbsri_linear_open(l, d, t, y, yp, 0.0);
-    for (int i = 1; i <= m->bodies && !deep; ++i) deep = l->deep[i];
-    if (!status && !deep) {
+    for (int i = 1; i <= m->bodies && !below_massless; ++i) below_massless = l->below_massless[i];
+    if (!status && !below_massless) {
         mbsri_zero((size_t)m->nu, w->right);
         mbsri_inverse(m, d, w->right);
     }

@@ -29,13 +29,6 @@ static const mbsri_rigid_kernels *kernels_of(const mbsri_sweeps *tree)
 #endif
 }
 
-static void *take(unsigned char *base, size_t *used, size_t size)
-{
-    void *here = base ? base + *used : NULL;
-    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
-    return here;
-}
-
 /* Numbers of G of all joints. */
 static size_t rates_size(const mbsr_model *m)
 {
@@ -47,7 +40,7 @@ static size_t rates_size(const mbsr_model *m)
     return count;
 }
 
-/* Entries of L; too many where a tree is deep, and sweeps take fewer operations. */
+/* Entries of L; too many where a tree has many levels, and sweeps take fewer operations. */
 static size_t size_of_factor(const mbsri_sweeps *tree, size_t nu)
 {
     enum { MOST = 24, LARGEST = 200 }; /* a column, columns */
@@ -65,22 +58,22 @@ static void place_order(const mbsri_sweeps *tree, size_t nu, unsigned char *base
 {
     const size_t bodies = (size_t)tree->bodies + 1, size = size_of_factor(tree, nu);
     o->stride = (nu + 7) / 4 * 4;
-    o->first = take(base, used, bodies * sizeof *o->first);
-    o->end = take(base, used, bodies * sizeof *o->end);
-    o->above = take(base, used, bodies * sizeof *o->above);
-    o->u = take(base, used, nu * sizeof *o->u);
-    o->travel = take(base, used, MBSRI_RIGID_TRAVEL * o->stride * sizeof *o->travel);
-    o->base = take(base, used, nu * sizeof *o->base);
-    o->down = take(base, used, (size + 4) * sizeof *o->down);
-    o->up = take(base, used, (size + 4) * sizeof *o->up);
-    o->turn = take(base, used, size * sizeof *o->turn);
-    o->path = take(base, used, size * sizeof *o->path);
+    o->first = mbsri_take_bytes(base, used, bodies * sizeof *o->first);
+    o->end = mbsri_take_bytes(base, used, bodies * sizeof *o->end);
+    o->above = mbsri_take_bytes(base, used, bodies * sizeof *o->above);
+    o->u = mbsri_take_bytes(base, used, nu * sizeof *o->u);
+    o->travel = mbsri_take_bytes(base, used, MBSRI_RIGID_TRAVEL * o->stride * sizeof *o->travel);
+    o->base = mbsri_take_bytes(base, used, nu * sizeof *o->base);
+    o->down = mbsri_take_bytes(base, used, (size + 4) * sizeof *o->down);
+    o->up = mbsri_take_bytes(base, used, (size + 4) * sizeof *o->up);
+    o->turn = mbsri_take_bytes(base, used, size * sizeof *o->turn);
+    o->path = mbsri_take_bytes(base, used, size * sizeof *o->path);
     o->entries = size;
-    o->place = take(base, used, nu * sizeof *o->place);
-    o->reach = take(base, used, nu * sizeof *o->reach);
-    o->row = take(base, used, nu * sizeof *o->row);
+    o->place = mbsri_take_bytes(base, used, nu * sizeof *o->place);
+    o->reach = mbsri_take_bytes(base, used, nu * sizeof *o->reach);
+    o->row = mbsri_take_bytes(base, used, nu * sizeof *o->row);
     o->down_rows = (3 * ((nu + 3) / 4 * 4) + 15) / 16 * 16;
-    o->rows = take(base, used, size > 0 ? nu * o->down_rows * sizeof *o->rows : 0);
+    o->rows = mbsri_take_bytes(base, used, size > 0 ? nu * o->down_rows * sizeof *o->rows : 0);
     if (size == 0) o->base = NULL;
 }
 
@@ -89,31 +82,31 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
 {
     const size_t bodies = (size_t)m->tree.evaluated->bodies + 1, nu = (size_t)m->nu;
     size_t used = 0;
-    r->body = take(base, &used, bodies * sizeof *r->body);
-    r->column = take(base, &used, nu * sizeof *r->column);
-    r->work = take(base, &used, bodies * sizeof *r->work);
-    r->Dinv = take(base, &used, (size_t)m->tree.evaluated->multi * sizeof *r->Dinv);
-    r->y = take(base, &used, nu * sizeof *r->y);
-    r->q = take(base, &used, (size_t)m->nq * sizeof *r->q);
-    r->u = take(base, &used, nu * sizeof *r->u);
-    r->tau_q = take(base, &used, nu * sizeof *r->tau_q);
-    r->tau_u = take(base, &used, nu * sizeof *r->tau_u);
-    r->composite = take(base, &used, bodies * sizeof *r->composite);
-    r->force = take(base, &used, bodies * sizeof *r->force);
-    r->spare = take(base, &used, nu * sizeof *r->spare);
-    r->side = take(base, &used, nu * sizeof *r->side);
-    r->along = take(base, &used, bodies * sizeof *r->along);
+    r->body = mbsri_take_bytes(base, &used, bodies * sizeof *r->body);
+    r->column = mbsri_take_bytes(base, &used, nu * sizeof *r->column);
+    r->work = mbsri_take_bytes(base, &used, bodies * sizeof *r->work);
+    r->Dinv = mbsri_take_bytes(base, &used, (size_t)m->tree.evaluated->multi * sizeof *r->Dinv);
+    r->y = mbsri_take_bytes(base, &used, nu * sizeof *r->y);
+    r->q = mbsri_take_bytes(base, &used, (size_t)m->nq * sizeof *r->q);
+    r->u = mbsri_take_bytes(base, &used, nu * sizeof *r->u);
+    r->tau_q = mbsri_take_bytes(base, &used, nu * sizeof *r->tau_q);
+    r->tau_u = mbsri_take_bytes(base, &used, nu * sizeof *r->tau_u);
+    r->composite = mbsri_take_bytes(base, &used, bodies * sizeof *r->composite);
+    r->force = mbsri_take_bytes(base, &used, bodies * sizeof *r->force);
+    r->spare = mbsri_take_bytes(base, &used, nu * sizeof *r->spare);
+    r->side = mbsri_take_bytes(base, &used, nu * sizeof *r->side);
+    r->along = mbsri_take_bytes(base, &used, bodies * sizeof *r->along);
     place_order(m->tree.evaluated, nu, base, &used, &r->order);
-    r->reach = take(base, &used, bodies * sizeof *r->reach);
+    r->reach = mbsri_take_bytes(base, &used, bodies * sizeof *r->reach);
     const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
                  count = r->elements ? nu : 0;
-    r->own = take(base, &used, loaded * sizeof *r->own);
-    r->seen = take(base, &used, (loaded > 0 ? loaded : 1) * sizeof *r->seen);
-    r->load = take(base, &used, 8 * loaded * sizeof *r->load);
+    r->own = mbsri_take_bytes(base, &used, loaded * sizeof *r->own);
+    r->seen = mbsri_take_bytes(base, &used, (loaded > 0 ? loaded : 1) * sizeof *r->seen);
+    r->load = mbsri_take_bytes(base, &used, 8 * loaded * sizeof *r->load);
     if (loaded == 0) r->load = NULL;
-    r->G = take(base, &used, r->elements ? rates_size(m) * sizeof *r->G : 0);
-    r->by_q = take(base, &used, count * sizeof *r->by_q);
-    r->by_u = take(base, &used, count * sizeof *r->by_u);
+    r->G = mbsri_take_bytes(base, &used, r->elements ? rates_size(m) * sizeof *r->G : 0);
+    r->by_q = mbsri_take_bytes(base, &used, count * sizeof *r->by_q);
+    r->by_u = mbsri_take_bytes(base, &used, count * sizeof *r->by_u);
     return used;
 }
 

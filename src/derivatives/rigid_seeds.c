@@ -172,7 +172,7 @@ int mbsri_rigid_seeds_find(mbsr_derivatives *w, double t, const double *q, const
 {
     const mbsr_model *m = w->model;
     mbsr_data *d = w->data;
-    mbsri_seeds *s = &w->swept;
+    mbsri_seeds *s = &w->rigid_seed;
     const mbsri_pending pending = d->pending;
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
@@ -208,7 +208,7 @@ void mbsri_rigid_seeds_along(mbsr_derivatives *w)
 {
     const mbsr_model *m = w->model;
     mbsri_rigid_seeds *r = w->rigid->seeds;
-    const double *mu = w->swept.sum[MBSRI_SEED_REACTION];
+    const double *mu = w->rigid_seed.sum[MBSRI_SEED_REACTION];
     for (int i = 1; i <= m->live; ++i) {
         const mbsri_body *b = m->body + i;
         double f[6], *load = r->load + 8 * i;
@@ -218,8 +218,8 @@ void mbsri_rigid_seeds_along(mbsr_derivatives *w)
         memcpy(load + 4, f + 3, 3 * sizeof *f);
     }
     for (int k = 0; k < m->nu; ++k)
-        w->torque[k] =
-            w->swept.sum[MBSRI_SEED_TORQUE][k] - w->swept.sum[MBSRI_SEED_LOAD][m->order.u_of[k]];
+        w->torque[k] = w->rigid_seed.sum[MBSRI_SEED_TORQUE][k] -
+                       w->rigid_seed.sum[MBSRI_SEED_LOAD][m->order.u_of[k]];
 }
 
 void mbsri_rigid_seeds_back(mbsr_derivatives *w, double sign, const double *weights)
@@ -237,6 +237,6 @@ void mbsri_rigid_seeds_back(mbsr_derivatives *w, double sign, const double *weig
     for (int k = 0; k < m->nu; ++k) w->torque[k] = -weights[m->order.u_of[k]];
     const double *const gradient[MBSRI_SEED_PLACES] = {r->by->x[0], w->mu, w->torque, weights,
                                                        w->lambda};
-    mbsri_seeds_back(&w->swept, gradient);
-    for (int k = 0; k < w->swept.count; ++k) w->swept.by[k] *= sign;
+    mbsri_seeds_back(&w->rigid_seed, gradient);
+    for (int k = 0; k < w->rigid_seed.count; ++k) w->rigid_seed.by[k] *= sign;
 }

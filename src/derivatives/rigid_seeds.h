@@ -16,7 +16,7 @@ bool mbsri_rigid_seeds_serve(const mbsri_seeds *s, const mbsr_model *m);
 mbsri_rigid_seeds *mbsri_rigid_seeds_create(const mbsr_model *m, mbsri_seeds *s);
 void mbsri_rigid_seeds_destroy(mbsri_rigid_seeds *r, const mbsr_model *m);
 
-/* Values of `swept` at q, u, u', where the sweeps have been linearised. A status. */
+/* Values of `rigid_seed` at q, u, u', where the sweeps have been linearised. A status. */
 int mbsri_rigid_seeds_find(mbsr_derivatives *w, double t, const double *q, const double *u,
                            const double *udot);
 
@@ -24,7 +24,7 @@ int mbsri_rigid_seeds_find(mbsr_derivatives *w, double t, const double *q, const
  * sweeps and as what elements exert. */
 void mbsri_rigid_seeds_along(mbsr_derivatives *w);
 
-/* `by` of `swept`: the gradient of an adjoint that had these weights of joint forces. */
+/* `by` of `rigid_seed`: the gradient of an adjoint that had these weights of joint forces. */
 void mbsri_rigid_seeds_back(mbsr_derivatives *w, double sign, const double *weights);
 
 #endif

@@ -70,8 +70,8 @@ static int check_lists(const mbsr_file_opt *opt, const char *entry, mbsr_error *
 }
 
 /* What both entries are given; `to` is where the result goes. */
-static int check(const char *text, const mbsr_file_opt *opt, bool to, const char *entry,
-                 mbsr_error *error)
+static int check_entry(const char *text, const mbsr_file_opt *opt, bool to, const char *entry,
+                       mbsr_error *error)
 {
     if (!to || !text)
         return fail(error, MBSR_ERR_NULL, entry, to ? "text is NULL" : "the result is NULL");
@@ -197,7 +197,7 @@ int mbsr_file_read(const char *text, size_t size, const char *name, const mbsr_f
     const mbsr_file_opt standard = mbsr_default_file_opt();
     if (!opt) opt = &standard;
     if (file) *file = NULL;
-    int status = check(text, opt, file != NULL, read_entry, error);
+    int status = check_entry(text, opt, file != NULL, read_entry, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->model.allocator);
@@ -247,7 +247,7 @@ int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
     const mbsr_file_opt standard = mbsr_default_file_opt();
     if (!opt) opt = &standard;
     if (written) *written = NULL;
-    int status = check(text, opt, written != NULL, expand_entry, error);
+    int status = check_entry(text, opt, written != NULL, expand_entry, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->model.allocator);

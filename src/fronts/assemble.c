@@ -132,7 +132,7 @@ static void add_compliance(const mbsri_fronts *w, const mbsri_closure *c, mbsri_
     }
 }
 
-static void fill(mbsri_fronts *w, int k, mbsri_pivots *f)
+static void fill_front(mbsri_fronts *w, int k, mbsri_pivots *f)
 {
     const mbsri_plan_step *s = w->plan->step + k;
     const mbsri_closure *first = mbsri_all_closures(w->m);
@@ -206,7 +206,7 @@ bool mbsri_fronts_assemble(mbsri_fronts *w, int k)
     const int count = u.complete + u.waiting + u.motions + u.own;
     const bool any = count > u.own || s->children > 0;
     if (any && !open_front(w, &u)) return false;
-    if (any) fill(w, k, f);
+    if (any) fill_front(w, k, f);
     for (int j = 0; j < count; ++j) w->slot[w->set[j]] = -1;
     if (!any) return true;
     clear_loads(f);

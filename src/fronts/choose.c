@@ -31,7 +31,7 @@ void mbsri_plan_destroy(const mbsr_model *m, mbsri_plan *plan)
     mbsri_release(&m->allocator, plan);
 }
 
-static mbsri_plan *allocate(const mbsr_model *m)
+static mbsri_plan *allocate_plan(const mbsr_model *m)
 {
     const size_t bodies = (size_t)m->bodies + 1, vertices = bodies + m->closures.count,
                  steps = vertices, ends = m->closures.count * MBSRI_ENDS,
@@ -60,8 +60,8 @@ static void copy(const mbsr_model *m, const mbsri_plan *from, mbsri_plan *to)
 }
 
 /* The cheapest order into `best`; false: there is no memory. */
-static bool choose(const mbsr_model *m, bool far, mbsri_order *order, mbsri_plan *best,
-                   mbsri_plan *other)
+static bool choose_order(const mbsr_model *m, bool far, mbsri_order *order, mbsri_plan *best,
+                         mbsri_plan *other)
 {
     const int steps = m->bodies + (int)m->closures.count;
     double least = 1e300; /* operations, of careful plans their share */
@@ -98,8 +98,8 @@ static void add_root(mbsri_plan *plan)
 bool mbsri_plan_create(const mbsr_model *m, bool far, mbsri_plan **plan)
 {
     mbsri_order *order = mbsri_order_open(m);
-    mbsri_plan *best = allocate(m), *other = allocate(m);
-    bool made = order && best && other && choose(m, far, order, best, other);
+    mbsri_plan *best = allocate_plan(m), *other = allocate_plan(m);
+    bool made = order && best && other && choose_order(m, far, order, best, other);
     if (made) add_root(best);
     made = made && mbsri_fronts_plan_names(m, best);
     made = made && (!best->far || mbsri_plan_create(m, false, &best->near));

@@ -176,7 +176,7 @@ static int first_meeting(const search *x)
 /* What the vector counts by: the body, and *norm of it there; -1: it depends on others. A part that
  * is rounding beside the vector does not count: divided by its norm there, the rest is without
  * bound. */
-static int settle(search *x, double *norm)
+static int settle_direction(search *x, double *norm)
 {
     const double all = norm_at(x, ALL);
     int body;
@@ -194,7 +194,7 @@ static bool keep(search *x)
 {
     mbsri_fronts *w = x->w;
     double norm = 1.0;
-    const int body = settle(x, &norm);
+    const int body = settle_direction(x, &norm);
     const size_t n = (size_t)x->count;
     idle *z = mbsri_fronts_allocate(w, sizeof *z +
                                            n * (2 * sizeof(double) + sizeof(touch) + sizeof(int)));

@@ -139,7 +139,7 @@ static bool take_plan(mbsri_fronts *w, bool far)
     return true;
 }
 
-static int no_memory(const mbsri_fronts *w, const char *function)
+static int no_memory_for_fronts(const mbsri_fronts *w, const char *function)
 {
     return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "%s: no memory for equations of %d joint rates and %d rows of closures",
@@ -158,12 +158,12 @@ int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool f
                       const char *function)
 {
     *w = (mbsri_fronts){.m = m, .d = d, .free = -1};
-    if (!take_plan(w, far)) return no_memory(w, function);
+    if (!take_plan(w, far)) return no_memory_for_fronts(w, function);
     const size_t rows = (size_t)m->rows, nu = (size_t)m->nu, unknowns = unknowns_of(m),
                  steps = (size_t)w->plan->steps;
     take_chunk(w);
     w->s = mbsri_fronts_allocate(w, array_size(m, w->plan));
-    if (!w->s) return no_memory(w, function);
+    if (!w->s) return no_memory_for_fronts(w, function);
     w->v = w->s + unknowns;
     w->e = w->v + unknowns;
     w->share = w->e + nu;

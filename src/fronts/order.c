@@ -103,7 +103,7 @@ void mbsri_order_close(mbsri_order *g)
     mbsri_release(&g->m->allocator, g);
 }
 
-static void begin(mbsri_order *g)
+static void begin_order(mbsri_order *g)
 {
     const mbsr_model *m = g->m;
     g->members.count = g->links.count = g->heap.count = 0;
@@ -375,7 +375,7 @@ bool mbsri_order_make(mbsri_order *g, mbsri_order_rule rule, double most, mbsri_
     g->plan = plan;
     plan->steps = plan->widest = 0;
     plan->operations = 0.0;
-    begin(g);
+    begin_order(g);
     for (int v = 1; v < g->vertices; ++v) {
         if (!offer(g, v)) return false;
     }

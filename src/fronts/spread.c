@@ -63,7 +63,7 @@ static int find_inputs(const mbsri_fronts *w, int k, int *input)
     return count;
 }
 
-static bool allocate(spread *x)
+static bool allocate_spread(spread *x)
 {
     mbsri_fronts *w = x->w;
     const int steps = w->plan->steps;
@@ -254,7 +254,7 @@ bool mbsri_fronts_spread(mbsri_fronts *w, double *row)
 {
     spread x = {.w = w};
     const size_t unknowns = (size_t)w->m->rows + (size_t)w->m->nu + w->m->size.v;
-    if (!allocate(&x)) return false;
+    if (!allocate_spread(&x)) return false;
     mbsri_zero(unknowns, w->s);
     mbsri_zero(unknowns, w->v);
     if (row) mbsri_zero((size_t)w->m->rows, row);

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/advance.h"
 
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/count.h"
 #include "ida/drift.h"
 #include "ida/error.h"
@@ -65,8 +65,8 @@ static void keep_last(mbsr_ida *ida)
     int flag = IDAGetCurrentTime(memory, &t);
     if (flag >= 0) flag = IDAGetDky(memory, t, 0, ida->y);
     if (flag >= 0) flag = IDAGetDky(memory, t, 1, ida->yp);
-    mbsri_ida_add_bend(ida, t, 0, ida->y);
-    mbsri_ida_add_bend(ida, t, 1, ida->yp);
+    mbsri_ida_add_shift(ida, t, 0, ida->y);
+    mbsri_ida_add_shift(ida, t, 1, ida->yp);
     ida->run.failed = flag >= 0 && finite_state(ida, ida->y, ida->yp);
     ida->run.present = t;
 }
@@ -108,7 +108,7 @@ static int renew(mbsr_ida *ida)
     if (!restart) return MBSR_OK;
     mbsri_ida_keep_start(ida);
     mbsri_ida_count(ida, &ida->count.before);
-    mbsri_ida_straighten(ida);
+    mbsri_ida_end_shift(ida);
     const int flag = IDAReInit(ida->memory, ida->run.present, ida->y, ida->yp);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
     const double longest = mbsri_ida_longest_first_step(ida);
@@ -133,7 +133,7 @@ static int at_root(mbsr_ida *ida, bool *again)
 }
 
 /* Lets IDA integrate to t_end; y, yp and `present` of the driver are then the state reached. */
-static int solve(mbsr_ida *ida, double t_end)
+static int integrate_to(mbsr_ida *ida, double t_end)
 {
     bool again = true;
     int status = MBSR_OK;
@@ -148,8 +148,8 @@ static int solve(mbsr_ida *ida, double t_end)
         const int flag = IDASolve(ida->memory, t_end, &reached, ida->y, ida->yp, IDA_NORMAL);
         if (flag >= 0 || flag == IDA_TOO_MUCH_WORK || ida->report.stopped) {
             ida->run.present = reached;
-            mbsri_ida_add_bend(ida, reached, 0, ida->y);
-            mbsri_ida_add_bend(ida, reached, 1, ida->yp);
+            mbsri_ida_add_shift(ida, reached, 0, ida->y);
+            mbsri_ida_add_shift(ida, reached, 1, ida->yp);
         }
         if (flag < 0) return gave_up(ida, flag);
         if (flag == IDA_TSTOP_RETURN) {
@@ -181,7 +181,7 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
         ida->run.direction = direction;
         ida->run.stepped = true;
     }
-    int status = solve(ida, t_end);
+    int status = integrate_to(ida, t_end);
     if (!status) status = mbsri_ida_check_dropped(ida);
     if (!status || ida->run.event) mbsri_ida_drift_note(ida);
     mbsri_ida_exchange_watch(ida);

@@ -6,7 +6,7 @@
  * integration. */
 #include "ida/callbacks.h"
 
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/error.h"
 #include "ida/record.h"
 
@@ -38,7 +38,7 @@ int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void 
 {
     mbsr_ida *ida = user;
     ++ida->count.residuals;
-    mbsri_ida_unbend(ida, t, &y, &yp);
+    mbsri_ida_shift_back(ida, t, &y, &yp);
     const int status =
         mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, N_VGetArrayPointer(y),
                           N_VGetArrayPointer(yp), N_VGetArrayPointer(F));
@@ -62,7 +62,7 @@ int mbsri_ida_events(sunrealtype t, N_Vector y, N_Vector yp, sunrealtype *value,
 {
     mbsr_ida *ida = user;
     ++ida->count.events;
-    mbsri_ida_unbend(ida, t, &y, &yp);
+    mbsri_ida_shift_back(ida, t, &y, &yp);
     const int status = ida->turns ? turned(ida, t, N_VGetArrayPointer(y), value) : MBSR_OK;
     if (status || ida->opt.events == 0) return status;
     for (int k = 0; k < ida->opt.events; ++k) value[k] = 0.0;

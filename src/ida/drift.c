@@ -37,7 +37,7 @@ static double by_forces(const mbsr_ida *ida, const double *y, const double *g)
     return sum;
 }
 
-static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *drift)
+static int measure_drift(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *drift)
 {
     const mbsr_model *model = ida->model;
     mbsr_data *data = ida->data;
@@ -62,13 +62,13 @@ static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *dri
 /* The same of the driver's state. */
 static int measure_present(mbsr_ida *ida, mbsr_ida_drift *drift)
 {
-    return measure(ida, ida->run.present, N_VGetArrayPointer(mbsri_ida_output_y(ida)), drift);
+    return measure_drift(ida, ida->run.present, N_VGetArrayPointer(mbsri_ida_output_y(ida)), drift);
 }
 
 void mbsri_ida_drift_start(mbsr_ida *ida, double t, const double *y)
 {
     mbsr_ida_drift drift;
-    ida->drift.measured = measure(ida, t, y, &drift) == MBSR_OK;
+    ida->drift.measured = measure_drift(ida, t, y, &drift) == MBSR_OK;
     ida->drift.first_energy = drift.energy;
     ida->drift.largest_gap = drift.gap;
     ida->drift.steps = -1;

@@ -4,7 +4,7 @@
  * With error_test.c and nonlinear.c, whose objects SUNDIALS wants in memory of their own, the only
  * file of the component that takes memory. */
 #include "ida/callbacks.h"
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/compat.h"
 #include "ida/differences.h"
 #include "ida/error.h"
@@ -31,8 +31,8 @@ static void receive(void *user, int code, const char *message)
 }
 
 /* Refuses arguments from which no driver can be made. */
-static int check(const mbsr_model *model, const mbsr_data *data, const mbsr_ida_opt *opt,
-                 mbsr_ida **ida, mbsr_error *error)
+static int check_arguments(const mbsr_model *model, const mbsr_data *data, const mbsr_ida_opt *opt,
+                           mbsr_ida **ida, mbsr_error *error)
 {
     if (!model || !data || !ida)
         return mbsri_ida_refuse(error, MBSR_ERR_NULL, "mbsr_ida_create: %s is NULL",
@@ -59,7 +59,7 @@ static int check(const mbsr_model *model, const mbsr_data *data, const mbsr_ida_
     return mbsri_ida_check(opt, size, error);
 }
 
-static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
+static int no_memory_for(const mbsr_ida *ida, mbsr_error *error, const char *what)
 {
     return mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY,
                             "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
@@ -104,24 +104,25 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
 {
     ida->messages = (mbsri_ida_messages){receive, ida};
     if (!mbsri_ida_context(&ida->context, &ida->messages)) {
-        return no_memory(ida, error, "a SUNDIALS context for a problem");
+        return no_memory_for(ida, error, "a SUNDIALS context for a problem");
     }
     N_Vector *vector[VECTORS];
     list_vectors(ida, vector);
     for (int k = 0; k < VECTORS; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
-        if (!*vector[k]) return no_memory(ida, error, "a vector");
+        if (!*vector[k]) return no_memory_for(ida, error, "a vector");
         mbsri_ida_use_own_operations(*vector[k]);
         N_VConst(0.0, *vector[k]);
         if (ida->opt.max_norm) mbsri_ida_use_max_norm(*vector[k]); /* IDA clones it with them */
     }
-    if (!mbsri_ida_make_kinks(ida)) return no_memory(ida, error, "what kinks need for a problem");
+    if (!mbsri_ida_make_kinks(ida))
+        return no_memory_for(ida, error, "what kinks need for a problem");
     int status = mbsri_ida_make_solver(ida, error);
     if (!status) status = mbsri_ida_make_outputs(ida, error);
     if (status) return status;
-    if (!make_nonlinear(ida)) return no_memory(ida, error, "Newton's method for a problem");
+    if (!make_nonlinear(ida)) return no_memory_for(ida, error, "Newton's method for a problem");
     ida->memory = IDACreate(ida->context);
-    if (!ida->memory) return no_memory(ida, error, "IDA for a problem");
+    if (!ida->memory) return no_memory_for(ida, error, "IDA for a problem");
     return MBSR_OK;
 }
 
@@ -188,7 +189,7 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     const mbsr_ida_opt standard = mbsr_default_ida_opt();
     if (!opt) opt = &standard;
     if (ida) *ida = NULL;
-    int status = check(model, data, opt, ida, error);
+    int status = check_arguments(model, data, opt, ida, error);
     if (!status) status = check_data(model, data, error);
     if (status) return status;
     mbsr_ida *made = calloc(1, sizeof *made + ((size_t)opt->events + 1) * sizeof made->rising[0]);
@@ -205,7 +206,7 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     made->watched = calloc((size_t)mbsr_model_bodies(model), sizeof *made->watched);
     made->dropped = calloc((size_t)mbsr_model_rows(model) + 1, sizeof *made->dropped);
     status = made->watched && made->dropped ? make(made, error)
-                                            : no_memory(made, error, "the ranks of a problem");
+                                            : no_memory_for(made, error, "the ranks of a problem");
     if (status) {
         mbsr_ida_destroy(made);
         return status;

@@ -44,8 +44,8 @@ double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest)
     at_rest(ida, false);
     if (failed) return little;
     for (int k = 0; k < n; ++k) rate[k] = (-rate[k] - yp[k]) / little;
-    const double bend = mbsri_ida_norm(ida, n, rate);
-    return bend * longest * longest > 1.0 ? 1.0 / sqrt(bend) : longest;
+    const double second = mbsri_ida_norm(ida, n, rate);
+    return second * longest * longest > 1.0 ? 1.0 / sqrt(second) : longest;
 }
 
 double mbsri_ida_longest_first_step(const mbsr_ida *ida)

@@ -23,7 +23,8 @@ int mbsri_given_add(mbsri_given **list, mbsri_given given)
     return MBSR_OK;
 }
 
-static int check(const mbsri_given *g, const mbsr_model *model, int numbers, mbsr_error *error)
+static int check_given(const mbsri_given *g, const mbsr_model *model, int numbers,
+                       mbsr_error *error)
 {
     const char *function = g->rate ? "mbsr_simulation_set_rate" : "mbsr_simulation_set_position";
     if (g->coordinate < 0 || g->coordinate >= numbers)
@@ -58,7 +59,7 @@ int mbsri_given_apply(const mbsri_given *list, const mbsr_model *model, double *
             return mbsri_ida_fail(
                 error, status, g->body, MBSR_NONE, "%s: there is no body %d",
                 g->rate ? "mbsr_simulation_set_rate" : "mbsr_simulation_set_position", g->body);
-        status = check(g, model, g->rate ? n : nq, error);
+        status = check_given(g, model, g->rate ? n : nq, error);
         if (status) return status;
         if (g->rate) {
             u[from_u + g->coordinate] = g->value;

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/kinks.h"
 
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/count.h"
 #include "ida/error.h"
 #include "ida/first_step.h"
@@ -119,7 +119,7 @@ static bool find_rates(mbsr_ida *ida, double t, N_Vector y, N_Vector rate)
 }
 
 /* u and y' at t by the Newton solver, q and p in y. A factorisation is left for find_rates. */
-static bool settle(mbsr_ida *ida, double t, double span)
+static bool settle_velocities(mbsr_ida *ida, double t, double span)
 {
     const int n = mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
     mbsri_ida_kinks *k = &ida->kinks;
@@ -184,7 +184,7 @@ static int start_again(mbsr_ida *ida, double before, double t)
                                N_VGetArrayPointer(ida->yp), &opt, NULL);
 }
 
-static int refuse(mbsr_ida *ida, int status)
+static int refuse_kink(mbsr_ida *ida, int status)
 {
     const mbsr_error *error = mbsr_data_error(ida->data);
     N_VScale(1.0, ida->run.first_y, ida->y);
@@ -213,7 +213,7 @@ static bool look_ahead(mbsr_ida *ida, double t, double s, int j, double w0, doub
 
 /* y'' and y''' at t, and u', from nodes at t, t + s, t + 2 s; whether c serves for the span. The
  * states there are of the third order in s. After `settle`. */
-static bool find_bend(mbsr_ida *ida, double t, double s, double span)
+static bool find_shift(mbsr_ida *ida, double t, double s, double span)
 {
     mbsri_ida_kinks *k = &ida->kinks;
     const int n = mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
@@ -222,8 +222,8 @@ static bool find_bend(mbsr_ida *ida, double t, double s, double span)
         return false;
     const double *f0 = N_VGetArrayPointer(k->node[0]), *f1 = N_VGetArrayPointer(k->node[1]),
                  *f2 = N_VGetArrayPointer(k->node[2]);
-    double *yp = N_VGetArrayPointer(ida->yp), *second = N_VGetArrayPointer(k->bend[0]),
-           *third = N_VGetArrayPointer(k->bend[1]);
+    double *yp = N_VGetArrayPointer(ida->yp), *second = N_VGetArrayPointer(k->c_derivative[0]),
+           *third = N_VGetArrayPointer(k->c_derivative[1]);
     for (int l = 0; l < ida->size; ++l) {
         const double first = (-1.5 * f0[l] + 2.0 * f1[l] - 0.5 * f2[l]) / s,
                      next = (f0[l] - 2.0 * f1[l] + f2[l]) / (s * s);
@@ -250,16 +250,16 @@ static int restart(mbsr_ida *ida, double t, double span, bool settled)
     static const double many = 1e3; /* beyond so many first steps order 1 does not matter */
     mbsri_ida_kinks *k = &ida->kinks;
     mbsri_ida_count(ida, &ida->count.before);
-    k->bent = false;
+    k->shifted = false;
     const double usual = mbsri_ida_longest_first_step(ida),
                  longest = isfinite(span) ? fmax(usual, span / 8.0) : usual;
     double step = mbsri_ida_first_step(ida, ida->run.direction, longest);
     if (k->patience > 0) --k->patience;
     if (settled && k->patience == 0 && span < many * step) {
-        k->bent = find_bend(ida, t, ida->run.direction * span / 16.0, span);
-        if (!k->bent) k->patience = PATIENCE;
+        k->shifted = find_shift(ida, t, ida->run.direction * span / 16.0, span);
+        if (!k->shifted) k->patience = PATIENCE;
     }
-    if (k->bent && k->step > 0.0) step = 2.0 * k->step;
+    if (k->shifted && k->step > 0.0) step = 2.0 * k->step;
     k->from = ida->output.since = t;
     mbsri_ida_keep_start(ida);
     const int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
@@ -279,9 +279,9 @@ int mbsri_ida_leave_kink(mbsr_ida *ida)
         const double span = fabs(k->at - here);
         mbsri_ida_keep_start(ida);
         N_VLinearSum(1.0, ida->y, 2.0 * way * gap, ida->yp, ida->y);
-        const bool settled = settle(ida, after, span);
+        const bool settled = settle_velocities(ida, after, span);
         if (!settled) status = start_again(ida, here - way * gap, after);
-        if (status) return refuse(ida, status);
+        if (status) return refuse_kink(ida, status);
         status = restart(ida, after, span, settled);
     }
     if (status) return status;

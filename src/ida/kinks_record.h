@@ -20,14 +20,14 @@ typedef struct mbsri_ida_kinks {
     int patience;   /* restarts to come without c */
     double step;    /* the first one after the last restart with c; 0: none so far */
 
-    bool bent;        /* IDA integrates z = y - c, see kinks.h */
-    double from;      /* t0 */
-    N_Vector bend[2]; /* y'', y''' in c */
-    N_Vector y, yp;   /* of z, z' in a callback */
-    N_Vector node[3]; /* q', p' and u at t0, t0 + s, t0 + 2 s */
-    N_Vector ahead;   /* the state there */
-    N_Vector right;   /* of a Newton system */
-    N_Vector work;    /* nq + 4 nu numbers */
+    bool shifted;             /* IDA integrates z = y - c, see kinks.h */
+    double from;              /* t0 */
+    N_Vector c_derivative[2]; /* y'', y''' in c */
+    N_Vector y, yp;           /* of z, z' in a callback */
+    N_Vector node[3];         /* q', p' and u at t0, t0 + s, t0 + 2 s */
+    N_Vector ahead;           /* the state there */
+    N_Vector right;           /* of a Newton system */
+    N_Vector work;            /* nq + 4 nu numbers */
 } mbsri_ida_kinks;
 
 #endif

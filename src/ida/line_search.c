@@ -26,7 +26,7 @@ typedef struct point {
 } point;
 
 /* s->trial becomes x, s->change -F there. */
-static int evaluate(mbsri_stiff *s, N_Vector ee, point *x)
+static int evaluate_point(mbsri_stiff *s, N_Vector ee, point *x)
 {
     N_VLinearSum(1.0, ee, -x->back, s->filtered, s->trial);
     const int status = mbsri_stiff_evaluate(s, s->trial);
@@ -54,7 +54,7 @@ static int enclose(mbsri_stiff *s, N_Vector ee, point near, point far, double sm
     for (int k = 0; k < MOST; ++k) {
         const double width = near.back - far.back;
         point x = {halve ? 0.5 * (near.back + far.back) : propose(&near, &far, &farther), 0.0};
-        const int status = evaluate(s, ee, &x);
+        const int status = evaluate_point(s, ee, &x);
         if (status) return status;
         *found = fabs(x.power) <= small || mbsri_stiff_left(s) <= enough;
         if (*found || x.power == near.power || x.power == far.power) break;

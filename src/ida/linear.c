@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/linear.h"
 
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/callbacks.h"
 #include "ida/error.h"
 #include "ida/stiff.h"
@@ -30,7 +30,7 @@ static void take_tangent(mbsr_ida *ida)
 }
 
 /* The Newton solver, and AUTO decided. */
-static int choose(mbsr_ida *ida, mbsr_error *error)
+static int choose_solver(mbsr_ida *ida, mbsr_error *error)
 {
     mbsr_ida_solver *solver = &ida->opt.linear_solver;
     if (*solver == MBSR_IDA_AUTO && ida->opt.form != MBSR_DAE_MOMENTUM) *solver = MBSR_IDA_DENSE;
@@ -74,7 +74,7 @@ void mbsri_ida_judge_matrix(const mbsr_ida *ida)
 
 int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)
 {
-    const int status = choose(ida, error);
+    const int status = choose_solver(ida, error);
     if (status) return status;
     if (ida->opt.linear_solver == MBSR_IDA_DENSE) take_tangent(ida);
     switch (ida->opt.linear_solver) {
@@ -113,7 +113,7 @@ static int noted(mbsr_ida *ida, sunrealtype t, const char *what)
 static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r,
                     SUNMatrix matrix, void *user, N_Vector a, N_Vector b, N_Vector c)
 {
-    mbsri_ida_unbend(user, t, &y, &yp);
+    mbsri_ida_shift_back(user, t, &y, &yp);
     mbsr_sundials_jacobian(t, cj, y, yp, r, matrix, NULL, a, b, c);
     return noted(user, t, "Newton equations");
 }
@@ -121,7 +121,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 static int set_up(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj, void *user)
 {
     mbsr_ida *ida = user;
-    mbsri_ida_unbend(ida, t, &y, &yp);
+    mbsri_ida_shift_back(ida, t, &y, &yp);
     mbsr_sundials_setup(t, y, yp, F, cj, &ida->linear.link);
     return noted(ida, t, "Newton equations");
 }
@@ -137,7 +137,7 @@ static int precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Ve
 static int linearise(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj, void *user)
 {
     mbsr_ida *ida = user;
-    mbsri_ida_unbend(ida, t, &y, &yp);
+    mbsri_ida_shift_back(ida, t, &y, &yp);
     mbsr_sundials_linearise(t, y, yp, F, cj, &ida->linear.link);
     return noted(ida, t, "products");
 }

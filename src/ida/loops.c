@@ -203,8 +203,8 @@ int mbsri_ida_watch_loops(mbsr_ida *ida, N_Vector y)
 }
 
 /* The position row of closure c called `name` has opened. */
-static int refuse(mbsr_ida *ida, mbsr_error *error, double t, int closure, const char *name,
-                  double gap, double limit)
+static int refuse_open_row(mbsr_ida *ida, mbsr_error *error, double t, int closure,
+                           const char *name, double gap, double limit)
 {
     return mbsri_ida_refuse(error, MBSR_LOOP_OPEN,
                             "%sat t = %.10g row %s of closure %d '%.40s', redundant "
@@ -255,7 +255,7 @@ static int check_gaps(mbsr_ida *ida, mbsr_error *error, double t, const double *
             const double limit = limit_of(ida, row + k, fabs(gap));
             if (fabs(gap) <= limit) continue;
             mbsr_closure_of_row(ida->model, row + k, NULL, NULL, &name);
-            return refuse(ida, error, t, c, name, gap, limit);
+            return refuse_open_row(ida, error, t, c, name, gap, limit);
         }
     }
     return MBSR_OK;

@@ -18,7 +18,7 @@ static mbsri_stiff *content(SUNNonlinearSolver solver)
 /* ---- a step ---- */
 
 /* An attempt begins. */
-static void begin(mbsri_stiff *s, N_Vector w, void *memory)
+static void begin_attempt(mbsri_stiff *s, N_Vector w, void *memory)
 {
     s->memory = memory;
     s->weight = w;
@@ -47,11 +47,11 @@ static void set_careful(mbsri_stiff *s, bool careful)
     s->now.careful = careful;
 }
 
-static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
-                 sunrealtype tolerance, sunbooleantype set_up, void *memory)
+static int solve_nonlinear(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
+                           sunrealtype tolerance, sunbooleantype set_up, void *memory)
 {
     mbsri_stiff *s = content(solver);
-    begin(s, w, memory);
+    begin_attempt(s, w, memory);
     int status = SUN_NLS_CONTINUE;
     if (mbsri_control_mode(&s->control, s->now.steps) == MBSRI_MODE_ORDINARY) {
         set_careful(s, false);
@@ -164,7 +164,7 @@ static int destroy(SUNNonlinearSolver solver)
 static void set_operations(SUNNonlinearSolver solver)
 {
     solver->ops->initialize = initialize;
-    solver->ops->solve = solve;
+    solver->ops->solve = solve_nonlinear;
     solver->ops->free = destroy;
     solver->ops->setsysfn = set_system;
     solver->ops->setlsetupfn = set_set_up;
@@ -231,7 +231,7 @@ void mbsri_stiff_set_rtol(mbsri_stiff *s, double rtol)
 
 mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver)
 {
-    return solver->ops->solve == solve ? content(solver) : NULL;
+    return solver->ops->solve == solve_nonlinear ? content(solver) : NULL;
 }
 
 /* ---- an IDA of one's own ---- */

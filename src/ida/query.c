@@ -1,7 +1,7 @@
 /* Statistics, dense output, events, access to IDA's memory.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/count.h"
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/error.h"
 #include "ida/linear.h"
 #include "ida/stiff.h"
@@ -49,7 +49,7 @@ int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky)
                                 "mbsr_ida_dense: t is %.17g, not within the last step. %s", t,
                                 ida->failing.message);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_dense");
-    mbsri_ida_add_bend(ida, t, k, ida->work);
+    mbsri_ida_add_shift(ida, t, k, ida->work);
     memcpy(dky, N_VGetArrayPointer(ida->work), (size_t)ida->size * sizeof *dky);
     return MBSR_OK;
 }

@@ -40,7 +40,7 @@ int mbsri_stiff_evaluate(mbsri_stiff *s, N_Vector ee)
     return status;
 }
 
-static int factor(mbsri_stiff *s)
+static int factor_matrix(mbsri_stiff *s)
 {
     sunbooleantype current = SUNFALSE;
     s->control.matrices.untested = true;
@@ -86,7 +86,7 @@ static int correct(mbsri_stiff *s, N_Vector ee)
 int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within)
 {
     const bool renew = s->set_up && !(within > 0.0 && mbsri_stiff_left(s) <= within);
-    const int status = renew ? factor(s) : 0;
+    const int status = renew ? factor_matrix(s) : 0;
     return status ? status : correct(s, ee);
 }
 
@@ -100,14 +100,14 @@ static int improve(mbsri_stiff *s, N_Vector ee, double within)
 /* ---- light directions ---- */
 
 /* The first iteration, with a new matrix, and an old one to compare it with. */
-static int begin(mbsri_stiff *s, N_Vector ee)
+static int begin_iteration(mbsri_stiff *s, N_Vector ee)
 {
     int status = mbsri_stiff_evaluate(s, ee);
     if (status) return status;
     N_VScale(1.0, s->change, s->error);
     ++s->info.renewals;
     status = s->solve(s->error, s->memory);
-    if (!status) status = factor(s);
+    if (!status) status = factor_matrix(s);
     if (!status) status = correct(s, ee);
     if (status) return status;
     const double size = N_VWrmsNorm(s->change, s->weight);
@@ -135,7 +135,7 @@ int mbsri_stiff_settle(mbsri_stiff *s, N_Vector ee, double before, double tolera
 int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, double tolerance)
 {
     static const double share = 0.1, small = 0.05;
-    int status = begin(s, ee);
+    int status = begin_iteration(s, ee);
     if (status) return status;
     const double size = N_VWrmsNorm(s->change, s->weight);
     if (size <= small * tolerance) return SUN_NLS_SUCCESS;

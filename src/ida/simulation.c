@@ -19,7 +19,7 @@ static int note(mbsr_simulation *s, int status, const mbsr_error *error)
     return s->status = status;
 }
 
-static int refuse(mbsr_simulation *s, int status, const char *text)
+static int refuse_run(mbsr_simulation *s, int status, const char *text)
 {
     mbsr_error error;
     mbsri_ida_refuse(&error, status, "%s", text);
@@ -37,7 +37,7 @@ mbsr_simulation mbsr_simulation_begin(const mbsr_model_def *def)
 mbsr_simulation mbsr_simulation_of(mbsr_model *model)
 {
     mbsr_simulation s = {.model = model, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
-    if (!model) refuse(&s, MBSR_ERR_NULL, "mbsr_simulation_of: model is NULL");
+    if (!model) refuse_run(&s, MBSR_ERR_NULL, "mbsr_simulation_of: model is NULL");
     return s;
 }
 
@@ -92,7 +92,7 @@ static part *add_part(mbsr_simulation *s, const char *no_memory)
 {
     part *made = calloc(1, sizeof *made);
     if (!made) {
-        refuse(s, MBSR_ERR_NO_MEMORY, no_memory);
+        refuse_run(s, MBSR_ERR_NO_MEMORY, no_memory);
         return NULL;
     }
     made->next = s->parts;
@@ -142,12 +142,13 @@ static int prepare(mbsr_simulation *s, mbsr_dae_form form)
     const int size = mbsr_dae_size(s->model, form), nq = mbsr_model_nq(s->model),
               nu = mbsr_model_nu(s->model);
     if (size < 0) {
-        return refuse(s, MBSR_ERR_VALUE,
-                      "mbsr_simulation_start: there is no such form, or not with closures");
+        return refuse_run(s, MBSR_ERR_VALUE,
+                          "mbsr_simulation_start: there is no such form, or not with closures");
     }
     const int rows = mbsr_model_rows(s->model);
     s->q = calloc((size_t)(nq + 2 * nu + rows) + 2 * (size_t)size + 1, sizeof *s->q);
-    if (!s->q) return refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_start: no memory for a state");
+    if (!s->q)
+        return refuse_run(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_start: no memory for a state");
     s->u = s->q + nq;
     s->udot = s->u + nu;
     s->lambda = s->udot + nu;
@@ -159,7 +160,7 @@ static int prepare(mbsr_simulation *s, mbsr_dae_form form)
 
 /* The driver's state in joint coordinates, with the data at its accelerations. The index-1 form as
  * it is interpolated has none: at its velocities. */
-static int evaluate(mbsr_simulation *s)
+static int evaluate_state(mbsr_simulation *s)
 {
     int status = mbsr_ida_motion(s->ida, s->q, s->u, s->udot, s->lambda);
     if (status != MBSR_ERR_VALUE) return note(s, status, mbsr_ida_error(s->ida));
@@ -175,9 +176,9 @@ static int give(mbsr_simulation *s, mbsri_given given)
     if (!s) return MBSR_ERR_NULL;
     if (s->status) return s->status;
     if (!mbsri_given_add(&s->given, given)) return MBSR_OK;
-    return refuse(s, MBSR_ERR_NO_MEMORY,
-                  given.rate ? "mbsr_simulation_set_rate: no memory for a value"
-                             : "mbsr_simulation_set_position: no memory for a value");
+    return refuse_run(s, MBSR_ERR_NO_MEMORY,
+                      given.rate ? "mbsr_simulation_set_rate: no memory for a value"
+                                 : "mbsr_simulation_set_position: no memory for a value");
 }
 
 int mbsr_simulation_set_position(mbsr_simulation *s, int body, int coordinate, double value)
@@ -206,7 +207,8 @@ static int make_consistent(mbsr_simulation *s)
     mbsr_error error;
     int *keep = calloc(2 * (size_t)nu + 1, sizeof *keep);
     if (!keep)
-        return refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_start: no memory for what is given");
+        return refuse_run(s, MBSR_ERR_NO_MEMORY,
+                          "mbsr_simulation_start: no memory for what is given");
     opt.keep_position = keep;
     opt.keep_rate = keep + nu;
     if (!note(s, mbsri_given_apply(s->given, s->model, s->q, s->u, keep, keep + nu, &error),
@@ -245,7 +247,7 @@ int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
     if (make_consistent(s)) return s->status;
     if (note(s, mbsr_ida_create(s->model, s->data, opt, &s->ida, &error), &error)) return s->status;
     if (note(s, mbsr_ida_start(s->ida, t, s->y, s->yp), mbsr_ida_error(s->ida))) return s->status;
-    return evaluate(s);
+    return evaluate_state(s);
 }
 
 /* ---- masses that the model neglects ---- */
@@ -281,8 +283,8 @@ int mbsr_simulation_get_masses(mbsr_simulation *s, mbsr_small_masses_report *rep
     if (!s) return MBSR_ERR_NULL;
     if (s->status) return s->status;
     if (!s->small)
-        return refuse(s, MBSR_ERR_SEQUENCE,
-                      "mbsr_simulation_get_masses: call mbsr_simulation_watch_masses first");
+        return refuse_run(s, MBSR_ERR_SEQUENCE,
+                          "mbsr_simulation_get_masses: call mbsr_simulation_watch_masses first");
     return note(s, mbsr_small_masses_get_report(s->small, report),
                 mbsr_small_masses_error(s->small));
 }
@@ -303,12 +305,12 @@ static int run(mbsr_simulation *s, double t,
 {
     if (!s) return MBSR_ERR_NULL;
     if (s->status) return s->status;
-    if (!s->ida) return refuse(s, MBSR_ERR_SEQUENCE, early);
+    if (!s->ida) return refuse_run(s, MBSR_ERR_SEQUENCE, early);
     const int status = note(s, advance(s->ida, t, NULL, NULL, NULL), mbsr_ida_error(s->ida));
     const int handed = mbsr_ida_state(s->ida, &s->t, s->y, s->yp);
     if (handed) return status == MBSR_OK ? note(s, handed, mbsr_ida_error(s->ida)) : status;
     if (status == MBSR_OK || status == MBSR_EVENT)
-        return evaluate(s) || watch(s) ? s->status : status;
+        return evaluate_state(s) || watch(s) ? s->status : status;
     (void)mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
     return status;
 }
@@ -329,7 +331,7 @@ int mbsr_simulation_sample(mbsr_simulation *s, double t)
 static int tell(mbsr_simulation *s, const double *numbers, int n, double *to, const char *early)
 {
     if (!s || !to) return MBSR_ERR_NULL;
-    if (!s->ida) return refuse(s, MBSR_ERR_SEQUENCE, early);
+    if (!s->ida) return refuse_run(s, MBSR_ERR_SEQUENCE, early);
     if (n > 0) memcpy(to, numbers, (size_t)n * sizeof *to);
     return s->status;
 }

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/drift.h"
 #include "ida/error.h"
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/linear.h"
 #include "ida/loops.h"
 #include "ida/outputs.h"
@@ -43,7 +43,7 @@ static int identify(mbsr_ida *ida)
 }
 
 /* The residual at the start, which tells the ranks of the joint blocks. */
-static int evaluate(mbsr_ida *ida, double t, const double *y, const double *yp)
+static int evaluate_residual(mbsr_ida *ida, double t, const double *y, const double *yp)
 {
     const int status = mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, y, yp,
                                          N_VGetArrayPointer(ida->work));
@@ -99,7 +99,7 @@ static int check_determined(mbsr_ida *ida, double t, const double *y, const doub
         mbsr_index_report_destroy(ida->model, report);
     }
     const bool moved_on = ida->opt.form != MBSR_DAE_INVERSE_DYNAMICS;
-    return !status && moved_on ? evaluate(ida, t, y, yp) : status;
+    return !status && moved_on ? evaluate_residual(ida, t, y, yp) : status;
 }
 
 /* Refuses a start at which the forces along directions without mass do not balance: by more than a
@@ -151,7 +151,7 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
     const bool ranks = ida->opt.form != MBSR_DAE_INVERSE_DYNAMICS;
     ida->watch = 0;
     mbsri_ida_exchange_watch(ida);
-    int status = ranks ? evaluate(ida, t, y, yp) : MBSR_OK;
+    int status = ranks ? evaluate_residual(ida, t, y, yp) : MBSR_OK;
     if (!status) choose_care(ida);
     if (!status) status = check_balance(ida, t, y);
     if (!status) status = check_determined(ida, t, y, yp);

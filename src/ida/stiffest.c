@@ -13,7 +13,7 @@
  * converges. The same is asked where a run has ended and neither is known. */
 #include "ida/stiffest.h"
 
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/error.h"
 #include "ida/stiff.h"
 
@@ -33,7 +33,7 @@ typedef struct place {
 } place;
 
 /* Positions and velocities at q + step G v, u + step v. */
-static int move(const place *p, double step, const double *v)
+static int move_state(const place *p, double step, const double *v)
 {
     const int nq = mbsr_model_nq(p->model), nu = mbsr_model_nu(p->model);
     const double *u = p->state + nq;
@@ -74,7 +74,7 @@ static int along(const place *p, const double *v, double factor)
     const double step = extent(p, v);
     int status = MBSR_OK;
     for (int side = -1; side <= 1 && !status && step > 0.0; ++side) {
-        status = move(p, side * step, v);
+        status = move_state(p, side * step, v);
         if (!status) status = add(p, factor * (side ? 1.0 : -2.0) / (step * step));
     }
     return status;
@@ -201,7 +201,7 @@ int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *c
     *count = 0;
     if (form != MBSR_DAE_INDEX1 && knows(s)) {
         N_VScale(1.0, s->blame.state, s->change);
-        mbsri_ida_add_bend(ida, s->blame.at, 0, s->change);
+        mbsri_ida_add_shift(ida, s->blame.at, 0, s->change);
         status = ask(s, ida->model, ida->data, form, s->blame.at, true, most, force, share, count);
     }
     if (ida->run.failed && ida->failing.callback == MBSR_OK && *count == 0) {

@@ -10,14 +10,15 @@
  * zero in both. */
 enum { SUCCESS = 0 };
 
-static int factor(mbsr_sundials *link, sunrealtype t, N_Vector y, N_Vector yp, sunrealtype cj)
+static int factor_system(mbsr_sundials *link, sunrealtype t, N_Vector y, N_Vector yp,
+                         sunrealtype cj)
 {
     link->status = mbsr_newton_factor(link->newton, link->data, t, N_VGetArrayPointer(y),
                                       N_VGetArrayPointer(yp), cj);
     return link->status;
 }
 
-static int solve(mbsr_sundials *link, N_Vector r, N_Vector delta)
+static int solve_system(mbsr_sundials *link, N_Vector r, N_Vector delta)
 {
     link->status =
         mbsr_newton_solve(link->newton, N_VGetArrayPointer(r), N_VGetArrayPointer(delta));
@@ -60,7 +61,7 @@ int mbsr_sundials_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector y
     (void)work1;
     (void)work2;
     (void)work3;
-    return factor(jacobian->content, t, y, yp, cj);
+    return factor_system(jacobian->content, t, y, yp, cj);
 }
 
 /* ---- the linear solver ---- */
@@ -83,7 +84,7 @@ static int solver_solve(SUNLinearSolver S, SUNMatrix A, N_Vector x, N_Vector b, 
 {
     (void)A;
     (void)tol;
-    const int status = solve(S->content, b, x);
+    const int status = solve_system(S->content, b, x);
     if (status == MBSR_OK) return SUCCESS;
     return status > 0 ? SUNLS_PACKAGE_FAIL_REC : MBSRI_IDA_PACKAGE_FAILED;
 }
@@ -113,7 +114,7 @@ int mbsr_sundials_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunr
                         void *user)
 {
     (void)F;
-    return factor(user, t, y, yp, cj);
+    return factor_system(user, t, y, yp, cj);
 }
 
 int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector r,
@@ -125,7 +126,7 @@ int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector 
     (void)F;
     (void)cj;
     (void)delta;
-    return solve(user, r, z);
+    return solve_system(user, r, z);
 }
 
 /* ---- products ---- */

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/tolerances.h"
 
-#include "ida/bend.h"
+#include "ida/shift.h"
 #include "ida/error.h"
 #include "ida/loops.h"
 #include "ida/progress.h"
@@ -115,7 +115,7 @@ void mbsri_ida_set_tolerances(mbsr_ida *ida)
 }
 
 /* What the data could not be asked is why the start fails. */
-static int refuse(mbsr_ida *ida, int status)
+static int pass_on_error(mbsr_ida *ida, int status)
 {
     return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(ida->data),
                              "mbsr_ida_start: masses for tolerances");
@@ -128,7 +128,7 @@ static int find_largest_mass(mbsr_ida *ida, double *largest)
     *largest = 0.0;
     for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        if (status) return refuse(ida, status);
+        if (status) return pass_on_error(ida, status);
         *largest = fmax(*largest, info.scale);
     }
     if (!(*largest > 0.0)) *largest = 1.0;
@@ -154,7 +154,7 @@ static int scale_velocities(mbsr_ida *ida, int body)
     mbsr_rank_info info;
     int first, n;
     const int status = mbsr_body_rank(ida->model, ida->data, body, &info);
-    if (status) return refuse(ida, status);
+    if (status) return pass_on_error(ida, status);
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
     set_body(ida, body, nq, atol);
     for (int k = nq + first; k < nq + first + n; ++k) {
@@ -173,7 +173,7 @@ int mbsri_ida_scale_tolerances(mbsr_ida *ida)
     int status = find_largest_mass(ida, &largest);
     if (status) return status;
     status = mbsr_momentum_scales(ida->model, ida->data, mass + mbsr_model_nq(ida->model));
-    if (status) return refuse(ida, status);
+    if (status) return pass_on_error(ida, status);
     if (ida->opt.form == MBSR_DAE_MOMENTUM) scale_momenta(ida);
     for (int i = 0; ida->opt.form == MBSR_DAE_INDEX1 && i < mbsr_model_bodies(ida->model); ++i) {
         status = scale_velocities(ida, i);
@@ -233,7 +233,7 @@ int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
     mbsri_ida_note_step(ida);
     double t = 0.0;
     IDAGetCurrentTime(ida->memory, &t);
-    mbsri_ida_unbend(ida, t, &y, NULL);
+    mbsri_ida_shift_back(ida, t, &y, NULL);
     if (mbsri_ida_watch_dropped(ida, t, y)) return -1;
     const rule r = rule_for(ida, N_VGetArrayPointer(y));
     double *to = N_VGetArrayPointer(weight);

@@ -269,7 +269,7 @@ static void add_3x3(const double B[9], int row, int column, double *M)
 }
 
 /* M (6 x 6) of mass, first moment and moments about the origin. */
-static void fill(double mass, const double first[3], const double I[9], double *M)
+static void fill_mass(double mass, const double first[3], const double I[9], double *M)
 {
     double C[9];
     mbsri_cross_matrix3(first, C);
@@ -292,7 +292,7 @@ void mbsri_rigid_mass(const mbsr_inertia *inertia, const double R[9], double *M)
     rotate_tensor(R, body, I);
     add_parallel_axes(inertia->mass, c, I);
     for (int k = 0; k < 3; ++k) c[k] *= inertia->mass;
-    fill(inertia->mass, c, I, M);
+    fill_mass(inertia->mass, c, I, M);
 }
 
 void mbsri_rigid_times(const mbsr_inertia *inertia, const double R[9], double factor,

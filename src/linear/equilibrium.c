@@ -209,7 +209,7 @@ static int try_step(rest *w, double c, double *length, mbsr_error *error)
 }
 
 /* The joint whose forces are farthest from balance. */
-static int refuse(rest *w, mbsr_error *error)
+static int refuse_unbalanced(rest *w, mbsr_error *error)
 {
     imbalance(w, w->F, &w->info.worst);
     int body = 0, own = 0;
@@ -229,7 +229,7 @@ static int refuse(rest *w, mbsr_error *error)
 }
 
 /* The steps. */
-static int settle(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
+static int settle_balance(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
 {
     const double least = 1e-5 * w->rate;
     double c = fmax(sqrt(largest_acceleration(w) / longest), 1e-3 * w->rate),
@@ -263,10 +263,10 @@ static int settle(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
         if (length < 0.1 * longest) c = fmax(least, 0.5 * c);
         force = left;
     }
-    return refuse(w, error);
+    return refuse_unbalanced(w, error);
 }
 
-static bool take(rest *w, mbsri_arena *arena)
+static bool take_memory(rest *w, mbsri_arena *arena)
 {
     double **const of_size[] = {&w->y, &w->yp, &w->F, &w->delta, &w->new_y, &w->new_yp};
     for (int k = 0; k < 6; ++k)
@@ -323,10 +323,10 @@ static int begin_at_rest(rest *w, const double *q, mbsr_error *error)
     return MBSR_OK;
 }
 
-static int solve(rest *w, const double *q, const mbsr_equilibrium_opt *opt, mbsri_arena *arena,
-                 mbsr_error *error)
+static int solve_rest(rest *w, const double *q, const mbsr_equilibrium_opt *opt, mbsri_arena *arena,
+                      mbsr_error *error)
 {
-    if (!take(w, arena))
+    if (!take_memory(w, arena))
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d numbers", name, w->size);
     mbsr_newton_opt exact = mbsr_default_newton_opt();
@@ -339,7 +339,7 @@ static int solve(rest *w, const double *q, const mbsr_equilibrium_opt *opt, mbsr
         if (w->sprung[k]) w->yp[w->nq + 2 * w->nu + k] = 0.0;
     }
     status = find_scales(w);
-    return status ? fail_data(w, status, error) : settle(w, opt, error);
+    return status ? fail_data(w, status, error) : settle_balance(w, opt, error);
 }
 
 int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const double *q,
@@ -375,7 +375,7 @@ int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const d
               .info = {.worst = MBSR_NONE}};
     mbsri_arena arena;
     mbsri_arena_open(&arena, &def.allocator);
-    const int status = solve(&w, q, opt, &arena, error);
+    const int status = solve_rest(&w, q, opt, &arena, error);
     if (!status) memcpy(q_rest, w.y, (size_t)w.nq * sizeof *q_rest);
     if (!status && lambda && w.rows > 0) {
         /* of the residual there, and no other */

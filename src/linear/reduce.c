@@ -89,7 +89,7 @@ static bool equilibrate(int n, double *A, double *row, double *column)
 }
 
 /* Factors of A (n x n); false: it is singular to rounding. work: 4 n, iwork: n. */
-static bool factor(int n, double *A, int *pivots, double *work, int *iwork)
+static bool factor_dense(int n, double *A, int *pivots, double *work, int *iwork)
 {
     int info = 0;
     double norm = 0.0, rcond = 0.0;
@@ -106,7 +106,7 @@ static bool factor(int n, double *A, int *pivots, double *work, int *iwork)
 }
 
 /* K of the shift, X of it; false: it is an eigenvalue. */
-static bool solve(reduction *z, double shift)
+static bool solve_shift(reduction *z, double shift)
 {
     const mbsr_linear *l = z->l;
     const int n = z->n, count = z->m + l->inputs;
@@ -117,7 +117,7 @@ static bool solve(reduction *z, double shift)
     int info = 0;
     for (size_t k = 0; k < size * size; ++k) z->K[k] = shift * E[k] - A[k];
     if (!equilibrate(n, z->K, row, column) ||
-        !factor(n, z->K, z->pivots, column + n, z->pivots + n))
+        !factor_dense(n, z->K, z->pivots, column + n, z->pivots + n))
         return false;
     memset(z->X, 0, size * (size_t)count * sizeof *z->X);
     for (int j = 0; j < z->m; ++j) z->X[(size_t)j * size + (size_t)z->row[j]] = row[z->row[j]];
@@ -178,7 +178,7 @@ static double better_shift(reduction *z, double shift)
 static double find_shift(reduction *z, double about)
 {
     for (int k = 0; k < 8; ++k) {
-        if (solve(z, about)) return about;
+        if (solve_shift(z, about)) return about;
         about *= 1.3819660112501051;
     }
     return 0.0;
@@ -268,7 +268,7 @@ static bool invert(reduction *z, const double *S11, double *T, double *Ar)
     const size_t size = (size_t)n;
     int info = 0;
     memcpy(z->spare, S11, size * size * sizeof *S11);
-    if (!factor(n, z->spare, z->pivots, z->work, z->pivots + n)) return false;
+    if (!factor_dense(n, z->spare, z->pivots, z->work, z->pivots + n)) return false;
     memset(T, 0, size * size * sizeof *T);
     for (size_t k = 0; k < size; ++k) T[k * (size + 1)] = 1.0;
     if (n > 0) dgetrs_("N", &n, &n, z->spare, &n, z->pivots, T, &n, &info, 1);
@@ -353,7 +353,7 @@ static void take_parts(reduction *z)
     l->shapes = numbers(z, l->nu, z->states);
 }
 
-static int no_memory(mbsr_error *error, int size)
+static int no_memory_to_reduce(mbsr_error *error, int size)
 {
     return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "mbsr_linear_create: no memory for %d equations", size);
@@ -385,7 +385,7 @@ static int solve_states(reduction *z, mbsr_error *error)
     const int m = z->m;
     double *cur = numbers(z, m, m), *range = numbers(z, m, m), *next = numbers(z, m, m),
            *T = numbers(z, m, m);
-    if (z->arena->failed) return no_memory(error, z->n);
+    if (z->arena->failed) return no_memory_to_reduce(error, z->n);
     l->info.kept = 1.0;
     if (!find_ranges(z, cur, range, next))
         return mbsri_fail(
@@ -399,7 +399,7 @@ static int solve_states(reduction *z, mbsr_error *error)
                           "stiffnesses lie between zero and the others",
                           l->info.kept, l->info.dropped);
     take_parts(z);
-    if (z->arena->failed) return no_memory(error, z->n);
+    if (z->arena->failed) return no_memory_to_reduce(error, z->n);
     if (!invert(z, cur, T, l->part[MBSR_LINEAR_AR]))
         return mbsri_fail(error, MBSR_UNDETERMINED, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: the reduced equations are singular");
@@ -410,7 +410,7 @@ static int solve_states(reduction *z, mbsr_error *error)
     for (int i = 0; i < l->outputs; ++i)
         lift(z, z->Y + i, l->outputs, z->states, next, l->part[MBSR_LINEAR_CR] + i, l->outputs);
     const bool smooth = reduce_inputs(z, T);
-    if (z->arena->failed) return no_memory(error, z->n);
+    if (z->arena->failed) return no_memory_to_reduce(error, z->n);
     if (!smooth)
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: an output depends on the rate of an input: the "
@@ -429,7 +429,7 @@ int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error)
             break;
         }
     }
-    if (!z.row || !open(&z)) return no_memory(error, z.n);
+    if (!z.row || !open(&z)) return no_memory_to_reduce(error, z.n);
     double shift = find_shift(&z, 1.0);
     for (int k = 0; k < 3 && shift > 0.0; ++k) {
         compress(&z);

@@ -67,7 +67,7 @@ static int assembly_gaps(const mbsri_closer *w, double *g)
     return status;
 }
 
-static int evaluate(const search *s, const double *q, double *g)
+static int evaluate_gaps(const search *s, const double *q, double *g)
 {
     const int status = mbsri_positions(s->w->m, s->w->d, s->t, q);
     return status ? status : assembly_gaps(s->w, g);
@@ -210,7 +210,7 @@ static double open_by(const search *s, const mbsri_closure *c)
 }
 
 /* The loops that are open, widest first in info, all in the text. */
-static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
+static int refuse_open_loops(const search *s, const mbsr_assembly_info *info, double limit)
 {
     const mbsr_model *m = s->w->m;
     const mbsri_closure *first = mbsri_all_closures(m);
@@ -234,11 +234,11 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
 }
 
 /* Gaps of q into info, and to s->open in the measure of closing.h; the tolerance that counts. */
-static int measure(search *s, const double *q, mbsr_assembly_info *info, double *limit)
+static int measure_gaps(search *s, const double *q, mbsr_assembly_info *info, double *limit)
 {
     const mbsri_closer *w = s->w;
     const mbsri_closure *c = mbsri_all_closures(w->m);
-    const int status = evaluate(s, q, w->g);
+    const int status = evaluate_gaps(s, q, w->g);
     if (status) return status;
     info->closure = MBSR_NONE;
     info->gap = mbsri_largest(w->m->position_rows, w->g);
@@ -264,22 +264,22 @@ static bool stopped(search *s, int iteration)
 static int search_closed(search *s, double *q, mbsr_assembly_info *info)
 {
     double limit;
-    int status = measure(s, q, info, &limit);
+    int status = measure_gaps(s, q, info, &limit);
     info->gap_before = info->gap;
     if (!status && info->closure != MBSR_NONE) status = look(s, q);
     while (!status && info->closure != MBSR_NONE) {
         bool better = false;
         const double accepted = 1e3 * limit;
         if (info->iterations >= s->opt->max_iterations || stopped(s, info->iterations))
-            return s->open < accepted ? MBSR_OK : refuse(s, info, limit);
+            return s->open < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
         status = step(s, q, &better);
         if (status) return status;
         ++info->iterations;
-        status = measure(s, q, info, &limit);
+        status = measure_gaps(s, q, info, &limit);
         if (status || info->closure == MBSR_NONE) break;
-        if (!better) return s->open < accepted ? MBSR_OK : refuse(s, info, limit);
+        if (!better) return s->open < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
         status = look(s, q);
-        if (!status && slope(s) <= 1e-6) return refuse(s, info, limit);
+        if (!status && slope(s) <= 1e-6) return refuse_open_loops(s, info, limit);
     }
     return status;
 }

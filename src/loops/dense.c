@@ -40,7 +40,7 @@ static int work_size(const mbsri_dense *w, int most)
     return svd > gelsy ? svd : gelsy;
 }
 
-static int no_memory(const mbsri_dense *w)
+static int no_memory_for_dense(const mbsri_dense *w)
 {
     return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "%s: no memory for matrices of %d joint rates and %d rows of closures",
@@ -48,7 +48,7 @@ static int no_memory(const mbsri_dense *w)
 }
 
 /* What so many arrays hold, one after the other, from `next` on; returns what is behind them. */
-static double *place(int count, double **const *array, const size_t *length, double *next)
+static double *place_arrays(int count, double **const *array, const size_t *length, double *next)
 {
     for (int k = 0; k < count; ++k) {
         *array[k] = next;
@@ -75,8 +75,8 @@ static int open_matrices(mbsri_dense *w)
     const size_t length[] = {n * n, rows * n, N * N, N * N, N * N, most * n, (size_t)lwork};
     const int count = (int)(sizeof length / sizeof length[0]);
     double *memory = mbsri_allocate(&w->m->allocator, sum_of(count, length) * sizeof(double));
-    if (!memory) return no_memory(w);
-    (void)place(count, array, length, memory);
+    if (!memory) return no_memory_for_dense(w);
+    (void)place_arrays(count, array, length, memory);
     w->lwork = lwork;
     return MBSR_OK;
 }
@@ -109,8 +109,8 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
     const int count = (int)(sizeof length / sizeof length[0]);
     w->memory = mbsri_allocate(&m->allocator, sum_of(count, length) * sizeof(double) +
                                                   (N + 1) * sizeof(int) + 4 * rows * sizeof(bool));
-    if (!w->memory) return no_memory(w);
-    w->factor.pivots = (int *)(void *)place(count, array, length, w->memory);
+    if (!w->memory) return no_memory_for_dense(w);
+    w->factor.pivots = (int *)(void *)place_arrays(count, array, length, w->memory);
     w->other = (bool *)(w->factor.pivots + N + 1);
     w->left_out = w->other + rows;
     w->beside = w->left_out + rows;
@@ -188,7 +188,7 @@ static void keep(mbsri_dense *w, const int *stays)
     }
 }
 
-static void fill(mbsri_dense *w, const bool *dropped)
+static void fill_rows(mbsri_dense *w, const bool *dropped)
 {
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows;
     mbsri_zero(N * N, w->factor.K);
@@ -281,7 +281,7 @@ int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays)
     if (status) return status;
     mbsri_mass_matrix(w->m, w->d, w->M);
     mbsri_clear_masses(w->m, w->d, w->M);
-    fill(w, dropped);
+    fill_rows(w, dropped);
     keep(w, stays);
     equilibrate(w);
     w->factor.nulls = w->factor.moving = 0;

@@ -79,7 +79,7 @@ static int find_right(forward *w, double t, const double *q, const double *u, co
 }
 
 /* The forces of loops join the others, and accelerations. */
-static int settle(forward *w)
+static int settle_forces(forward *w)
 {
     mbsr_data *d = w->d;
     for (int k = 0; k < w->m->rows; ++k) d->loop_lambda[k] = w->lambda[k] + w->springs[k];
@@ -120,7 +120,7 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
     for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
     clear_springs(w->m, w->rate);
     status = mbsri_refuse_left(w->m, w->d, w->rate, s->share, size, "acceleration", w->function);
-    return status ? status : settle(w);
+    return status ? status : settle_forces(w);
 }
 
 int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,

@@ -59,7 +59,7 @@ static void fill_order(mbsri_row_fronts *w)
     }
 }
 
-static int no_memory(const mbsr_model *m, mbsr_data *d, const char *function)
+static int no_memory_for_rows(const mbsr_model *m, mbsr_data *d, const char *function)
 {
     return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "%s: no memory for ranks of %d rows of closures", function, m->rows);
@@ -73,7 +73,7 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
         mbsri_allocate(&m->allocator, sizeof *w + numbers * sizeof(double) + rows * sizeof(int) +
                                           3 * rows * sizeof(bool));
     *fronts = w;
-    if (!w) return no_memory(m, d, function);
+    if (!w) return no_memory_for_rows(m, d, function);
     *w = (mbsri_row_fronts){
         .m = m, .d = d, .function = function, .span = span, .metric = (double *)(void *)(w + 1)};
     w->g = w->metric + nu;
@@ -270,7 +270,7 @@ static int find_idle(mbsri_row_fronts *w, bool *shared)
 {
     return mbsri_idle_rows(&w->system, w->careful ? NULL : w->order, w->more, shared)
                ? MBSR_OK
-               : no_memory(w->m, w->d, w->function);
+               : no_memory_for_rows(w->m, w->d, w->function);
 }
 
 /* The factors without the rows dropped, and what these are wrong about, where digits got lost:
@@ -296,7 +296,8 @@ static int mend(mbsri_row_fronts *w, const bool *without, bool *dropped, double 
     for (int k = 0; k < rows; ++k) dropped[k] = dropped[k] && !w->other[k];
     w->careful = w->careful || *changed;
     if (*changed) return MBSR_OK;
-    if (!mbsri_fronts_spread(&w->system, w->inverse)) return no_memory(w->m, w->d, w->function);
+    if (!mbsri_fronts_spread(&w->system, w->inverse))
+        return no_memory_for_rows(w->m, w->d, w->function);
     *changed = drop_next_to_others(w, dropped);
     return MBSR_OK;
 }

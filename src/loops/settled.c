@@ -104,7 +104,7 @@ bool mbsri_springs_let_go(mbsri_dense *w, bool apart)
 
 /* A and b: rows of springs, sqrt(k) (C, -g - lambda / k), of which those that are let go have
  * lambda = -k g; and rigid ones, 0 = C x, which weigh more. */
-static void fill(mbsri_dense *w, const double *g, const double *lambda)
+static void fill_springs(mbsri_dense *w, const double *g, const double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const size_t stride = (size_t)(w->position_rows + w->n), rows = (size_t)w->rows;
@@ -137,7 +137,7 @@ static int displacement(mbsri_dense *w, double t, const double *q, const double 
     if (!status) status = mbsri_dense_rows(w);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     if (status) return status;
-    fill(w, w->g, lambda);
+    fill_springs(w, w->g, lambda);
     if (mbsri_lapack_gelsy(w->position_rows + w->n, w->n, w->A, w->b, 1e-13, w->factor.pivots,
                            &rank, w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,

@@ -45,7 +45,7 @@ enum { RUNGS = sizeof ladder / sizeof ladder[0] };
 /* ---- creation ---- */
 
 /* Memory for all vectors in one block, and the dense matrices where there is no Newton solver. */
-static bool allocate(mbsr_completion *w)
+static bool allocate_vectors(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
     const size_t size = (size_t)w->size, nq = (size_t)m->nq, nu = (size_t)m->nu,
@@ -169,7 +169,7 @@ int mbsr_completion_create(const mbsr_model *model, const mbsr_newton_opt *opt,
                            .loops = loops,
                            .places = loops + model->rows};
     int status = make_matrices(w, opt, error);
-    if (!status && !allocate(w)) {
+    if (!status && !allocate_vectors(w)) {
         status = mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                             "%s: no memory for %d numbers", name, w->size);
     }
@@ -227,7 +227,7 @@ static int here(mbsr_completion *w)
 }
 
 /* w->y, w->yp as they were given, with the residual there. */
-static int begin(mbsr_completion *w)
+static int return_to_given(mbsr_completion *w)
 {
     const size_t size = (size_t)w->size, rows = (size_t)w->m->rows;
     mbsri_copy(size, w->given, w->y);
@@ -258,21 +258,21 @@ static bool continues(const mbsr_completion *w, double c, bool deficient)
 static int search(mbsr_completion *w, bool velocities)
 {
     mbsr_error first = {.status = MBSR_OK};
-    int status = begin(w);
+    int status = return_to_given(w);
     if (status) return status;
     const double time = mbsri_completion_time(w);
     const bool deficient = mbsr_total_rank(w->m, w->d) < w->m->nu;
     if (continues(w, ladder[0] / time, deficient)) {
         status = attempt(w, velocities);
         if (status <= 0) return status;
-        status = begin(w);
+        status = return_to_given(w);
     }
     w->deficient = deficient;
     for (int step = 0; step < RUNGS; ++step) {
         w->c = ladder[step] / time;
         w->elastic = false;
         mbsri_completion_forget(w);
-        if (step > 0) status = begin(w);
+        if (step > 0) status = return_to_given(w);
         if (!status && w->deficient) status = mbsri_completion_find_elastic(w);
         if (!status) status = attempt(w, velocities);
         if (status <= 0) return status;
@@ -285,7 +285,7 @@ static int search(mbsr_completion *w, bool velocities)
 
 /* ---- the calls ---- */
 
-static int refuse(mbsr_completion *w, int status)
+static int take_data_error(mbsr_completion *w, int status)
 {
     w->error = *mbsr_data_error(w->d);
     return status;
@@ -306,7 +306,7 @@ static int enter(mbsr_completion *w, mbsr_data *d, double t, bool arguments, con
     int status = mbsri_enter(w->m, d, true, MBSRI_STAGE_NONE, function);
     if (!status) status = mbsri_check_input(d, 1, &t, function, "t");
     mbsri_zero((size_t)w->m->nu, w->tau);
-    return status ? refuse(w, status) : MBSR_OK;
+    return status ? take_data_error(w, status) : MBSR_OK;
 }
 
 /* The data is at the accelerations found; the stages run when somebody asks. */
@@ -355,12 +355,12 @@ static int complete_form(mbsr_completion *w, const mbsri_dae_form *form, double 
     mbsr_data *d = w->d;
     int status = mbsri_unpack(form, m, d, w->t, y, w->q, w->u);
     if (!status) status = mbsri_pack(&mbsri_form_momentum, m, d, w->t, w->q, w->u, w->given);
-    if (status) return refuse(w, status);
+    if (status) return take_data_error(w, status);
     status = search(w, true);
     if (status) return status;
     status = mbsri_pack_motion(form, m, d, w->t, w->y, w->y + w->rates, w->rate + w->rates,
                                w->ahead, w->ahead_rate);
-    if (status) return refuse(w, status);
+    if (status) return take_data_error(w, status);
     mbsri_copy((size_t)form->size(m), w->ahead, y);
     mbsri_copy((size_t)form->size(m), w->ahead_rate, yp);
     return MBSR_OK;
@@ -373,13 +373,13 @@ static int complete_momentum(mbsr_completion *w, double *y, double *yp)
     mbsri_copy(rows, yp + w->loops, w->given + size);
     int status = mbsri_check_input(w->d, size + rows, w->given, "mbsr_completion_solve", "y");
     if (!status) status = mbsri_normalise(w->m, w->d, w->given);
-    if (status) return refuse(w, status);
+    if (status) return take_data_error(w, status);
     status = search(w, true);
     if (status) return status;
     mbsri_copy((size_t)w->loops, w->rate, w->ahead_rate);
     mbsri_copy(size - (size_t)w->loops, w->yp + w->loops, w->ahead_rate + w->loops);
     status = mbsri_check_result(w->m, w->d, size, w->ahead_rate, "mbsr_completion_solve");
-    if (status) return refuse(w, status);
+    if (status) return take_data_error(w, status);
     mbsri_copy(size, w->y, y);
     mbsri_copy(size, w->ahead_rate, yp);
     return MBSR_OK;
@@ -413,7 +413,7 @@ int mbsr_completion_solve(mbsr_completion *completion, mbsr_data *data, mbsr_dae
 static int find_dynamics(mbsr_completion *w)
 {
     enum { PASSES = 2 };
-    int status = begin(w);
+    int status = return_to_given(w);
     w->deficient = mbsr_total_rank(w->m, w->d) < w->m->nu;
     w->c = ladder[0] / mbsri_completion_time(w);
     if (!status) status = mbsri_completion_forward(w);
@@ -441,7 +441,7 @@ int mbsr_completion_dynamics(mbsr_completion *completion, mbsr_data *data, doubl
     if (tau && !status) mbsri_copy((size_t)m->nu, tau, w->tau);
     if (!status) status = mbsri_pack(&mbsri_form_momentum, m, data, t, q, u, w->given);
     mbsri_zero((size_t)m->rows, w->given + w->size);
-    if (status) return refuse(w, status);
+    if (status) return take_data_error(w, status);
     status = m->rows > 0 ? find_dynamics(w) : search(w, false);
     if (!status) {
         mbsri_copy((size_t)m->nu, w->rate + w->rates, udot);
@@ -498,7 +498,7 @@ int mbsr_completion_relax(mbsr_completion *completion, mbsr_data *data, double t
     const size_t size = (size_t)w->size;
     status = mbsri_check_input(data, size, y, name, "y");
     if (!status) status = mbsri_check_input(data, size, yp, name, "yp");
-    if (status) return refuse(w, status);
+    if (status) return take_data_error(w, status);
     mbsri_copy(size, y, w->y);
     mbsri_copy(size, yp, w->yp);
     status = relax(w, rate);

@@ -268,7 +268,7 @@ int mbsri_completion_drift(mbsr_completion *w, double *change)
     return status;
 }
 
-int mbsri_completion_bend(mbsr_completion *w)
+int mbsri_completion_accelerate(mbsr_completion *w)
 {
     enum { MOST = 6 };
     static const double enough = 1e-9; /* a correction of that size leaves far less */

@@ -34,6 +34,6 @@ int mbsri_completion_find_growth(mbsr_completion *w);
 int mbsri_completion_drift(mbsr_completion *w, double *change);
 
 /* Their accelerations: w->rate changes until d^2F_u/dt^2 = 0. */
-int mbsri_completion_bend(mbsr_completion *w);
+int mbsri_completion_accelerate(mbsr_completion *w);
 
 #endif

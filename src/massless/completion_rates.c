@@ -337,5 +337,5 @@ int mbsri_completion_rates(mbsr_completion *w, bool exactly)
     status = MBSR_OK;
     for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
         status = solve_farther(w, exactly, &loaded);
-    return !status && w->elastic ? mbsri_completion_bend(w) : status;
+    return !status && w->elastic ? mbsri_completion_accelerate(w) : status;
 }

@@ -23,7 +23,7 @@ typedef struct corrections {
 
 /* Sizes of those in w->x; `forces`: whether loop forces are taken off. Where all has mass these
  * follow from accelerations. */
-static corrections measure(const mbsr_completion *w, double c, bool forces)
+static corrections measure_corrections(const mbsr_completion *w, double c, bool forces)
 {
     const mbsr_model *m = w->m;
     const double speed = 1e-3 * w->least_rate + mbsri_completion_speed(w, w->y + w->rates);
@@ -116,7 +116,7 @@ static bool stands(const mbsr_completion *w, corrections now, corrections last, 
            now.force >= 0.5 * last.force;
 }
 
-static int settle(mbsr_completion *w)
+static int settle_velocities(mbsr_completion *w)
 {
     enum { MOST = 30 };
     static const double old = 0.03;
@@ -136,7 +136,7 @@ static int settle(mbsr_completion *w)
         if (status) return status;
         /* the first corrections of closed models are impulses, not forces */
         const bool forces = closed && (w->elastic || !w->deficient || step > 0);
-        const corrections now = measure(w, c, forces);
+        const corrections now = measure_corrections(w, c, forces);
         if (step > 0 && (nothing_left(now) || stands(w, now, last, again))) return MBSR_OK;
         if (take_off_linearly(w, c, now, last)) return MBSR_OK;
         status = take_off(w, c, forces);
@@ -153,7 +153,7 @@ int mbsri_completion_velocities(mbsr_completion *w)
 {
     enum { PASSES = 6 };
     static const double enough = 1e-12;
-    int status = settle(w);
+    int status = settle_velocities(w);
     double last = INFINITY;
     mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
     for (int pass = 0; pass < PASSES && w->elastic && !status; ++pass) {
@@ -161,7 +161,7 @@ int mbsri_completion_velocities(mbsr_completion *w)
         status = mbsri_completion_drift(w, &change);
         if (change <= enough * mbsri_completion_speed(w, w->y + w->rates)) break;
         if (!status) status = mbsri_completion_residual(w, w->t, w->y, w->yp);
-        if (!status) status = settle(w);
+        if (!status) status = settle_velocities(w);
         if (!(change < 0.5 * last)) break;
         last = change;
     }

@@ -38,8 +38,8 @@ mbsr_consistent_opt mbsr_default_consistent_opt(void)
 
 /* ---- what is asked ---- */
 
-static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
-                 const mbsr_consistent_opt *opt)
+static int check_call(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
+                      const mbsr_consistent_opt *opt)
 {
     if (m->rows > 0 && mbsri_find_form(form) && form != MBSR_DAE_MOMENTUM) {
         return mbsri_fail(&d->error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
@@ -89,7 +89,7 @@ typedef struct start {
     void *memory;
 } start;
 
-static int allocate(start *s)
+static int allocate_start(start *s)
 {
     const mbsr_model *m = s->m;
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->form->size(m),
@@ -289,7 +289,7 @@ static int push(start *s)
 }
 
 /* The last digits of rates that are kept, where they stand in y themselves. */
-static void settle(start *s)
+static void settle_digits(start *s)
 {
     const int momenta = s->number == MBSR_DAE_MOMENTUM ? s->m->nu : 0;
     for (int l = 0; l < s->count && s->number != MBSR_DAE_INDEX1; ++l)
@@ -327,7 +327,7 @@ static int keep_rates(start *s)
         now = find_missing(s);
     }
     if (now > good) return refuse_missing(s, now);
-    settle(s);
+    settle_digits(s);
     return MBSR_OK;
 }
 
@@ -398,7 +398,7 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
     mbsr_consistent_info found = {.position_changed = MBSR_NONE, .velocity_changed = MBSR_NONE};
     if (!opt) opt = &standard;
     int status = mbsri_enter(model, data, y && yp, MBSRI_STAGE_NONE, function);
-    if (!status) status = check(model, data, form, opt);
+    if (!status) status = check_call(model, data, form, opt);
     if (status) return status;
     start s = {.m = model,
                .d = data,
@@ -407,7 +407,7 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
                .t = t,
                .opt = opt,
                .info = &found};
-    status = allocate(&s);
+    status = allocate_start(&s);
     if (status) return status;
     const bool watching = data->watch.active;
     data->watch.active = false; /* a new start may have other ranks */

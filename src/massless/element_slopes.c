@@ -200,7 +200,8 @@ static int find_touched(const mbsri_null_space *w, int l)
 }
 
 /* Positions and velocities of the bodies touched, at q + step rate. */
-static int place(mbsri_null_space *w, int count, const double *q, const double *rate, double step)
+static int place_bodies(mbsri_null_space *w, int count, const double *q, const double *rate,
+                        double step)
 {
     int status = MBSR_OK;
     for (int n = 0; n < count && !status; ++n) {
@@ -227,14 +228,14 @@ static int velocity_change(mbsri_null_space *w, const double *q, int l)
     const int count = find_touched(w, l);
     int status = MBSR_OK;
     for (int k = 0; k < 4 && !status; ++k) {
-        status = place(w, count, q, rate, mbsri_difference_place(k) * h);
+        status = place_bodies(w, count, q, rate, mbsri_difference_place(k) * h);
         for (int n = 0; n < count; ++n) {
             const mbsri_body *b = m->body + w->element.touched[n];
             for (size_t c = b->v; c < b->v + (size_t)b->d; ++c)
                 change[c] += mbsri_difference_weight(k) / (12.0 * h) * d->V[c];
         }
     }
-    if (!status) status = place(w, count, q, rate, 0.0);
+    if (!status) status = place_bodies(w, count, q, rate, 0.0);
     for (int i = w->sums.head[l], n = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double *own = change + b->v;

@@ -130,7 +130,8 @@ void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list
 }
 
 /* Evaluates all stages at q and u. */
-static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u)
+static int evaluate_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                           const double *u)
 {
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, u);
@@ -203,8 +204,8 @@ static bool is_rounding(const mbsr_model *m, const double *u, const double *du)
 /* The share at the state q, u with the data at its forces; where some is left, Newton's step (dq,
  * du; `asked`: in any case) says whether it is more than what rounding of q and u makes of forces
  * that are next to none. */
-static int measure(const mbsr_model *m, mbsr_data *d, double t, const double *q, bool asked,
-                   double *share, int *body, double *dq, double *du)
+static int measure_balance(const mbsr_model *m, mbsr_data *d, double t, const double *q, bool asked,
+                           double *share, int *body, double *dq, double *du)
 {
     static const double some = 1e-9;
     const double *u = q + m->nq;
@@ -240,8 +241,9 @@ int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form f
         return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %zu coordinates", name, count);
     status = mbsri_unpack(found, model, data, t, y, q, q + nq);
-    if (!status) status = evaluate(model, data, t, q, q + nq);
-    if (!status) status = measure(model, data, t, q, dq && du, share, body, step, step + nq);
+    if (!status) status = evaluate_stages(model, data, t, q, q + nq);
+    if (!status)
+        status = measure_balance(model, data, t, q, dq && du, share, body, step, step + nq);
     if (!status && dq && du) {
         mbsri_copy(nq, step, dq);
         mbsri_copy(nu, step + nq, du);

@@ -113,7 +113,7 @@ static double *column(const push *p, double *matrix, int l)
 /* ---- the inertia of the mechanism ---- */
 
 /* K at the positions of the state, factored. */
-static int factor(push *p)
+static int factor_push(push *p)
 {
     const mbsr_model *m = p->m;
     const mbsri_closure *c = m->closures.data;
@@ -278,14 +278,14 @@ static int pass_massless(push *p)
 static int find_changes(push *p)
 {
     const mbsr_model *m = p->m;
-    int status = factor(p);
+    int status = factor_push(p);
     for (int l = 0; l < p->k->count; ++l) {
         mbsri_zero((size_t)m->nu, column(p, p->X, l));
         column(p, p->X, l)[p->k->rate[l]] = 1.0;
     }
     if (!status && p->massless) {
         status = pass_massless(p);
-        if (!status) status = factor(p);
+        if (!status) status = factor_push(p);
     }
     if (status) return status;
     for (int l = 0; l < p->k->count; ++l) {
@@ -355,7 +355,7 @@ static int holding_row(push *p, const double *left)
     return row;
 }
 
-static int refuse(push *p, int worst, const double *left)
+static int refuse_rate(push *p, int worst, const double *left)
 {
     const mbsr_model *m = p->m;
     char label[MBSRI_LABEL], loop[MBSRI_LABEL];
@@ -418,7 +418,7 @@ static int run(push *p, double *tried)
     if (status) return status;
     add_sizes(p);
     const int worst = worst_left(p, p->work);
-    if (worst >= 0) return refuse(p, worst, p->work);
+    if (worst >= 0) return refuse_rate(p, worst, p->work);
     for (int l = 0; l < p->k->count; ++l)
         mbsri_ax(p->m->nu, 1, p->pi[l], column(p, p->X, l), &(double){1.0}, tried);
     return MBSR_OK;

@@ -33,7 +33,7 @@ typedef struct start {
     double *memory;
 } start;
 
-static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
+static int allocate_loops(start *s, const mbsr_model *m, mbsr_data *d)
 {
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, rows = (size_t)m->rows,
                  size = (size_t)s->form->size(m), bodies = (size_t)m->bodies + 1,
@@ -330,7 +330,7 @@ int mbsri_loops_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, dou
 {
     start s = {.w = {.m = m, .d = d}, .form = mbsri_find_form(form), .t = t};
     *info = (mbsr_consistent_info){0};
-    int status = allocate(&s, m, d);
+    int status = allocate_loops(&s, m, d);
     if (status) return status;
     status = find(&s, y, opt, info);
     if (!status) status = deliver(&s, y, yp);

@@ -39,7 +39,7 @@ size_t mbsri_null_lift_room(const mbsr_model *m)
     return 2 * d + 3 * n + MBSRI_GROUP_MOST * (d + d * d);
 }
 
-static work place(const mbsr_model *m, mbsr_data *d, double *room)
+static work place_work(const mbsr_model *m, mbsr_data *d, double *room)
 {
     const size_t dim = (size_t)m->most.d, n = (size_t)m->most.n;
     work k = {.m = m, .d = d, .x = room};
@@ -179,7 +179,7 @@ static void find_velocity(const work *k, const mbsri_group *g, int l, bool below
 void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *z, const double *size,
                      const mbsri_lifted *out, double *room)
 {
-    const work k = place(m, d, room);
+    const work k = place_work(m, d, room);
     double largest = 0.0;
     mbsri_zero((size_t)m->nu, out->a);
     mbsri_zero((size_t)m->nu, out->a_error);

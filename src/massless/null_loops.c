@@ -201,7 +201,7 @@ void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
 /* ---- which directions rigid rows hold ---- */
 
 /* C N of rigid rows (rows x k) and its errors, into the reduction, N of size 1: sizes (k). */
-static void fill(mbsri_null_space *w, double lever, double *sizes)
+static void fill_reduction(mbsri_null_space *w, double lever, double *sizes)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int rows = w->m->rows;
@@ -270,7 +270,7 @@ static void restrict_slopes(int k, int count, const double *T, const double *dT,
     }
 }
 
-static int no_memory(mbsri_null_space *w)
+static int no_memory_for_null_space(mbsri_null_space *w)
 {
     return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "%s: no memory for what %d rows of closures hold of %d null directions",
@@ -291,11 +291,11 @@ int mbsri_null_leave_held(mbsri_null_space *w)
     w->element.seen_room.count = 0;
     if (!mbsri_reserve(&m->allocator, &w->element.seen_room, reduced + 2 * k * k + wide,
                        sizeof(double)))
-        return no_memory(w);
+        return no_memory_for_null_space(w);
     double *T = (double *)w->element.seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k,
            *sizes = w->sums.gamma;
     mbsri_reduction_place(&w->element.seen, m->rows, w->k, w->element.seen_room.data);
-    fill(w, lever_of(w), sizes);
+    fill_reduction(w, lever_of(w), sizes);
     mbsri_reduce(&w->element.seen, m->rows, w->k, w->k, LEAST, NULL);
     const int count = w->k - w->element.seen.rank;
     for (size_t l = 0; l < (size_t)count; ++l) {
@@ -325,7 +325,7 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
     if (!mbsri_reserve(&w->m->allocator, &w->element.rows, 1, sizeof(mbsri_row)) ||
         !mbsri_reserve(&w->m->allocator, &w->element.entries, (size_t)w->k,
                        sizeof(mbsri_row_entry)))
-        return no_memory(w);
+        return no_memory_for_null_space(w);
     mbsri_row_entry *entry = (mbsri_row_entry *)w->element.entries.data + entries;
     for (int l = 0; l < w->k; ++l) {
         double doubt;

@@ -75,8 +75,8 @@ static int difference(mbsri_null_space *w, double t, const double *q, const doub
 /* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`:
  * that with the smallest error, or zero. A slope at longer steps that contradicts the one found at
  * shorter ones belongs to another branch of the law, such as a stop not reached. */
-static double choose(const mbsri_null_space *w, int l, int decades, double share, double least,
-                     double *error)
+static double choose_slope(const mbsri_null_space *w, int l, int decades, double share,
+                           double least, double *error)
 {
     double best = INFINITY, slope = 0.0, before = 0.0;
     bool constant = true;
@@ -174,8 +174,8 @@ static int find_columns(mbsri_null_space *w, double t, const double *q, const do
         for (int r = 0; r < k; ++r) {
             const size_t at = (size_t)l * (size_t)k + (size_t)r;
             if (!w->difference.affects[at]) continue;
-            A[at] = choose(w, r, found, pow(10.0, decades.low), least_slope(w, velocity, r),
-                           error + at) /
+            A[at] = choose_slope(w, r, found, pow(10.0, decades.low), least_slope(w, velocity, r),
+                                 error + at) /
                     unit;
             error[at] /= unit;
         }
@@ -192,8 +192,8 @@ static int drop_rows(mbsri_null_space *w, double t, const double *q, const doubl
     const int status = search(w, t, q, u, false, decades, ALL, &found);
     if (status) return status;
     for (int r = 0; r < k; ++r) {
-        const bool zero = choose(w, r, found, pow(10.0, decades.low), least_slope(w, false, r),
-                                 w->difference.ahead + r) == 0.0;
+        const bool zero = choose_slope(w, r, found, pow(10.0, decades.low),
+                                       least_slope(w, false, r), w->difference.ahead + r) == 0.0;
         if (!zero) w->difference.ahead[r] = INFINITY;
     }
     for (int l = 0; l < k; ++l) {

@@ -48,7 +48,8 @@ static int take_loop_forces(mbsri_null_space *w)
 }
 
 /* exactly: null vectors are as exact as what they are told from; forces along them need less. */
-static int evaluate(mbsri_null_space *w, double t, const double *q, const double *u, bool exactly)
+static int evaluate_motion(mbsri_null_space *w, double t, const double *q, const double *u,
+                           bool exactly)
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
@@ -177,7 +178,7 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
                     const double *q, const double *u, const char *function)
 {
     *w = (mbsri_null_space){.m = m, .d = d, .function = function};
-    const int status = evaluate(w, t, q, u, true);
+    const int status = evaluate_motion(w, t, q, u, true);
     if (status) return status;
     w->k = m->nu - d->total_rank;
     const int refused = take_memory(w);
@@ -278,7 +279,7 @@ static void clear_rates(mbsri_null_space *w)
 
 int mbsri_null_lift_again(mbsri_null_space *w, double t, const double *q, const double *u)
 {
-    int status = evaluate(w, t, q, u, true);
+    int status = evaluate_motion(w, t, q, u, true);
     for (int l = 0; l < w->k && !status; ++l) {
         const double *weight = w->sums.weights + (size_t)l * (size_t)w->k;
         clear_rates(w);
@@ -294,7 +295,7 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    int status = evaluate(w, t, q, u, true);
+    int status = evaluate_motion(w, t, q, u, true);
     if (!status) status = check_number(w);
     if (status) return status;
     int column = 0;
@@ -334,7 +335,7 @@ void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x)
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u, double *gamma)
 {
     const mbsr_model *m = w->m;
-    int status = evaluate(w, t, q, u, false);
+    int status = evaluate_motion(w, t, q, u, false);
     if (!status) status = check_number(w);
     if (status) return status;
     for (int l = 0; l < w->k; ++l) {

@@ -31,7 +31,7 @@
 #include <math.h>
 
 /* Takes memory for everything but the null space; the doubles first. */
-static int allocate(mbsri_report *r)
+static int allocate_report(mbsri_report *r)
 {
     const mbsr_model *m = r->w.m;
     const size_t k = (size_t)r->w.k;
@@ -121,7 +121,7 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
 }
 
 /* Names the joint with the largest rate of the first direction that is not determined. */
-static int refuse(mbsri_report *r)
+static int refuse_undetermined(mbsri_report *r)
 {
     const mbsri_null_space *w = &r->w;
     int l = 0, largest = 0;
@@ -149,14 +149,14 @@ int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double 
     *verdict = (mbsri_verdict){.made = false};
     int status = mbsri_null_open(&r.w, m, d, t, q, u, function);
     if (!status) {
-        status = allocate(&r);
+        status = allocate_report(&r);
         if (!status) status = analyse(&r, t, q, u, &result);
         if (!status)
             *verdict = (mbsri_verdict){r.w.k, result.elastic, true, mbsri_nothing_acts(&r.w)};
         const bool changes = status == MBSR_RANK_CHANGED && m->rows == 0;
         if (status >= 0 && !changes) d->error = before;
         if (!status && result.undetermined > 0)
-            status = refuse(&r);
+            status = refuse_undetermined(&r);
         else if (status >= 0 && !changes)
             status = MBSR_OK;
         mbsri_release(&m->allocator, r.memory);
@@ -178,7 +178,7 @@ int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
     data->watch.active = false;
     status = mbsri_null_open(&r.w, model, data, t, q, u, "mbsr_index_report_create");
     if (!status) {
-        status = allocate(&r);
+        status = allocate_report(&r);
         if (!status) status = analyse(&r, t, q, u, &result);
         if (!status) status = mbsri_report_write(&r, result, report);
         mbsri_release(&model->allocator, r.memory);

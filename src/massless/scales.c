@@ -77,8 +77,8 @@ static double largest_of(int n, const double *x, const mbsr_coordinate_kind *kin
     return largest;
 }
 
-static void fill(int n, const mbsr_coordinate_kind *kind, double rotation, double translation,
-                 double *scale)
+static void fill_scales(int n, const mbsr_coordinate_kind *kind, double rotation,
+                        double translation, double *scale)
 {
     for (int k = 0; k < n; ++k) {
         const mbsr_coordinate_kind now = k < MOST_KINDS ? kind[k] : MBSR_COORDINATE_OTHER;
@@ -126,8 +126,8 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
-        fill(b->nq, kq, 1.0, w->size, w->scale.q + b->q);
-        fill(b->n, ku, 1.0, w->size, w->scale.span + b->u);
+        fill_scales(b->nq, kq, 1.0, w->size, w->scale.q + b->q);
+        fill_scales(b->n, ku, 1.0, w->size, w->scale.span + b->u);
         if (!b->flexible.modal) continue;
         fill_modes(w, b, w->scale.q + b->q);
         fill_modes(w, b, w->scale.span + b->u);
@@ -144,7 +144,7 @@ void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
-        fill(b->n, ku, turning, moving, w->scale.u + b->u);
+        fill_scales(b->n, ku, turning, moving, w->scale.u + b->u);
         for (int c = b->u; c < b->u + b->n && b->flexible.modal; ++c)
             w->scale.u[c] = turning * w->scale.span[c];
     }

@@ -87,7 +87,7 @@ static void start_mixing(mbsri_null_space *w)
 }
 
 /* Leaves large rates to one vector each. */
-static void choose(mbsri_null_space *w)
+static void choose_vectors(mbsri_null_space *w)
 {
     const int k = w->k, nu = w->m->nu;
     int *taken = w->element.moving, place = 0;
@@ -119,7 +119,7 @@ static void choose(mbsri_null_space *w)
 int mbsri_null_shorten(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const size_t nu = (size_t)w->m->nu, nq = (size_t)w->m->nq, k = (size_t)w->k;
-    choose(w);
+    choose_vectors(w);
     int status = w->sums.on ? mbsri_null_lift_again(w, t, q, u) : MBSR_OK;
     for (size_t l = 0; l < k && w->sums.on && !status; ++l)
         status = mbsri_null_rate_here(w, w->direction + l * nu, w->element.q_rate + l * nq);

@@ -47,7 +47,7 @@ enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 4 };
 
 /* ---- from a guess to a state ---- */
 
-static int begin(mbsri_start *s)
+static int begin_start(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     int status = mbsri_pack(&mbsri_form_momentum, w->m, w->d, w->t, s->q_given, s->u_given, w->y);
@@ -83,7 +83,7 @@ static int settle_dampers(mbsri_start *s)
     int status = mbsri_start_momenta(s);
     if (!status) status = mbsri_start_velocities(s, false);
     if (status <= 0) return status;
-    return begin(s);
+    return begin_start(s);
 }
 
 /* Velocities at the positions found. Impulses of loops are told from loop forces, where these are
@@ -224,7 +224,7 @@ static int compare_push(mbsri_start *s, const double *push, double step, bool *c
 
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but
  * rounding determines a direction they do not, over ways of any length. */
-static int check(mbsri_start *s, bool *clear)
+static int check_clear(mbsri_start *s, bool *clear)
 {
     static const double way[] = {1e-4, 1e-5, 1e-6};
     mbsr_completion *w = s->w;
@@ -269,7 +269,7 @@ static int compare_ranks(mbsri_start *s, bool *clear)
 
 /* No balance found, of positions or of velocities: names the joint at which the largest force is
  * left. */
-static int refuse(mbsri_start *s, const char *what)
+static int refuse_imbalance(mbsri_start *s, const char *what)
 {
     mbsr_completion *w = s->w;
     char label[MBSRI_LABEL];
@@ -290,7 +290,7 @@ static int survey(mbsri_start *s)
     mbsr_completion *w = s->w;
     s->from = MBSRI_FROM_GIVEN;
     s->sought = "velocity";
-    int status = begin(s);
+    int status = begin_start(s);
     if (status) return status;
     const int rank = mbsr_total_rank(w->m, w->d);
     w->deficient = rank < w->m->nu;
@@ -316,7 +316,7 @@ static int climb(mbsri_start *s, int rungs, climbed *all)
         w->elastic = false;
         s->longest = s->widest = rung < CAREFUL ? 0.5 : 0.1;
         mbsri_completion_forget(w);
-        status = begin(s);
+        status = begin_start(s);
         if (!status && w->deficient) status = mbsri_completion_find_growth(w);
         if (!status) status = balance(s);
         if (!status) status = stays_as_it_is(s);
@@ -374,11 +374,11 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     if (status) return status;
     status = climb_from_all(s, &all, &first, &sought);
     if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
-    if (!status && w->deficient) status = check(s, clear);
+    if (!status && w->deficient) status = check_clear(s, clear);
     if (!status && *clear) status = compare_ranks(s, clear);
     *clear = *clear && all.regular;
     if (status <= 0) return status;
-    if (!all.singular && !all.dependent) return refuse(s, sought);
+    if (!all.singular && !all.dependent) return refuse_imbalance(s, sought);
     w->error = first; /* nothing was sought */
     if (!all.dependent) w->error.status = MBSR_UNDETERMINED;
     return w->error.status;

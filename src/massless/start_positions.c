@@ -24,7 +24,7 @@ typedef struct defects {
     double force, gap;
 } defects;
 
-static defects measure(const mbsri_start *s)
+static defects measure_defects(const mbsri_start *s)
 {
     const mbsr_completion *w = s->w;
     double force = 0.0;
@@ -39,7 +39,7 @@ static int aim(mbsri_start *s, bool fresh, defects *left)
     int status = mbsri_start_evaluate(s, true);
     if (!status && fresh) status = mbsri_start_factor(s);
     mbsri_start_rows(s, true, false, true);
-    *left = measure(s);
+    *left = measure_defects(s);
     return status ? status : mbsri_start_solve(s, NULL);
 }
 

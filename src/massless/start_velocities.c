@@ -90,7 +90,7 @@ static void note(mbsri_start *s)
     mbsri_copy(rows, w->other + w->loops, s->load_step);
 }
 
-static void take(mbsri_start *s, double share)
+static void take_share(mbsri_start *s, double share)
 {
     mbsr_completion *w = s->w;
     for (int k = w->rates; k < w->loops; ++k) w->y[k] = s->before[k] - share * s->step[k];
@@ -111,11 +111,11 @@ static int advance(mbsri_start *s, double change, double size, int *leaps, doubl
     bool found = change <= small;
     int status = MBSR_OK;
     *share = 1.0;
-    take(s, 1.0);
+    take_share(s, 1.0);
     if (found) return MBSR_OK;
     for (int tries = 0; tries < HALVINGS && !found; ++tries) {
         if (tries > 0) *share *= 0.5;
-        take(s, *share);
+        take_share(s, *share);
         status = aim(s, false);
         if (status < 0) return status;
         found = !status && mbsri_completion_speed(w, w->x + w->rates) / size <=
@@ -123,7 +123,7 @@ static int advance(mbsri_start *s, double change, double size, int *leaps, doubl
     }
     if (w->elastic && (!found || *share < short_way) && ++*leaps <= LEAPS) {
         *share = 1.0;
-        take(s, 1.0);
+        take_share(s, 1.0);
         return MBSR_OK;
     }
     if (!found) *share = 0.0;
@@ -149,7 +149,7 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
         status = advance(s, change, size, &leaps, &share);
         if (status) return status;
         if (share == 0.0 && change <= rounding && mbsri_start_balances(s)) {
-            take(s, 0.0);
+            take_share(s, 0.0);
             return MBSR_OK;
         }
         if (share == 0.0 || (share < 0.01 && change < 1e-3)) break;

@@ -102,14 +102,14 @@ int mbsr_model_find_body(const mbsr_model *model, const char *name)
     return MBSR_NONE;
 }
 
-void mbsri_gather(const mbsr_model *m, const double *caller, double *swept)
+void mbsri_gather(const mbsr_model *m, const double *caller, double *in_order)
 {
-    for (int k = 0; k < m->nu; ++k) swept[k] = caller[m->order.u_of[k]];
+    for (int k = 0; k < m->nu; ++k) in_order[k] = caller[m->order.u_of[k]];
 }
 
-void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller)
+void mbsri_scatter(const mbsr_model *m, const double *in_order, double *caller)
 {
-    for (int k = 0; k < m->nu; ++k) caller[m->order.u_of[k]] = swept[k];
+    for (int k = 0; k < m->nu; ++k) caller[m->order.u_of[k]] = in_order[k];
 }
 
 int mbsri_body_of_rate(const mbsr_model *m, int rate)

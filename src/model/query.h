@@ -37,7 +37,7 @@ static inline size_t mbsri_other_forces(const mbsr_model *m)
 const char *mbsri_closure_label(const mbsr_model *m, int id, char *buffer);
 
 /* Vectors over all joint rates between the caller's order and that of the sweeps. */
-void mbsri_gather(const mbsr_model *m, const double *caller, double *swept);
-void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller);
+void mbsri_gather(const mbsr_model *m, const double *caller, double *in_order);
+void mbsri_scatter(const mbsr_model *m, const double *in_order, double *caller);
 
 #endif

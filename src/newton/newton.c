@@ -39,8 +39,8 @@ static int wrong(mbsr_error *error, int status, const char *text, int value)
                       value);
 }
 
-static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt *opt,
-                 mbsr_error *error)
+static int check_options(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt *opt,
+                         mbsr_error *error)
 {
     if (opt->cookie != MBSRI_COOKIE) {
         return mbsri_fail(error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
@@ -279,7 +279,7 @@ static bool needs_front(const mbsr_newton *w)
     return m->rows > 0 || w->correction.count > 0 || !m->tree.newton || m->tree.newton->blocks > 0;
 }
 
-static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
+static bool place_parts(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
     const size_t bodies = (size_t)m->bodies + 1, nodes = bodies * sizeof *w->node,
@@ -309,7 +309,7 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     return place_sweeps(w) && (!opt->products || place_products(w));
 }
 
-static int no_memory(const mbsr_model *m, mbsr_error *error)
+static int no_memory_for_newton(const mbsr_model *m, mbsr_error *error)
 {
     return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "mbsr_newton_create: no memory for %d bodies and %d closures", m->bodies,
@@ -326,7 +326,7 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
                           "mbsr_newton_create: %s is NULL", model ? "newton" : "model");
     }
-    const int status = check(model, form, opt, error);
+    const int status = check_options(model, form, opt, error);
     if (status) return status;
     mbsr_newton *w = mbsri_allocate(&model->allocator, sizeof *w);
     if (w) {
@@ -334,12 +334,12 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
                            .lean = opt->lean != 0,
                            .transposes = opt->transposes != 0,
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
-        if (!place(w, opt)) {
+        if (!place_parts(w, opt)) {
             mbsr_newton_destroy(w);
             w = NULL;
         }
     }
-    if (!w) return no_memory(model, error);
+    if (!w) return no_memory_for_newton(model, error);
     w->info.method = w->corrected                            ? MBSR_NEWTON_CORRECTED
                      : w->sweeps || w->correction.count == 0 ? MBSR_NEWTON_TREE
                                                              : MBSR_NEWTON_ELIMINATED;
@@ -367,7 +367,7 @@ void mbsr_newton_destroy(mbsr_newton *newton)
 
 /* ---- factoring and solving ---- */
 
-static int refuse(mbsr_newton *w, int status, const char *text)
+static int refuse_call(mbsr_newton *w, int status, const char *text)
 {
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
 }
@@ -385,8 +385,8 @@ static int factor_by_sweeps(mbsr_newton *w, mbsr_data *d, double t, const double
 }
 
 /* By the sweeps in vector code where they serve, else by the front. */
-static int factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
-                  double c)
+static int factor_newton(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
+                         double c)
 {
     w->info.rank = 0;
     const int status = factor_by_sweeps(w, d, t, y, yp, c);
@@ -411,14 +411,14 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     if (!w) return MBSR_ERR_NULL;
     w->factored = false;
     if (!data || !y || !yp)
-        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_factor: data, y or yp is NULL");
+        return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_factor: data, y or yp is NULL");
     if (!isfinite(c) || c == 0.0) {
         return mbsri_fail(&w->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_newton_factor: c is %g, must be finite and not zero", c);
     }
     const mbsr_model *m = w->model;
     int status = mbsri_enter(m, data, true, MBSRI_STAGE_NONE, "mbsr_newton_factor");
-    if (!status) status = factor(w, data, t, y, yp, c);
+    if (!status) status = factor_newton(w, data, t, y, yp, c);
     if (status) {
         const mbsr_error *error = mbsr_data_error(data);
         return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
@@ -432,12 +432,12 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
 {
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
-    if (!r || !delta) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_solve: r or delta is NULL");
+    if (!r || !delta) return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_solve: r or delta is NULL");
     if (!w->factored)
-        return refuse(w, MBSR_ERR_SEQUENCE, "mbsr_newton_solve: there is no factorisation");
+        return refuse_call(w, MBSR_ERR_SEQUENCE, "mbsr_newton_solve: there is no factorisation");
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, r))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: r is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_solve: r is not finite");
     if (size == 0) {
         ++w->info.solves; /* no coordinates, and no arrays of them */
         return MBSR_OK;
@@ -450,7 +450,7 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
         mbsri_newton_sweeps_solve(w->sweeps, r, NULL, w->solution, NULL);
     ++w->info.solves;
     if (!mbsri_finite(size, w->solution))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");
     mbsri_copy(size, w->solution, delta);
     return MBSR_OK;
 }
@@ -459,26 +459,28 @@ int mbsr_newton_solve_transposed(mbsr_newton *newton, const double *v, double *x
 {
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
-    if (!v || !x) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_solve_transposed: v or x is NULL");
+    if (!v || !x)
+        return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_solve_transposed: v or x is NULL");
     if (!w->transposes) {
-        return refuse(w, MBSR_ERR_SEQUENCE,
-                      "mbsr_newton_solve_transposed: the solver was created without `transposes`");
+        return refuse_call(
+            w, MBSR_ERR_SEQUENCE,
+            "mbsr_newton_solve_transposed: the solver was created without `transposes`");
     }
     if (!w->factored) {
-        return refuse(w, MBSR_ERR_SEQUENCE,
-                      "mbsr_newton_solve_transposed: there is no factorisation");
+        return refuse_call(w, MBSR_ERR_SEQUENCE,
+                           "mbsr_newton_solve_transposed: there is no factorisation");
     }
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, v))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve_transposed: v is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_solve_transposed: v is not finite");
     if (size > 0 && w->by_sweeps)
         mbsri_newton_sweeps_solve_transposed(w->sweeps, v, w->solution);
     else if (size > 0)
         mbsri_front_solve_transposed(w->front, v, w->solution);
     ++w->info.solves;
     if (!mbsri_finite(size, w->solution)) {
-        return refuse(w, MBSR_NOT_FINITE,
-                      "mbsr_newton_solve_transposed: the solution is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE,
+                           "mbsr_newton_solve_transposed: the solution is not finite");
     }
     mbsri_copy(size, w->solution, x);
     return MBSR_OK;
@@ -493,10 +495,10 @@ int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const 
     if (!w) return MBSR_ERR_NULL;
     w->linearised = false;
     if (!data || !y || !yp)
-        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_linearise: data, y or yp is NULL");
+        return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_linearise: data, y or yp is NULL");
     if (!w->linear) {
-        return refuse(w, MBSR_ERR_SEQUENCE,
-                      "mbsr_newton_linearise: the solver was created without `products`");
+        return refuse_call(w, MBSR_ERR_SEQUENCE,
+                           "mbsr_newton_linearise: the solver was created without `products`");
     }
     if (!isfinite(c)) {
         return mbsri_fail(&w->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
@@ -516,17 +518,18 @@ int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r)
 {
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
-    if (!delta || !r) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply: delta or r is NULL");
+    if (!delta || !r)
+        return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_multiply: delta or r is NULL");
     if (!w->linearised) {
-        return refuse(w, MBSR_ERR_SEQUENCE,
-                      "mbsr_newton_multiply: mbsr_newton_linearise has not run or has failed");
+        return refuse_call(w, MBSR_ERR_SEQUENCE,
+                           "mbsr_newton_multiply: mbsr_newton_linearise has not run or has failed");
     }
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, delta))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: delta is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: delta is not finite");
     mbsri_product(w->linear, delta, &w->vectors, w->solution);
     if (!mbsri_finite(size, w->solution))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: the product is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: the product is not finite");
     mbsri_copy(size, w->solution, r);
     return MBSR_OK;
 }
@@ -536,18 +539,19 @@ int mbsr_newton_multiply_torque(mbsr_newton *newton, const double *tau, double *
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
     if (!tau || !r)
-        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply_torque: tau or r is NULL");
+        return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_multiply_torque: tau or r is NULL");
     if (!w->linearised) {
-        return refuse(
+        return refuse_call(
             w, MBSR_ERR_SEQUENCE,
             "mbsr_newton_multiply_torque: mbsr_newton_linearise has not run or has failed");
     }
     if (!mbsri_finite((size_t)w->model->nu, tau))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_torque: tau is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_torque: tau is not finite");
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     mbsri_product_of_torque(w->linear, tau, &w->vectors, w->solution);
     if (!mbsri_finite(size, w->solution))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_torque: the product is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE,
+                           "mbsr_newton_multiply_torque: the product is not finite");
     mbsri_copy(size, w->solution, r);
     return MBSR_OK;
 }
@@ -557,19 +561,20 @@ int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
     if (!x || !v)
-        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply_transposed: x or v is NULL");
+        return refuse_call(w, MBSR_ERR_NULL, "mbsr_newton_multiply_transposed: x or v is NULL");
     if (!w->linearised) {
-        return refuse(w, MBSR_ERR_SEQUENCE,
-                      "mbsr_newton_multiply_transposed: mbsr_newton_linearise has not run or has "
-                      "failed");
+        return refuse_call(
+            w, MBSR_ERR_SEQUENCE,
+            "mbsr_newton_multiply_transposed: mbsr_newton_linearise has not run or has "
+            "failed");
     }
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, x))
-        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_transposed: x is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_transposed: x is not finite");
     mbsri_product_transposed(w->linear, x, &w->vectors, w->solution);
     if (!mbsri_finite(size, w->solution)) {
-        return refuse(w, MBSR_NOT_FINITE,
-                      "mbsr_newton_multiply_transposed: the product is not finite");
+        return refuse_call(w, MBSR_NOT_FINITE,
+                           "mbsr_newton_multiply_transposed: the product is not finite");
     }
     mbsri_copy(size, w->solution, v);
     return MBSR_OK;

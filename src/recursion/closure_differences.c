@@ -267,7 +267,7 @@ int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure
     return MBSR_OK;
 }
 
-/* What the bend is of, at a state with velocities. */
+/* What the tangent of accelerations is of, at a state with velocities. */
 static int accelerated(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                        const mbsri_closure_view *view, const double *a, double *C, double *out)
 {
@@ -304,9 +304,9 @@ static void hasten(const mbsri_closure *c, const mbsri_closure_view *view, const
 }
 
 /* Column `at` of both. */
-static int bend_along(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
-                      const mbsri_closure_view *view, const double *a, int at, double h,
-                      double rate, double *work, double *by_place, double *by_rate)
+static int accelerate_along(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                            const mbsri_closure_view *view, const double *a, int at, double h,
+                            double rate, double *work, double *by_place, double *by_rate)
 {
     double *x = work, *V = x + c->columns, *C = V + 2 * c->columns, out[MBSR_CLOSURE_ROWS];
     const size_t first = (size_t)at * (size_t)c->rows;
@@ -330,8 +330,9 @@ static int bend_along(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
     return status;
 }
 
-int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, const double *a,
-                       double *work, double *by_place, double *by_rate)
+int mbsri_closure_acceleration_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                                       const double *a, double *work, double *by_place,
+                                       double *by_rate)
 {
     const size_t columns = (size_t)c->columns, size = columns * (size_t)c->rows;
     const mbsri_spans spans = mbsri_spans_of(m, &c->def.table->scales);
@@ -352,8 +353,9 @@ int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c
                          unit = mbsri_binary(span),
                          h = table->jacobian && table->bias ? mbsri_difference_step(0.0, span)
                                                             : 0x1p-8 * unit;
-            const int status = bend_along(m, d, c, &view, a, c->column[k] + l, h,
-                                          mbsri_binary(span * speed), work, by_place, by_rate);
+            const int status =
+                accelerate_along(m, d, c, &view, a, c->column[k] + l, h, mbsri_binary(span * speed),
+                                 work, by_place, by_rate);
             if (status) return status;
         }
     }

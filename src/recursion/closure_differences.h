@@ -28,7 +28,8 @@ int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure
 /* Derivatives of the second time derivatives of the velocity rows, C a + (bias where accelerations
  * are zero), with the accelerations a (columns) held: along displacements and along V and u (rows x
  * columns each, zero along a root). At the velocities. work: columns (3 + rows). */
-int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, const double *a,
-                       double *work, double *by_place, double *by_rate);
+int mbsri_closure_acceleration_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                                       const double *a, double *work, double *by_place,
+                                       double *by_rate);
 
 #endif

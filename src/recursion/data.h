@@ -15,10 +15,10 @@
  * and without. */
 /* clang-format off */
 #define MBSRI_DATA_ARRAYS(EVERY, LEAN, FULL)                                                       \
-    EVERY(q, m->nq)           /* nq         joint positions, as swept             positions */     \
+    EVERY(q, m->nq)           /* nq         joint positions, sweeps' order       positions */     \
     LEAN(q_full, full)        /* joint.n    with those held, where some are       positions */     \
     LEAN(u_full, full)        /* joint.n                                         velocities */     \
-    EVERY(u, m->nu)           /* nu         joint velocities, as swept           velocities */     \
+    EVERY(u, m->nu)           /* nu         joint velocities, sweeps' order     velocities */     \
     LEAN(p, p)                /* np         pose (7)                              positions */     \
     LEAN(Kinv, k)             /* d x d      K^-1, where K is not the unit matrix  positions */     \
     LEAN(H, dp)               /* d x d_pred                                       positions */     \

@@ -131,7 +131,7 @@ static mbsri_small_formula formula_to(const mbsr_small_masses *s, double t)
 }
 
 /* The errors begin as zero: what `start` has estimated for the whole duration goes. */
-static void begin(mbsr_small_masses *s)
+static void zero_errors(mbsr_small_masses *s)
 {
     s->zeros.worst = (mbsri_small_worst){0.0, 0.0, s->start.t, 0};
     for (int k = 0; k < s->candidates; ++k) {
@@ -143,7 +143,7 @@ static void begin(mbsr_small_masses *s)
 
 int mbsri_small_follow(mbsr_small_masses *s, double t, const double *y, const double *yp)
 {
-    if (s->run.states == 1) begin(s);
+    if (s->run.states == 1) zero_errors(s);
     const mbsri_small_formula formula = formula_to(s, t);
     int status = mbsri_small_forces(s, t, y, yp);
     if (!status) status = mbsri_small_swings_follow(s, t, y);

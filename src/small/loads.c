@@ -84,8 +84,8 @@ static bool open_scratch(const mbsr_small_masses *s, int d, scratch *x)
 }
 
 /* force = dM A + dh - weight, or, with impulse, dM (A - B). */
-static int evaluate(mbsr_small_masses *s, mbsri_candidate *c, double t, const double *p,
-                    const double *V, const double *A, double *force, bool weighs)
+static int evaluate_loads(mbsr_small_masses *s, mbsri_candidate *c, double t, const double *p,
+                          const double *V, const double *A, double *force, bool weighs)
 {
     const int d = s->full.model->body[c->i].d;
     scratch x;
@@ -112,7 +112,7 @@ int mbsri_small_forces(mbsr_small_masses *s, double t, const double *y, const do
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
         const mbsri_body *b = m->body + c->i;
-        status = evaluate(s, c, t, d->p + b->p, d->V + b->v, d->A + b->v, c->force, true);
+        status = evaluate_loads(s, c, t, d->p + b->p, d->V + b->v, d->A + b->v, c->force, true);
         for (int l = 0; l < b->d; ++l)
             if (!isfinite(c->force[l])) status = MBSR_NOT_FINITE;
         if (status)
@@ -134,10 +134,10 @@ int mbsri_small_split(mbsr_small_masses *s, double t, const double *y, double h)
         const mbsri_body *b = m->body + c->i;
         const double *p = d->p + b->p, *V = d->V + b->v;
         double *A = s->work.load;
-        status = evaluate(s, c, t, p, V, d->A + b->v, c->mean, false);
+        status = evaluate_loads(s, c, t, p, V, d->A + b->v, c->mean, false);
         for (int l = 0; l < b->d; ++l) c->rest[l] = c->force[l] - c->mean[l];
         for (int l = 0; l < b->d && h > 0.0; ++l) A[l] = (V[l] - c->velocity[l]) / h;
-        if (!status && h > 0.0) status = evaluate(s, c, t, p, V, A, c->mean, false);
+        if (!status && h > 0.0) status = evaluate_loads(s, c, t, p, V, A, c->mean, false);
         mbsri_copy((size_t)b->d, V, c->velocity);
     }
     return mbsri_small_failed(s, status, mbsr_data_error(d));
@@ -162,7 +162,7 @@ int mbsri_small_impulses(mbsr_small_masses *s, double t, const double *y)
         const mbsri_body *b = m->body + c->i;
         double *jump = s->work.load;
         for (int l = 0; l < b->d; ++l) jump[l] = c->impulse[l] - d->V[b->v + (size_t)l];
-        status = evaluate(s, c, t, d->p + b->p, d->V + b->v, jump, c->impulse, false);
+        status = evaluate_loads(s, c, t, d->p + b->p, d->V + b->v, jump, c->impulse, false);
     }
     return mbsri_small_failed(s, status, mbsr_data_error(d));
 }

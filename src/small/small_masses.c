@@ -47,7 +47,7 @@ static int wrong(mbsr_error *error, const char *name, double value, const char *
                       "mbsr_small_masses_create: %s is %g, must be %s", name, value, must);
 }
 
-static int check(const mbsr_small_masses_opt *o, mbsr_error *error)
+static int check_options(const mbsr_small_masses_opt *o, mbsr_error *error)
 {
     const struct {
         const char *name;
@@ -85,7 +85,7 @@ typedef struct layout {
     size_t used;
 } layout;
 
-static double *take(layout *l, size_t count)
+static double *take_vector(layout *l, size_t count)
 {
     double *place = l->at ? l->at + l->used : NULL;
     l->used += count;
@@ -95,60 +95,60 @@ static double *take(layout *l, size_t count)
 static void place_load(layout *l, mbsri_small_load *load, int n)
 {
     load->n = n;
-    load->value = take(l, (size_t)n);
-    load->rate = take(l, (size_t)n);
-    load->curvature = take(l, (size_t)n);
+    load->value = take_vector(l, (size_t)n);
+    load->rate = take_vector(l, (size_t)n);
+    load->curvature = take_vector(l, (size_t)n);
 }
 
-static void place(mbsr_small_masses *s, layout *l)
+static void place_vectors(mbsr_small_masses *s, layout *l)
 {
     const mbsr_model *m = s->given;
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->size;
     double **const states[] = {&s->y,        &s->yp,        &s->y_full,
                                &s->yp_full,  &s->work.F,    &s->work.F_loaded,
                                &s->work.rhs, &s->work.total};
-    for (size_t k = 0; k < sizeof states / sizeof states[0]; ++k) *states[k] = take(l, size);
-    s->start.q = take(l, nq);
-    s->work.q = take(l, nq);
-    s->start.u = take(l, nu);
-    s->work.u = take(l, nu);
-    s->work.load = take(l, (size_t)(m->most.d > m->most.n ? m->most.d : m->most.n));
-    s->work.slope = take(l, size);
-    s->work.trial = take(l, 3 * size);
-    s->work.kept = take(l, 2 * size);
-    s->swings.pattern = take(l, size * (size_t)s->directions);
-    s->slow.wanted = take(l, (size_t)s->directions);
-    s->swings.scale = take(l, (size_t)s->directions);
-    s->swings.impedance = take(l, 4 * (size_t)s->directions);
+    for (size_t k = 0; k < sizeof states / sizeof states[0]; ++k) *states[k] = take_vector(l, size);
+    s->start.q = take_vector(l, nq);
+    s->work.q = take_vector(l, nq);
+    s->start.u = take_vector(l, nu);
+    s->work.u = take_vector(l, nu);
+    s->work.load = take_vector(l, (size_t)(m->most.d > m->most.n ? m->most.d : m->most.n));
+    s->work.slope = take_vector(l, size);
+    s->work.trial = take_vector(l, 3 * size);
+    s->work.kept = take_vector(l, 2 * size);
+    s->swings.pattern = take_vector(l, size * (size_t)s->directions);
+    s->slow.wanted = take_vector(l, (size_t)s->directions);
+    s->swings.scale = take_vector(l, (size_t)s->directions);
+    s->swings.impedance = take_vector(l, 4 * (size_t)s->directions);
     double **const joints[] = {&s->rates.along[0], &s->rates.along[1], &s->rates.along[2],
                                &s->rates.scale,    &s->rates.momentum, &s->rates.tested};
-    for (size_t k = 0; k < sizeof joints / sizeof joints[0]; ++k) *joints[k] = take(l, nu);
-    s->tolerance = take(l, (size_t)s->outputs);
-    s->work.above = take(l, (size_t)s->outputs);
-    s->work.below = take(l, (size_t)s->outputs);
+    for (size_t k = 0; k < sizeof joints / sizeof joints[0]; ++k) *joints[k] = take_vector(l, nu);
+    s->tolerance = take_vector(l, (size_t)s->outputs);
+    s->work.above = take_vector(l, (size_t)s->outputs);
+    s->work.below = take_vector(l, (size_t)s->outputs);
     for (int k = 0; k < s->candidates; ++k) {
         mbsri_candidate *c = s->candidate + k;
         const int d = m->body[c->i].d;
         place_load(l, &c->load, d);
-        c->force = take(l, (size_t)d);
-        c->beside = take(l, (size_t)d);
-        c->impulse = take(l, (size_t)d);
-        c->velocity = take(l, (size_t)d);
-        c->rest = take(l, (size_t)d);
-        c->mean = take(l, (size_t)d);
-        for (int e = 0; e < 3; ++e) c->error[e] = take(l, size);
-        c->offset = take(l, size);
+        c->force = take_vector(l, (size_t)d);
+        c->beside = take_vector(l, (size_t)d);
+        c->impulse = take_vector(l, (size_t)d);
+        c->velocity = take_vector(l, (size_t)d);
+        c->rest = take_vector(l, (size_t)d);
+        c->mean = take_vector(l, (size_t)d);
+        for (int e = 0; e < 3; ++e) c->error[e] = take_vector(l, size);
+        c->offset = take_vector(l, size);
     }
     for (int k = 0; k < s->pushes; ++k) place_load(l, &s->pushed[k].push, s->pushed[k].push.n);
 }
 
-static int no_memory(mbsr_small_masses *s)
+static int no_memory_for_masses(mbsr_small_masses *s)
 {
     return mbsri_fail(&s->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                       "mbsr_small_masses_create: no memory for %d masses", s->candidates);
 }
 
-static int allocate(mbsr_small_masses *s)
+static int allocate_masses(mbsr_small_masses *s)
 {
     const mbsr_allocator *a = &s->allocator;
     mbsri_small_directions(s, &s->pushes, &s->directions);
@@ -161,15 +161,15 @@ static int allocate(mbsr_small_masses *s)
     s->report.text = mbsri_allocate(a, s->report.text_size);
     if (!s->pushed || !s->direction || !s->slow.each || !s->swings.each || !s->report.mass ||
         !s->report.text)
-        return no_memory(s);
+        return no_memory_for_masses(s);
     mbsri_small_directions(s, &s->pushes, &s->directions);
     layout l = {NULL, 0};
-    place(s, &l);
+    place_vectors(s, &l);
     s->numbers = mbsri_allocate(a, l.used * sizeof(double));
-    if (!s->numbers) return no_memory(s);
+    if (!s->numbers) return no_memory_for_masses(s);
     mbsri_zero(l.used, s->numbers);
     l = (layout){s->numbers, 0};
-    place(s, &l);
+    place_vectors(s, &l);
     return MBSR_OK;
 }
 
@@ -190,7 +190,7 @@ static int take_tolerances(mbsr_small_masses *s)
 static int build(mbsr_small_masses *s)
 {
     int status = mbsri_small_candidates(s);
-    if (!status) status = allocate(s);
+    if (!status) status = allocate_masses(s);
     if (!status) status = take_tolerances(s);
     return status ? status : mbsri_small_twins(s);
 }
@@ -206,7 +206,7 @@ int mbsr_small_masses_create(const mbsr_model *model, const mbsr_small_masses_op
     if (!model->finished)
         return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
                           "%s: the model is not finished", function);
-    int status = check(opt, error);
+    int status = check_options(opt, error);
     if (status) return status;
     mbsr_small_masses *s = mbsri_allocate(&model->allocator, sizeof *s);
     if (!s)
@@ -263,7 +263,7 @@ static int give_back(mbsr_small_masses *s, double t, bool *again)
     return !failed && *again ? mbsri_small_twins(s) : failed;
 }
 
-static int settle(mbsr_small_masses *s, double t)
+static int settle_state(mbsr_small_masses *s, double t)
 {
     for (;;) {
         bool again = false;
@@ -308,7 +308,7 @@ static int take_full(mbsr_small_masses *s, double t)
 
 static int look(mbsr_small_masses *s, double t)
 {
-    int status = settle(s, t);
+    int status = settle_state(s, t);
     if (!status) status = take_full(s, t);
     if (!status) status = mbsri_small_measure(s);
     if (!status) status = mbsri_small_slow(s);
@@ -343,7 +343,7 @@ static int forget(mbsr_small_masses *s)
     return held ? mbsri_small_twins(s) : MBSR_OK;
 }
 
-static int refuse(mbsr_small_masses *s, int status, const char *text)
+static int refuse_call(mbsr_small_masses *s, int status, const char *text)
 {
     return mbsri_fail(&s->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
 }
@@ -352,7 +352,7 @@ int mbsr_small_masses_start(mbsr_small_masses *small, double t, const double *q,
 {
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
-    if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_start: q or u is NULL");
+    if (!q || !u) return refuse_call(s, MBSR_ERR_NULL, "mbsr_small_masses_start: q or u is NULL");
     s->start.t = s->run.t[0] = t;
     int status = forget(s);
     if (status) return status;
@@ -388,11 +388,12 @@ int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y, 
 {
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
-    if (!y || !yp) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_step: y or yp is NULL");
+    if (!y || !yp) return refuse_call(s, MBSR_ERR_NULL, "mbsr_small_masses_step: y or yp is NULL");
     if (!s->start.known)
-        return refuse(s, MBSR_ERR_SEQUENCE,
-                      "mbsr_small_masses_step: call mbsr_small_masses_start first");
-    if (!isfinite(t)) return refuse(s, MBSR_NOT_FINITE, "mbsr_small_masses_step: t is not finite");
+        return refuse_call(s, MBSR_ERR_SEQUENCE,
+                           "mbsr_small_masses_step: call mbsr_small_masses_start first");
+    if (!isfinite(t))
+        return refuse_call(s, MBSR_NOT_FINITE, "mbsr_small_masses_step: t is not finite");
     if (!(t > s->run.t[0]))
         return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_small_masses_step: t is %g, not later than the last one, %g", t,
@@ -404,10 +405,11 @@ int mbsr_small_masses_get_report(mbsr_small_masses *small, mbsr_small_masses_rep
 {
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
-    if (!report) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_get_report: report is NULL");
+    if (!report)
+        return refuse_call(s, MBSR_ERR_NULL, "mbsr_small_masses_get_report: report is NULL");
     if (!s->start.known)
-        return refuse(s, MBSR_ERR_SEQUENCE,
-                      "mbsr_small_masses_get_report: call mbsr_small_masses_start first");
+        return refuse_call(s, MBSR_ERR_SEQUENCE,
+                           "mbsr_small_masses_get_report: call mbsr_small_masses_start first");
     *report = (mbsr_small_masses_report){.masses = s->candidates,
                                          .directions = s->directions,
                                          .mass = s->report.mass,
@@ -438,10 +440,10 @@ int mbsr_small_masses_smooth(mbsr_small_masses *small, int order, double *q, dou
 {
     mbsr_small_masses *s = small;
     if (!s) return MBSR_ERR_NULL;
-    if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_smooth: q or u is NULL");
+    if (!q || !u) return refuse_call(s, MBSR_ERR_NULL, "mbsr_small_masses_smooth: q or u is NULL");
     if (!s->start.known)
-        return refuse(s, MBSR_ERR_SEQUENCE,
-                      "mbsr_small_masses_smooth: call mbsr_small_masses_start first");
+        return refuse_call(s, MBSR_ERR_SEQUENCE,
+                           "mbsr_small_masses_smooth: call mbsr_small_masses_start first");
     if (order != 1 && order != 2)
         return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_small_masses_smooth: order is %d, must be 1 or 2", order);

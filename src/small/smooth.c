@@ -104,7 +104,7 @@ int mbsri_small_settle(mbsr_small_masses *s, double t, const double *q, const do
 }
 
 /* y = the start moved by h yp, and yp there, on the slow motion. */
-static int move(mbsr_small_masses *s, double h, double *y, double *yp)
+static int move_slowly(mbsr_small_masses *s, double h, double *y, double *yp)
 {
     const mbsr_model *m = s->reduced.model;
     const int u = m->nq + m->nu;
@@ -124,9 +124,9 @@ int mbsri_small_beside(mbsr_small_masses *s, double h, double *y, double *yp)
     mbsri_zero((size_t)s->size, s->work.slope);
     mbsri_copy((size_t)s->size, s->yp, yp);
     for (int k = 0; k < 4 && !status; ++k) {
-        if (k > 0) status = move(s, part[k] * h, y, yp);
+        if (k > 0) status = move_slowly(s, part[k] * h, y, yp);
         for (int l = 0; l < s->size; ++l) s->work.slope[l] += weight[k] / 6.0 * yp[l];
     }
     mbsri_copy((size_t)s->size, s->work.slope, yp);
-    return status ? status : move(s, h, y, yp);
+    return status ? status : move_slowly(s, h, y, yp);
 }

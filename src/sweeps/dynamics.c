@@ -18,8 +18,8 @@
 #include <string.h>
 
 /* The caller's vectors in the order of the sweeps; `kept`: in the data, where elements look. */
-static const double *swept(const mbsr_model *m, bool kept, int n, const int *place,
-                           const double *caller, double *own)
+static const double *in_sweep_order(const mbsr_model *m, bool kept, int n, const int *place,
+                                    const double *caller, double *own)
 {
     if (m->order.as_given && !kept) return caller;
     if (m->order.as_given) return memmove(own, caller, (size_t)n * sizeof *own);
@@ -64,7 +64,7 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
                                                : tree->kernels->kinematics(run);
     if (status) return MBSRI_NOT_SERVED; /* the stages say of which joint */
     if (!tree->joint_forces && !run->load && tau) {
-        run->tau = swept(m, false, m->nu, m->order.u_of, tau, d->tau);
+        run->tau = in_sweep_order(m, false, m->nu, m->order.u_of, tau, d->tau);
         return MBSR_OK;
     }
     if (tau)
@@ -113,8 +113,8 @@ static int prepare_run(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sw
     if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
     mbsri_sweeps_attach(run, m, tree, d);
-    run->q = swept(m, tree->body_forces, m->nq, m->order.q_of, q, d->q);
-    run->u = swept(m, tree->body_forces, m->nu, m->order.u_of, u, d->u);
+    run->q = in_sweep_order(m, tree->body_forces, m->nq, m->order.q_of, q, d->q);
+    run->u = in_sweep_order(m, tree->body_forces, m->nu, m->order.u_of, u, d->u);
     if (m->order.as_given) run->out = out;
     d->t = t;
     const int from = run->tree->first_angle;
@@ -231,7 +231,7 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
                        : elements ? mbsri_joint_elements(m, d, run->q, run->u)
                                   : MBSR_OK;
     if (status) return status;
-    run->tau = swept(m, false, m->nu, m->order.u_of, udot, d->udot);
+    run->tau = in_sweep_order(m, false, m->nu, m->order.u_of, udot, d->udot);
     if (run->split ? mbsri_split_inverse(run, run->split) : run->tree->kernels->inverse(run))
         return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->nu && elements; ++k) run->out[k] -= d->tau[k];
@@ -394,7 +394,7 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     if (m->rows > 0) run.eta = d->loop_eta;
     if (!status) status = forces(&run, NULL, true);
     if (status) return status;
-    run.p = swept(m, false, m->nu, m->order.u_of, p, d->w);
+    run.p = in_sweep_order(m, false, m->nu, m->order.u_of, p, d->w);
     run.balance = d->vec;
     d->factors.allowed = true;
     status = sweep_momenta(&run);

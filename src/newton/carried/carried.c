@@ -5,7 +5,7 @@
 #include "algebra/dense.h"
 #include "base/memory.h"
 #include "newton/carried/closing_order.h"
-#include "newton/carried/swept.h"
+#include "newton/carried/lane_pools.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/closure_turn.h"
 #include "recursion/closures.h"
@@ -145,12 +145,12 @@ static void shape_pools(mbsr_newton *w)
 {
     for (int k = 0; k < w->carried.fronts; ++k) {
         const mbsri_pool *pool = w->carried.pool + k;
-        w->carried.swept[k] = (mbsri_pool){.body = pool->body,
-                                           .up = pool->up,
-                                           .loose = pool->loose,
-                                           .swept = k > 0,
-                                           .stride = MBSRI_SWEPT_ACTIONS,
-                                           .motions = MBSRI_SWEPT_MOTIONS};
+        w->carried.lane_pool[k] = (mbsri_pool){.body = pool->body,
+                                               .up = pool->up,
+                                               .loose = pool->loose,
+                                               .in_lanes = k > 0,
+                                               .stride = MBSRI_LANE_ACTIONS,
+                                               .motions = MBSRI_LANE_MOTIONS};
     }
 }
 
@@ -163,9 +163,9 @@ static void widen(mbsri_carried *v, size_t work)
 static void place_front(mbsri_carried *v, int k, size_t *ints)
 {
     mbsri_carried_front *front = v->front + k;
-    const size_t size = (size_t)v->pool[k].most, span = (size_t)mbsri_swept_span((int)size);
+    const size_t size = (size_t)v->pool[k].most, span = (size_t)mbsri_lane_span((int)size);
     front->place = take(ints, size);
-    widen(v, size * MBSRI_SWEPT_MOTIONS + span * (size + 2)); /* W, or exponents */
+    widen(v, size * MBSRI_LANE_MOTIONS + span * (size + 2)); /* W, or exponents */
     if ((int)size > v->most) v->most = (int)size;
 }
 
@@ -204,7 +204,7 @@ static bool place_all(mbsr_newton *w)
     size_t doubles = 0, ints = 0;
     shape_pools(w);
     for (int k = m->bodies + 1; k < v->fronts; ++k) place_front(v, k, &ints);
-    if (!mbsri_swept_place(w, &doubles, &ints)) return false;
+    if (!mbsri_place_lane_pools(w, &doubles, &ints)) return false;
     place_slopes(w, &doubles);
     const size_t value = take(&doubles, (size_t)v->names), work = take(&doubles, v->widest),
                  list = take(&ints, 4 * (size_t)v->most);
@@ -246,7 +246,7 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     v->multiplier = records(memory, &used, (size_t)(w->model->rows + w->model->position_rows),
                             sizeof *v->multiplier);
     v->pool = records(memory, &used, fronts, sizeof *v->pool);
-    v->swept = records(memory, &used, fronts, sizeof *v->swept);
+    v->lane_pool = records(memory, &used, fronts, sizeof *v->lane_pool);
     v->front = records(memory, &used, fronts, sizeof *v->front);
     *scratch = records(memory, &used, 2 * fronts, sizeof(int));
     return used;

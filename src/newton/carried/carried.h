@@ -41,7 +41,7 @@ int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name);
 /* Pool k. */
 static inline mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
 {
-    return w->carried.swept + k;
+    return w->carried.lane_pool + k;
 }
 
 /* In vector code: what of the rows of the loops that close at front k stands in their multipliers

@@ -123,7 +123,7 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
 {
     mbsri_carried *v = &w->carried;
     v->first_turned = -1;
-    for (int k = 0; k < v->uses; ++k) v->swept[v->used[k]].count = 0;
+    for (int k = 0; k < v->uses; ++k) v->lane_pool[v->used[k]].count = 0;
     for (int k = 0; k < (int)w->model->closures.count; ++k) {
         mbsri_expect_closure(w->model, mbsri_closure_at(w->model, (size_t)k));
         const int status = open_loop(w, d, k, c);

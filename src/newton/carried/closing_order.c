@@ -52,7 +52,7 @@ static int successor(const mbsr_model *m, int body, int i)
 
 /* ---- branches ---- */
 
-static int *take(int **at, size_t count)
+static int *take_list(int **at, size_t count)
 {
     int *place = *at;
     *at += count;
@@ -68,19 +68,20 @@ static bool open_plan(plan *p, size_t bodies, size_t closures, size_t ends)
     if (!p->memory) return false;
     p->size = p->memory;
     int *at = (int *)(void *)(p->size + groups);
-    p->first_loop = take(&at, bodies), p->next_loop = take(&at, closures);
-    p->first_branch = take(&at, closures + 1), p->branch = take(&at, ends);
-    p->first_at = take(&at, bodies), p->next_at = take(&at, ends);
-    p->closure_at = take(&at, ends);
-    p->order = take(&at, bodies), p->position = take(&at, bodies), p->seen = take(&at, bodies);
-    p->group_of = take(&at, closures), p->mark = take(&at, closures);
-    p->loop = take(&at, closures);
-    p->first_of = take(&at, groups + 1), p->into = take(&at, groups);
-    p->rest_at = take(&at, groups), p->rests = take(&at, groups);
-    p->first_child = take(&at, groups), p->next_child = take(&at, groups);
-    p->first_given = take(&at, groups), p->next_given = take(&at, bodies);
-    p->front_of = take(&at, groups);
-    p->rest = take(&at, most);
+    p->first_loop = take_list(&at, bodies), p->next_loop = take_list(&at, closures);
+    p->first_branch = take_list(&at, closures + 1), p->branch = take_list(&at, ends);
+    p->first_at = take_list(&at, bodies), p->next_at = take_list(&at, ends);
+    p->closure_at = take_list(&at, ends);
+    p->order = take_list(&at, bodies), p->position = take_list(&at, bodies),
+    p->seen = take_list(&at, bodies);
+    p->group_of = take_list(&at, closures), p->mark = take_list(&at, closures);
+    p->loop = take_list(&at, closures);
+    p->first_of = take_list(&at, groups + 1), p->into = take_list(&at, groups);
+    p->rest_at = take_list(&at, groups), p->rests = take_list(&at, groups);
+    p->first_child = take_list(&at, groups), p->next_child = take_list(&at, groups);
+    p->first_given = take_list(&at, groups), p->next_given = take_list(&at, bodies);
+    p->front_of = take_list(&at, groups);
+    p->rest = take_list(&at, most);
     p->most = (int)most;
     return true;
 }

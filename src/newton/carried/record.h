@@ -17,9 +17,9 @@ struct mbsri_newton_sweeps;
 
 /* A body, as the sweeps over loops see it. */
 typedef struct mbsri_node {
-    int e;     /* numbers of the pose's perturbation */
-    bool deep; /* its perturbation has A, at the last factorisation */
-    size_t v;  /* offset of the names of its joint: 2 n numbers */
+    int e;               /* numbers of the pose's perturbation */
+    bool below_massless; /* its perturbation has A, at the last factorisation */
+    size_t v;            /* offset of the names of its joint: 2 n numbers */
 } mbsri_node;
 
 /* An element that acts across the tree: what of it is not on the tree is left * read, of low
@@ -54,7 +54,7 @@ typedef struct mbsri_loop {
     int most, rank;    /* of them: at most, and at the last factorisation */
     size_t S, slope;   /* offsets: columns x columns, rows x columns */
     size_t left, read; /* columns x most, most x columns */
-    int next;          /* of the same front in vector code (swept.h); -1: none */
+    int next;          /* of the same front in vector code (lane_pools.h); -1: none */
     bool turned;       /* at the last factorisation: nothing crosses, see turned.h */
     int next_turned;   /* -1: none */
     size_t turn;       /* offset, where anything may cross */
@@ -83,7 +83,8 @@ typedef struct mbsri_pool {
     int most, count;
     short stride,
         motions; /* numbers of a column of Q and of a row of R, at most; kappa has stride / 3 */
-    bool swept;  /* the body is in vector code, and the pool of that kind; so are the next three */
+    bool
+        in_lanes; /* the body is in vector code, and the pool of that kind; so are the next three */
     bool in_place;        /* the pool above goes on where this one is */
     bool loose;           /* joints from behind may be delayed here */
     size_t column, place; /* ints: names of unknowns, then of rows; places of rows in the front */
@@ -142,7 +143,7 @@ typedef struct mbsri_carried {
     bool *served;     /* N + 1: joints that are fronts */
     int *used, uses;  /* pools that have room for unknowns: which, and how many */
     mbsri_pool *pool;
-    mbsri_pool *swept; /* the same of bodies in vector code (swept.h) */
+    mbsri_pool *lane_pool; /* the same of bodies in vector code (lane_pools.h) */
     mbsri_carried_front *front;
     mbsri_multiplier *multiplier; /* rows and position rows of closures */
     double *value;                /* names: the solution */

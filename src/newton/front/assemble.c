@@ -77,7 +77,7 @@ static void list_own(build *b)
     add_rows(b, b->at.place, nq);
     add_columns(b, b->at.q, nq);
     add_columns(b, b->at.u, n);
-    if (!b->deep) {
+    if (!b->below_massless) {
         add_rows(b, b->at.a, n);
         return;
     }
@@ -306,7 +306,7 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
         double *to = M_at(b, 0, f->column_at[column.first + l]);
         const double *force = from + (size_t)l * (size_t)stride;
         for (int r = 0; r < d; ++r) to[sigma + r] -= force[r];
-        for (int r = 0; r < d && f->linear->deep[on]; ++r) to[sigma + d + r] += force[r];
+        for (int r = 0; r < d && f->linear->below_massless[on]; ++r) to[sigma + d + r] += force[r];
         for (int r = 0; r < body->n && joint; ++r) to[f->row_at[at->tau] + r] += force[d + r];
     }
 }
@@ -390,7 +390,7 @@ static void add_row(build *b, const mbsri_closure *c, int r, int l, const double
             continue;
         }
         to[f->row_at[at->y + body->d] + j] -= read;
-        if (f->linear->deep[i]) to[f->row_at[at->y + body->d] + body->d + j] += read;
+        if (f->linear->below_massless[i]) to[f->row_at[at->y + body->d] + body->d + j] += read;
     }
 }
 
@@ -487,8 +487,8 @@ int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsr
     b->watched = watched;
     b->at = f->names[i];
     b->terms = mbsri_linear_terms(f->linear, i);
-    b->deep = f->linear->deep[i];
-    b->closes = b->deep && !waits(f, i);
+    b->below_massless = f->linear->below_massless[i];
+    b->closes = b->below_massless && !waits(f, i);
     b->row = f->row;
     b->column = f->column;
     b->M = f->M;
@@ -497,6 +497,6 @@ int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsr
     clear(b);
     add_children(b);
     add_own(b);
-    if (f->served && b->deep) place_masses(b);
+    if (f->served && b->below_massless) place_masses(b);
     return add_elements(b);
 }

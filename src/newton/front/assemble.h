@@ -16,11 +16,12 @@ typedef struct mbsri_front_build {
     const mbsri_body *b;
     mbsri_front_names at; /* of the body */
     mbsri_terms terms;
-    bool deep, closes; /* closes: the joint, or its group, is complete, and lacks rank or is deep */
-    bool lacks_mass;   /* it closes, and elements alone determine some of its rates */
-    bool watched;      /* more than the joint's own unknowns, or lacks mass: what dampers leave
-                          of themselves by rounding would determine directions of predecessors */
-    bool plain;        /* nothing but y over x, with the joint's own unknowns */
+    bool below_massless, closes; /* closes: the joint, or its group, is complete, and lacks rank or
+                                    is below a massless one */
+    bool lacks_mass;             /* it closes, and elements alone determine some of its rates */
+    bool watched; /* more than the joint's own unknowns, or lacks mass: what dampers leave
+                     of themselves by rounding would determine directions of predecessors */
+    bool plain;   /* nothing but y over x, with the joint's own unknowns */
     int own, size, rows, columns, all_rows, all_columns; /* own: unknowns of the joint */
     int *row, *column;                                   /* numbers */
     double *M, *N;

@@ -101,7 +101,7 @@ bool mbsri_front_may_step(const mbsri_front *f, int k)
 static bool is_plain(const mbsri_front *f, const mbsri_front_step *s)
 {
     const mbsri_linear *w = f->linear;
-    bool plain = !w->deep[s->body] && !w->coupled[s->body];
+    bool plain = !w->below_massless[s->body] && !w->coupled[s->body];
     for (int l = 0; l < s->children && plain; ++l)
         plain = f->left[f->plan.child[s->first_child + l]].plain;
     return plain;

@@ -16,7 +16,7 @@
 static int singular_joint(const mbsri_front *f, mbsr_data *d, int i, int kind)
 {
     const mbsri_body *b = f->model->body + i;
-    const bool loops = f->model->rows > 0 && f->linear->deep[i];
+    const bool loops = f->model->rows > 0 && f->linear->below_massless[i];
     char label[MBSRI_LABEL];
     if (kind == MBSRI_FRONT_PLACE)
         return mbsri_fail(&d->error, MBSR_SINGULAR_BLOCK, b->id, MBSR_NONE,

@@ -101,7 +101,7 @@ static void *take(unsigned char *base, size_t *used, size_t count, size_t size)
 }
 
 /* What does not depend on the plan. */
-static size_t place(mbsri_front *f, unsigned char *base)
+static size_t place_fixed(mbsri_front *f, unsigned char *base)
 {
     const mbsr_model *m = f->model;
     const size_t multipliers = (size_t)(m->rows + m->position_rows),
@@ -279,7 +279,7 @@ mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served)
     if (f->served || !served) f->linear = mbsri_linear_create(m, m->rows > 0, f->served);
     if (f->linear && plan(f)) {
         number(f);
-        const size_t size = place(f, NULL) + f->room;
+        const size_t size = place_fixed(f, NULL) + f->room;
         f->memory = mbsri_allocate(&m->allocator, size);
         f->bytes += sizeof *f + size + f->linear->bytes;
     }
@@ -287,7 +287,7 @@ mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served)
         mbsri_front_destroy(f);
         return NULL;
     }
-    (void)place(f, f->memory);
+    (void)place_fixed(f, f->memory);
     (void)place_plan(f, &f->plan, f->of_plan);
     memset(f->left, 0, ((size_t)m->bodies + 1) * sizeof *f->left);
     number(f);

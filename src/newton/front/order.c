@@ -108,7 +108,7 @@ static bool push(graph *g, int i)
     return mbsri_heap_insert(g->from->allocator, &g->heap, (mbsri_key){degree(g, i), i, 0});
 }
 
-static bool begin(graph *g)
+static bool begin_graph(graph *g)
 {
     const mbsr_model *m = g->m;
     const int elements = mbsri_front_elements(g->from);
@@ -132,7 +132,7 @@ static bool begin(graph *g)
 static bool order_all(graph *g, int *order)
 {
     int used = 0;
-    if (!begin(g)) return false;
+    if (!begin_graph(g)) return false;
     while (used < g->m->bodies) {
         const mbsri_key now = mbsri_heap_take(&g->heap);
         if (degree(g, now.vertex) > now.score) { /* it has grown since */

@@ -15,7 +15,7 @@ enum { MOST = 6 }; /* of d where it is known */
 /* Sizes of a step. `fixed`: all are known to the compiler; `plain`: nothing reads x but y. */
 typedef struct sizes {
     int d, dp;
-    bool deep, above, fixed, plain;
+    bool below_massless, above, fixed, plain;
 } sizes;
 
 /* Where things stand in the front; -1: it has none. */
@@ -95,7 +95,7 @@ MBSRI_INLINE void take_motion_sizes(const passing *p, const int rows, double fac
 MBSRI_INLINE void move(const passing *p, const sizes s, double factor, const double *X, int count,
                        int first, double *M, double *N)
 {
-    const int rows = (s.deep ? 3 : 2) * s.d;
+    const int rows = (s.below_massless ? 3 : 2) * s.d;
     if (!s.plain || !s.fixed) {
         add_motion(p, factor, X, count, first, M, N);
         return;
@@ -161,7 +161,7 @@ MBSRI_INLINE void add_sizes(const passing *p, const sizes s, double *N)
         for (int l = 0; l < d; ++l) rate += fabs(J[l]) * y[d + l] + fabs(Jdot[l]) * y[l];
         a[r] += size * momentum + rate + (s.plain ? 0.0 : N[p->tau + r]);
     }
-    for (int r = 0; r < n && s.deep; ++r) {
+    for (int r = 0; r < n && s.below_massless; ++r) {
         const double *J = k->J + r * d;
         double sum = s.plain ? 0.0 : N[p->tau + r];
         for (int l = 0; l < d; ++l) sum += fabs(J[l]) * y[2 * d + l];
@@ -184,7 +184,7 @@ MBSRI_INLINE void make_rows(const passing *p, const sizes s, double *M, double *
         M[p->momentum + r] = momentum;
         M[p->rate + r] = rate;
     }
-    for (int r = 0; r < n && s.deep; ++r) {
+    for (int r = 0; r < n && s.below_massless; ++r) {
         double react = s.plain ? 0.0 : -tau[r];
         for (int l = 0; l < d; ++l) react += k->J[r * d + l] * y[2 * d + l];
         M[p->react + r] += react;
@@ -204,16 +204,16 @@ MBSRI_INLINE void combine(const passing *p, double *M)
 MBSRI_INLINE void add_slopes(const passing *p, const sizes s, int l, double *M, double *N)
 {
     const mbsri_terms *k = &p->b->terms;
-    const int n = p->b->b->n, nq = p->b->b->nq, rows = (s.deep ? 3 : 2) * n,
+    const int n = p->b->b->n, nq = p->b->b->nq, rows = (s.below_massless ? 3 : 2) * n,
               actions = (s.above ? 3 : 2) * s.dp;
     const double *own = k->own + l * rows, *below = k->below + l * actions,
                  *qdot = k->qdot + l * nq;
     for (int r = 0; r < n; ++r) {
         M[p->momentum + r] += own[r];
         M[p->rate + r] += own[n + r];
-        if (s.deep) M[p->react + r] += own[2 * n + r];
+        if (s.below_massless) M[p->react + r] += own[2 * n + r];
         if (N) N[p->a + r] += fabs(p->c * own[r]) + fabs(own[n + r]);
-        if (N && s.deep) N[p->react + r] += fabs(own[2 * n + r]);
+        if (N && s.below_massless) N[p->react + r] += fabs(own[2 * n + r]);
     }
     for (int r = 0; r < nq; ++r) {
         M[p->place + r] -= qdot[r];
@@ -300,7 +300,7 @@ MBSRI_INLINE void pass_all(passing *p, const sizes s)
         *N_at(b, p->place + l, l) += fabs(p->c);
     }
     if (parent > 0) pass_z(p, s, 0, motions, f->column_at[f->names[parent].x]);
-    if (s.deep) pass_rates(p, s);
+    if (s.below_massless) pass_rates(p, s);
     if (!s.plain) pass_others(p, s);
 }
 
@@ -365,7 +365,7 @@ static void pass_space(passing *p)
     pass_all(p, (sizes){6, 6, false, false, true, true});
 }
 
-static void pass_space_deep(passing *p)
+static void pass_space_below_massless(passing *p)
 {
     pass_all(p, (sizes){6, 6, true, true, true, true});
 }
@@ -380,7 +380,7 @@ static void pass_space_more(passing *p)
     pass_all(p, (sizes){6, 6, false, false, true, false});
 }
 
-static void pass_space_deep_more(passing *p)
+static void pass_space_below_massless_more(passing *p)
 {
     pass_all(p, (sizes){6, 6, true, true, true, false});
 }
@@ -397,25 +397,25 @@ static void pass_plane_more(passing *p)
 
 static void pass_any(passing *p, const sizes s)
 {
-    pass_all(p, (sizes){s.d, s.dp, s.deep, s.above, false, s.plain});
+    pass_all(p, (sizes){s.d, s.dp, s.below_massless, s.above, false, s.plain});
 }
 
-static void choose(passing *p, const sizes s)
+static void choose_pass(passing *p, const sizes s)
 {
     const bool space = s.d == 6 && s.dp == 6, plane = s.d == 3 && s.dp == 3;
-    if (space && s.plain && !s.deep)
+    if (space && s.plain && !s.below_massless)
         pass_space(p);
     else if (space && s.plain && s.above)
-        pass_space_deep(p);
+        pass_space_below_massless(p);
     else if (space && s.plain)
         pass_space_topmost(p);
-    else if (space && !s.deep)
+    else if (space && !s.below_massless)
         pass_space_more(p);
     else if (space && s.above)
-        pass_space_deep_more(p);
-    else if (plane && s.plain && !s.deep)
+        pass_space_below_massless_more(p);
+    else if (plane && s.plain && !s.below_massless)
         pass_plane(p);
-    else if (plane && !s.deep)
+    else if (plane && !s.below_massless)
         pass_plane_more(p);
     else
         pass_any(p, s);
@@ -477,11 +477,11 @@ void mbsri_front_pass(mbsri_front_build *b)
                  .kappa_below = grounded || !held ? -1 : f->row_at[above->kappa]};
     if (b->plain) p.first = p.y, p.reach = mbsri_linear_actions(f->linear, b->i);
     take_sizes(b);
-    choose(&p, (sizes){.d = b->b->d,
-                       .dp = b->b->pred.d,
-                       .deep = b->deep,
-                       .above = f->linear->deep[b->b->parent],
-                       .plain = b->plain});
+    choose_pass(&p, (sizes){.d = b->b->d,
+                            .dp = b->b->pred.d,
+                            .below_massless = b->below_massless,
+                            .above = f->linear->below_massless[b->b->parent],
+                            .plain = b->plain});
     if (b->closes) take_range(b);
     if (b->watched && f->linear->whole && !f->served && !b->lacks_mass) expect_masses(b);
 }

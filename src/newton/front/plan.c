@@ -68,7 +68,7 @@ size_t mbsri_front_plan_bytes(const mbsri_front_source *from, const mbsri_front_
            entries_of(from) * sizeof(int) + (size_t)plan->entries * sizeof *plan->border;
 }
 
-static bool allocate(const mbsri_front_source *from, mbsri_front_plan *plan)
+static bool allocate_plan(const mbsri_front_source *from, mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)from->model->bodies + 1;
     *plan = (mbsri_front_plan){.steps = from->model->bodies};
@@ -287,7 +287,7 @@ static void measure_other(draft *d, int k)
 
 /* Sizes of step k, at most. Of multipliers no more can be without a pivot than the border has
  * columns, as rows of a regular matrix; nor of directions without inertia. */
-static void measure(draft *d, int k)
+static void measure_border(draft *d, int k)
 {
     mbsri_front_step *s = d->plan->step + k;
     if (d->served && !d->served[s->body]) {
@@ -349,7 +349,7 @@ static bool lay_out(draft *d, const int *order, double most)
     for (int k = 0; k < plan->steps; ++k) {
         find_children(d, k, &used);
         if (!find_border(d, k)) return false;
-        measure(d, k);
+        measure_border(d, k);
         if (plan->operations > most) return true;
         const int next = plan->step[k].next;
         if (next < 0) continue;
@@ -387,7 +387,7 @@ static bool compare(draft *d, double *best, int *order, const int *other)
     return true;
 }
 
-static bool choose(draft *d, int *order, int *other)
+static bool choose_elimination(draft *d, int *order, int *other)
 {
     const mbsr_model *m = d->m;
     double best = 1e300;
@@ -440,7 +440,7 @@ static size_t matrix_size(const mbsri_front_step *s)
     return (size_t)(s->carried + s->border_rows) * (size_t)(s->carried + s->border_columns);
 }
 
-static void place(mbsri_front_plan *plan, gap *gaps)
+static void place_fronts(mbsri_front_plan *plan, gap *gaps)
 {
     int count = 0;
     plan->matrices = plan->doubles = plan->ints = 0;
@@ -472,7 +472,7 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
     gap *gaps = memory ? mbsri_allocate(from->allocator, bodies * sizeof *gaps) : NULL;
     draft d = {.m = from->model, .from = from, .served = served, .plan = plan};
     *plan = (mbsri_front_plan){0};
-    bool made = gaps && allocate(from, plan);
+    bool made = gaps && allocate_plan(from, plan);
     if (made) {
         int *order = memory, *other = memory + bodies;
         d.marked = memory + 2 * bodies;
@@ -486,12 +486,12 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
         d.impulse = memory + 10 * bodies;
         d.crosses = !served && crosses(from);
         find_coordinates(from, served, plan->coordinates);
-        made = choose(&d, order, other) && lay_out(&d, order, 1e300);
+        made = choose_elimination(&d, order, other) && lay_out(&d, order, 1e300);
     }
     if (made) {
         plan->border = d.border.data;
         plan->entries = (int)d.border.count;
-        place(plan, gaps);
+        place_fronts(plan, gaps);
     } else {
         if (d.border.data) mbsri_release(from->allocator, d.border.data);
         mbsri_front_plan_destroy(from->allocator, plan);

@@ -23,13 +23,15 @@ enum { REFINEMENTS = 5 };
 
 /* ---- joints in space ---- */
 
-/* Whether the joint of body i is one in space where nothing is deep: H and H' are those of an arm r
- * and its rate, and the predecessor's motion goes on as that of a rigid body does. */
+/* Whether the joint of body i is one in space where nothing is below a massless joint: H and H' are
+ * those of an arm r and its rate, and the predecessor's motion goes on as that of a rigid body
+ * does. */
 static bool is_arm(const mbsri_front *f, int i)
 {
     const mbsri_front_step *s = f->plan.step + f->plan.position[i];
-    const bool *deep = f->linear->deep;
-    return s->axes && !deep[i] && !deep[f->model->body[i].parent] && f->model->body[i].parent > 0;
+    const bool *below_massless = f->linear->below_massless;
+    return s->axes && !below_massless[i] && !below_massless[f->model->body[i].parent] &&
+           f->model->body[i].parent > 0;
 }
 
 /* y (6) += -H^T m of an arm, whose entries H has below its diagonal */
@@ -130,11 +132,11 @@ static void load_joint(mbsri_front *f, int i, const double *r)
     mbsri_atx_often(d, n, 1.0, k.J, y + d, rate);
     mbsri_atx_often(d, n, 1.0, k.Jdot, y, rate);
     for (int l = 0; l < n; ++l) a[l] = f->c * momentum[l] - rate[l];
-    if (f->linear->deep[i]) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, react);
+    if (f->linear->below_massless[i]) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, react);
     if (is_arm(f, i))
         pass_arm(&k, y, f->h + above->y);
     else
-        mbsri_linear_pass(b, &k, f->linear->deep[b->parent], y, f->h + above->y);
+        mbsri_linear_pass(b, &k, f->linear->below_massless[b->parent], y, f->h + above->y);
     if (m->position_rows == 0) return;
     const double *qdot =
         k.qdot + (size_t)(mbsri_linear_motions(f->linear, b->parent) + nq) * (size_t)nq;
@@ -171,7 +173,7 @@ static void reduce(mbsri_front *f, int i, const double *r)
 {
     const int k = f->plan.position[i];
     load_joint(f, i, r);
-    if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) load_range(f, i);
+    if (f->linear->below_massless[i] && mbsri_linear_leads(f->linear, i)) load_range(f, i);
     const mbsri_front_left *left = f->left + k;
     const int *row = f->numbers + f->plan.step[k].numbers;
     const double *L = f->LU + f->plan.step[k].LU;
@@ -248,7 +250,7 @@ static void spread(mbsri_front *f, int i)
 }
 
 /* x = X z of body i. */
-static void move(mbsri_front *f, int i)
+static void move_body(mbsri_front *f, int i)
 {
     const mbsri_body *b = f->model->body + i;
     const mbsri_linear *w = f->linear;
@@ -263,7 +265,8 @@ static void move(mbsri_front *f, int i)
         mbsri_ax(x, above, 1.0, k.x, f->value + f->names[b->parent].x, to);
     mbsri_ax(x, b->nq, 1.0, k.x + above * x, f->value + at->q, to);
     mbsri_ax(x, b->n, 1.0, k.x + (above + b->nq) * x, f->value + at->u, to);
-    if (w->deep[i]) mbsri_ax(b->d, b->n, -1.0, k.J, f->value + at->rates, to + w->e[i] + b->d);
+    if (w->below_massless[i])
+        mbsri_ax(b->d, b->n, -1.0, k.J, f->value + at->rates, to + w->e[i] + b->d);
 }
 
 /* ---- delta ---- */
@@ -348,8 +351,8 @@ void mbsri_front_reduce(mbsri_front *f, int i, const double *r)
 void mbsri_front_substitute(mbsri_front *f, int i)
 {
     substitute(f, f->plan.position[i]);
-    if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) spread(f, i);
-    move(f, i);
+    if (f->linear->below_massless[i] && mbsri_linear_leads(f->linear, i)) spread(f, i);
+    move_body(f, i);
 }
 
 void mbsri_front_finish(mbsri_front *f, double *delta)
@@ -364,7 +367,7 @@ void mbsri_front_finish(mbsri_front *f, double *delta)
     }
 }
 
-static void solve(mbsri_front *f, const double *r, double *delta)
+static void solve_front(mbsri_front *f, const double *r, double *delta)
 {
     const mbsr_model *m = f->model;
     const int closures = m->nq + 2 * m->nu;
@@ -415,6 +418,6 @@ void mbsri_front_refine(mbsri_front *f, const mbsri_front_way *way, const double
 
 void mbsri_front_solve(mbsri_front *f, const double *r, double *delta)
 {
-    static const mbsri_front_way way = {solve, mbsri_product, share};
+    static const mbsri_front_way way = {solve_front, mbsri_product, share};
     mbsri_front_refine(f, &way, r, delta);
 }

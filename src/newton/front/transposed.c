@@ -71,7 +71,7 @@ static void take_all(mbsri_front *f, const double *v)
 /* ---- the two sweeps ---- */
 
 /* x = X z of body i. */
-static void move(mbsri_front *f, int i)
+static void move_body(mbsri_front *f, int i)
 {
     const mbsri_body *b = f->model->body + i;
     const mbsri_linear *w = f->linear;
@@ -82,7 +82,8 @@ static void move(mbsri_front *f, int i)
     if (b->parent > 0) mbsri_atx(x, above, 1.0, k.x, from, f->value + f->names[b->parent].x);
     mbsri_atx(x, b->nq, 1.0, k.x + above * x, from, f->value + at->q);
     mbsri_atx(x, b->n, 1.0, k.x + (above + b->nq) * x, from, f->value + at->u);
-    if (w->deep[i]) mbsri_atx(b->d, b->n, -1.0, k.J, from + w->e[i] + b->d, f->value + at->rates);
+    if (w->below_massless[i])
+        mbsri_atx(b->d, b->n, -1.0, k.J, from + w->e[i] + b->d, f->value + at->rates);
 }
 
 /* u' of the joints of a complete group from what is in the range of D; or, of rows, (a) in that
@@ -161,7 +162,8 @@ static void reduce(mbsri_front *f, int k)
 static void pass_back(mbsri_front *f, int i)
 {
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    mbsri_linear_pass_transposed(f->model->body + i, &k, f->linear->deep[f->model->body[i].parent],
+    mbsri_linear_pass_transposed(f->model->body + i, &k,
+                                 f->linear->below_massless[f->model->body[i].parent],
                                  f->h + f->names[f->model->body[i].parent].y, f->h + f->names[i].y);
 }
 
@@ -208,7 +210,8 @@ static void load_joint(mbsri_front *f, int i, double *x)
             y[j] += k.J[l * d + j] * momentum + k.Jdot[l * d + j] * rate;
             y[d + j] += k.J[l * d + j] * rate;
         }
-        for (int j = 0; j < d && f->linear->deep[i]; ++j) y[2 * d + j] += k.J[l * d + j] * react[l];
+        for (int j = 0; j < d && f->linear->below_massless[i]; ++j)
+            y[2 * d + j] += k.J[l * d + j] * react[l];
     }
     for (int l = 0; l < b->nq; ++l) x[b->q + l] = f->h[at->place + l];
 }
@@ -253,7 +256,7 @@ static void load_closures(const mbsri_front *f, double *x)
     }
 }
 
-static void solve(mbsri_front *f, const double *v, double *x)
+static void solve_transposed(mbsri_front *f, const double *v, double *x)
 {
     const mbsr_model *m = f->model;
     const int closures = m->nq + 2 * m->nu;
@@ -261,14 +264,14 @@ static void solve(mbsri_front *f, const double *v, double *x)
     take_multipliers(f, v + closures, x + closures);
     for (int k = 0; k < f->plan.steps; ++k) {
         const int i = f->plan.step[k].body;
-        move(f, i);
-        if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) spread(f, i, false);
+        move_body(f, i);
+        if (f->linear->below_massless[i] && mbsri_linear_leads(f->linear, i)) spread(f, i, false);
         substitute(f, k);
     }
     for (int k = f->plan.steps - 1; k >= 0; --k) {
         const int i = f->plan.step[k].body;
         reduce(f, k);
-        if (f->linear->deep[i] && mbsri_linear_leads(f->linear, i)) spread(f, i, true);
+        if (f->linear->below_massless[i] && mbsri_linear_leads(f->linear, i)) spread(f, i, true);
         load_joint(f, i, x);
     }
     for (int i = 1; i <= m->bodies; ++i) {
@@ -300,6 +303,6 @@ static double share(const mbsri_front *f, const double *v, const double *x, cons
 
 void mbsri_front_solve_transposed(mbsri_front *f, const double *v, double *x)
 {
-    static const mbsri_front_way way = {solve, mbsri_product_transposed, share};
+    static const mbsri_front_way way = {solve_transposed, mbsri_product_transposed, share};
     mbsri_front_refine(f, &way, v, x);
 }

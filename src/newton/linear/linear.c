@@ -53,14 +53,6 @@ int mbsri_linear_check(const mbsr_model *m, const char *function, mbsr_error *er
 
 /* ---- memory ---- */
 
-static double *take(double **memory, size_t *used, size_t count)
-{
-    double *here = *memory;
-    if (here) *memory += count;
-    *used += count;
-    return here;
-}
-
 /* How much the last joint takes of its own. */
 static size_t own_terms(const mbsri_linear *l, int i)
 {
@@ -70,7 +62,7 @@ static size_t own_terms(const mbsri_linear *l, int i)
     return 3 * (dp + (size_t)b->n) * columns + 3 * d * (e + 2 * d);
 }
 
-/* own, above: whether the body and its predecessor are deep. */
+/* own, above: whether the body and its predecessor are below massless joints. */
 static size_t place_terms(const mbsri_linear *l, int i, bool own, bool above, double *memory,
                           mbsri_terms *k)
 {
@@ -89,10 +81,10 @@ static size_t place_terms(const mbsri_linear *l, int i, bool own, bool above, do
     double *one = l->terms_of_one;
     size_t used = 0, unused = 0;
     for (int at = 0; at < 3; ++at)
-        *first[at] = l->whole ? take(&memory, &used, length_of_first[at])
-                              : take(&one, &unused, length_of_first[at]);
+        *first[at] = l->whole ? mbsri_take(&memory, &used, length_of_first[at])
+                              : mbsri_take(&one, &unused, length_of_first[at]);
     for (size_t at = 0; at < sizeof length / sizeof length[0]; ++at)
-        *kept[at] = take(&memory, &used, length[at]);
+        *kept[at] = mbsri_take(&memory, &used, length[at]);
     return used;
 }
 
@@ -100,8 +92,8 @@ static void place_all_terms(mbsri_linear *l)
 {
     for (int i = 1; i <= l->model->bodies; ++i) {
         if (l->served && !l->served[i]) continue;
-        place_terms(l, i, l->deep[i], l->deep[l->model->body[i].parent], l->store + l->terms[i],
-                    l->of + i);
+        place_terms(l, i, l->below_massless[i], l->below_massless[l->model->body[i].parent],
+                    l->store + l->terms[i], l->of + i);
     }
 }
 
@@ -257,8 +249,8 @@ static void place_numbers(mbsri_linear *l, void *memory)
     l->pairs.pair = (mbsri_acting *)(void *)(l->closure + m->closures.count);
     l->rank = (int *)(void *)(l->pairs.pair + m->elements.pairs);
     l->e = l->rank + bodies;
-    l->deep = (bool *)(void *)(l->e + bodies);
-    l->coupled = l->deep + bodies;
+    l->below_massless = (bool *)(void *)(l->e + bodies);
+    l->coupled = l->below_massless + bodies;
     l->dropped = l->coupled + bodies;
 }
 
@@ -271,14 +263,14 @@ static size_t place_doubles(mbsri_linear *l, size_t store, size_t work, double *
         const size_t terms = own_terms(l, i);
         if (terms > one) one = terms;
     }
-    l->store = take(&memory, &used, store);
-    l->work = take(&memory, &used, work);
-    l->joint = take(&memory, &used, mbsri_joint_slopes_size(m));
-    l->body = take(&memory, &used, mbsri_body_slopes_size(m));
-    l->spare = take(&memory, &used, (size_t)(m->nq + 3 * m->nu));
-    l->along = take(&memory, &used, 2 * (size_t)m->nu);
-    l->terms_of_one = take(&memory, &used, one);
-    double *matrix = take(&memory, &used, slopes);
+    l->store = mbsri_take(&memory, &used, store);
+    l->work = mbsri_take(&memory, &used, work);
+    l->joint = mbsri_take(&memory, &used, mbsri_joint_slopes_size(m));
+    l->body = mbsri_take(&memory, &used, mbsri_body_slopes_size(m));
+    l->spare = mbsri_take(&memory, &used, (size_t)(m->nq + 3 * m->nu));
+    l->along = mbsri_take(&memory, &used, 2 * (size_t)m->nu);
+    l->terms_of_one = mbsri_take(&memory, &used, one);
+    double *matrix = mbsri_take(&memory, &used, slopes);
     if (memory)
         mbsri_slopes_place(m, MBSRI_SLOPES_BY_PAIRS, &l->slopes, matrix, (int *)(void *)memory);
     return used * sizeof(double) + ints * sizeof(int);
@@ -302,7 +294,7 @@ mbsri_linear *mbsri_linear_create(const mbsr_model *m, bool whole, const bool *s
     }
     place_doubles(l, store, work, block);
     memset(l->of, 0, ((size_t)m->bodies + 1) * sizeof *l->of);
-    memset(l->deep, 0, ((size_t)m->bodies + 1) * sizeof *l->deep);
+    memset(l->below_massless, 0, ((size_t)m->bodies + 1) * sizeof *l->below_massless);
     place_all_terms(l);
     l->bytes = head + numbers + doubles;
     return l;
@@ -352,7 +344,7 @@ bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
 {
     const mbsr_model *m = l->model;
     bool some = false, other = false;
-    l->deep[0] = l->coupled[0] = false;
+    l->below_massless[0] = l->coupled[0] = false;
     l->rank[0] = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
@@ -361,11 +353,12 @@ bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
         l->rank[i] = rank && g.members == 1 ? rank[i] : mbsri_group_rank(d, &g);
         for (int k = 0; k < g.members; ++k) {
             const int at = g.member[k];
-            const bool deep = g.members > 1 || l->deep[m->body[i].parent] || l->rank[i] < g.n;
+            const bool below_massless =
+                g.members > 1 || l->below_massless[m->body[i].parent] || l->rank[i] < g.n;
             l->coupled[at] = g.members > 1;
-            other = other || deep != l->deep[at];
-            l->deep[at] = deep;
-            some = some || deep;
+            other = other || below_massless != l->below_massless[at];
+            l->below_massless[at] = below_massless;
+            some = some || below_massless;
         }
     }
     if (other) place_all_terms(l);
@@ -374,7 +367,7 @@ bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
 
 void mbsri_linear_mark_all(mbsri_linear *l)
 {
-    for (int i = 1; i <= l->model->bodies; ++i) l->deep[i] = true;
+    for (int i = 1; i <= l->model->bodies; ++i) l->below_massless[i] = true;
     place_all_terms(l);
 }
 
@@ -422,13 +415,13 @@ static int differentiate(mbsri_linear *l, mbsr_data *d, int i, const mbsri_terms
               columns = x_pred + b->nq + b->n;
     mbsri_joint_slopes s;
     mbsri_joint_slopes_place(&s, l->joint);
-    const int status = mbsri_joint_slopes_of(m, d, i, l->deep[i], d->udot + b->iu, &s);
+    const int status = mbsri_joint_slopes_of(m, d, i, l->below_massless[i], d->udot + b->iu, &s);
     if (status) return status;
     for (int at = 0; at < columns; ++at) {
         const int from = at < x_pred ? at : s.q + at - x_pred;
         copy_column(from, s.e + 2 * b->d, s.x, at, x, k.x);
         copy_column(from, 3 * b->pred.d, s.below, at, mbsri_linear_actions(l, b->parent), k.below);
-        copy_column(from, 3 * b->n, s.own, at, (l->deep[i] ? 3 : 2) * b->n, k.own);
+        copy_column(from, 3 * b->n, s.own, at, (l->below_massless[i] ? 3 : 2) * b->n, k.own);
         copy_column(from, b->nq, s.qdot, at, b->nq, k.qdot);
     }
     return MBSR_OK;
@@ -441,14 +434,14 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
     const mbsri_terms k = mbsri_linear_terms(l, i);
     const int x = mbsri_linear_motions(l, i);
     int status = MBSR_OK;
-    if (!l->deep[i] && !l->deep[b->parent] && mbsri_axes_serve(b))
+    if (!l->below_massless[i] && !l->below_massless[b->parent] && mbsri_axes_serve(b))
         mbsri_axes_slopes(b, d, k.x, k.below, k.own, k.qdot);
     else
         status = differentiate(l, d, i, k);
     if (status) return status;
     const size_t nd = (size_t)b->d, n = (size_t)b->n, dp = nd * (size_t)b->pred.d, dn = nd * n;
     mbsri_zero((size_t)(mbsri_linear_actions(l, i) * x), k.P);
-    status = mbsri_body_slopes_add(m, d, i, l->deep[i], k.P, l->body);
+    status = mbsri_body_slopes_add(m, d, i, l->below_massless[i], k.P, l->body);
     mbsri_copy(dp, d->H + b->dp, k.H);
     mbsri_copy(dp, d->Hdot + b->dp, k.Hdot);
     mbsri_copy(dn, d->J + b->dn, k.J);
@@ -574,24 +567,24 @@ int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, co
 }
 
 /* y_pi += B y:  -H^T m,  -(H^T sigma + H'^T m),  -H^T mu */
-void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
-                       double *below)
+void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool below_massless,
+                       const double *y, double *below)
 {
     const int d = b->d, dp = b->pred.d;
     mbsri_atx_often(d, dp, -1.0, k->H, y, below);
     mbsri_atx_often(d, dp, -1.0, k->H, y + d, below + dp);
     mbsri_atx_often(d, dp, -1.0, k->Hdot, y, below + dp);
-    if (deep) mbsri_atx_often(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
+    if (below_massless) mbsri_atx_often(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
 }
 
-void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,
+void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool below_massless,
                                   const double *below, double *y)
 {
     const int d = b->d, dp = b->pred.d;
     mbsri_ax(d, dp, -1.0, k->H, below, y);
     mbsri_ax(d, dp, -1.0, k->Hdot, below + dp, y);
     mbsri_ax(d, dp, -1.0, k->H, below + dp, y + d);
-    if (deep) mbsri_ax(d, dp, -1.0, k->H, below + 2 * dp, y + 2 * d);
+    if (below_massless) mbsri_ax(d, dp, -1.0, k->H, below + 2 * dp, y + 2 * d);
 }
 
 void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double *y)

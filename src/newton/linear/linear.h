@@ -4,8 +4,9 @@
  *
  * Perturbations of a body: of its pose, e numbers (SPATIAL: a small rotation about its origin and
  * the displacement of that origin, along the world's axes; else the np numbers of the pose), of its
- * velocity V and, where it is deep, of its acceleration A, d numbers each. Deep is what stands in
- * the subtree of a joint, or group of joints, whose block D is deficient. */
+ * velocity V and, where it is below a massless joint, of its acceleration A, d numbers each. Below
+ * a massless joint is what stands in the subtree of a joint, or group of joints, whose block D is
+ * deficient. */
 #ifndef MBSRI_NEWTON_LINEAR_H
 #define MBSRI_NEWTON_LINEAR_H
 
@@ -14,7 +15,7 @@
 /* Of a body and its joint: the derivatives of mbsri_joint_slopes but for the columns of u', the
  * body's own P, and what of the data is needed. G, s and X are those of a group, at its head. What
  * concerns A and mu stands there where the body, or for columns and `below` its predecessor, is
- * deep. */
+ * below a massless joint. */
 typedef struct mbsri_terms {
     double *x, *below, *own, *qdot;
     double *P;
@@ -38,11 +39,12 @@ typedef struct mbsri_linear {
     double c;
     bool whole; /* keeps all for products; else P, below and own are those of the last joint, and
                  * derivatives of elements those of the last */
-    const bool *served;   /* N + 1: bodies that it knows; NULL: all */
-    bool *deep, *coupled; /* N + 1: of each body; coupled: one of a group that is one block */
-    bool *dropped;        /* rows of closures that the data leaves out */
+    const bool *served; /* N + 1: bodies that it knows; NULL: all */
+    bool *below_massless,
+        *coupled;    /* N + 1: of each body; coupled: one of a group that is one block */
+    bool *dropped;   /* rows of closures that the data leaves out */
     int *rank, *e;   /* N + 1: of its joint, or at the head of the group; numbers of its pose */
-    mbsri_terms *of; /* N + 1, as bodies are deep */
+    mbsri_terms *of; /* N + 1, as bodies are below massless joints or not */
     double *along;   /* 2 nu: derivatives of elements on one coordinate, along q, along u; */
     bool finite;     /* they are */
     size_t *motion;  /* N + 1: offset of e + 2 d numbers, in vectors of `motions` */
@@ -70,11 +72,12 @@ void mbsri_linear_destroy(mbsri_linear *l);
 int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                        const double *yp, double *spare);
 
-/* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any.
+/* Which bodies are below a massless joint, by the data and the ranks (N + 1; NULL: those of the
+ * data); whether any.
  */
 bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank);
 
-/* Then all of them as deep ones, for derivatives of inverse dynamics. */
+/* Then all of them as below a massless joint, for derivatives of inverse dynamics. */
 void mbsri_linear_mark_all(mbsri_linear *l);
 
 /* The data at the state (t, y), with the loop forces of y', A and mu, for the factor c; bodies are
@@ -109,12 +112,12 @@ static inline mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i)
  * the reaction. */
 static inline int mbsri_linear_motions(const mbsri_linear *l, int i)
 {
-    return l->e[i] + (l->deep[i] ? 2 : 1) * l->model->body[i].d;
+    return l->e[i] + (l->below_massless[i] ? 2 : 1) * l->model->body[i].d;
 }
 
 static inline int mbsri_linear_actions(const mbsri_linear *l, int i)
 {
-    return (l->deep[i] ? 3 : 2) * l->model->body[i].d;
+    return (l->below_massless[i] ? 3 : 2) * l->model->body[i].d;
 }
 
 /* Elements. How often one is called: for body `first` .. `last`, an element by pairs for pairs of
@@ -138,11 +141,11 @@ static inline mbsri_closure_part mbsri_linear_closure(const mbsri_linear *l, siz
 }
 
 /* y_pi += B y, the part of the predecessor's forces that does not come from the joint itself. */
-void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
-                       double *below);
+void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool below_massless,
+                       const double *y, double *below);
 
 /* y += B^T below, of the same B. */
-void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,
+void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool below_massless,
                                   const double *below, double *y);
 
 /* y = (1 - P) x and x = P x for momenta of a joint or group: P = S^-1 X_N X_N^T S as

@@ -13,20 +13,13 @@
 #include "newton/linear/product.h"
 
 #include "algebra/dense.h"
+#include "base/memory.h"
 #include "newton/linear/groups.h"
 #include "newton/linear/product_sources.h"
 #include "newton/slopes/relation.h"
 #include "recursion/closures.h"
 
 #include <mbsrank/dae.h>
-
-static double *take(double **memory, size_t *used, size_t count)
-{
-    double *here = *memory;
-    if (here) *memory += count;
-    *used += count;
-    return here;
-}
 
 /* The longest that a joint, element or closure reads or gives. */
 static size_t widest(const mbsri_linear *w)
@@ -52,15 +45,15 @@ size_t mbsri_vectors_place(const mbsri_linear *w, double *memory, mbsri_vectors 
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, most = widest(w);
     size_t used = 0;
-    v->motion = take(&memory, &used, w->motions);
-    v->action = take(&memory, &used, 3 * m->size.v);
+    v->motion = mbsri_take(&memory, &used, w->motions);
+    v->action = mbsri_take(&memory, &used, 3 * m->size.v);
     double **const of_rates[] = {&v->torque, &v->push, &v->momentum, &v->balance};
-    for (int l = 0; l < 4; ++l) *of_rates[l] = take(&memory, &used, nu);
-    v->own = take(&memory, &used, 3 * nu);
+    for (int l = 0; l < 4; ++l) *of_rates[l] = mbsri_take(&memory, &used, nu);
+    v->own = mbsri_take(&memory, &used, 3 * nu);
     double **const of_bodies[] = {&v->mbar, &v->fbar, &v->kappa};
-    for (int l = 0; l < 3; ++l) *of_bodies[l] = take(&memory, &used, m->size.v);
-    v->in = take(&memory, &used, most);
-    v->out = take(&memory, &used, most);
+    for (int l = 0; l < 3; ++l) *of_bodies[l] = mbsri_take(&memory, &used, m->size.v);
+    v->in = mbsri_take(&memory, &used, most);
+    v->out = mbsri_take(&memory, &used, most);
     return used;
 }
 
@@ -106,14 +99,14 @@ static void add_to(int n, const double *x, double *y)
 }
 
 /* Root to leaves, joint i: x, r_q, what of the joint's equations depends on its variables alone. */
-static void move(const mbsri_linear *w, int i, const double *delta, const mbsri_sources *more,
-                 mbsri_vectors *v, double *r)
+static void move_joint(const mbsri_linear *w, int i, const double *delta, const mbsri_sources *more,
+                       mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const int x = mbsri_linear_motions(w, i), x_pred = mbsri_linear_motions(w, b->parent), n = b->n,
-              nq = b->nq, columns = x_pred + nq + n, rows = (w->deep[i] ? 3 : 2) * n;
+              nq = b->nq, columns = x_pred + nq + n, rows = (w->below_massless[i] ? 3 : 2) * n;
     double *z = v->in, *u = z + x_pred + nq, *rq = r + b->q, *action = v->action + 3 * b->pred.v;
     mbsri_copy((size_t)x_pred, v->motion + w->motion[b->parent], z);
     mbsri_copy((size_t)nq, delta + b->q, z + x_pred);
@@ -260,7 +253,7 @@ static void act(const mbsri_linear *w, int i, const double *delta, const mbsri_s
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const int d = b->d, n = b->n;
-    const bool reacts = w->deep[i];
+    const bool reacts = w->below_massless[i];
     const double *own = v->own + 3 * b->iu, *tau = v->torque + b->iu, *dp = delta + m->nq + b->u;
     double *y = v->action + 3 * b->v, *momentum = v->momentum + b->group.iu,
            *balance = v->balance + b->group.iu, *rp = r + m->nq + b->u;
@@ -280,7 +273,7 @@ static void act(const mbsri_linear *w, int i, const double *delta, const mbsri_s
         if (reacts) balance[l] += more->load[b->u + l];
         rp[l] -= more->drift[b->u + l];
     }
-    mbsri_linear_pass(b, &k, w->deep[b->parent], y, v->action + 3 * b->pred.v);
+    mbsri_linear_pass(b, &k, w->below_massless[b->parent], y, v->action + 3 * b->pred.v);
 }
 
 /* The step of L^-1 for joint i, whose members are done: x <- x - J^T xbar, and what the head passes
@@ -323,7 +316,7 @@ static void apply_linear(const mbsri_linear *w, const double *delta, const mbsri
         mbsri_copy((size_t)m->nu, more->torque, v->torque);
     }
     if (m->rows > 0) find_push(w, delta, v);
-    for (int i = 1; i <= m->bodies; ++i) move(w, i, delta, more, v, r);
+    for (int i = 1; i <= m->bodies; ++i) move_joint(w, i, delta, more, v, r);
     add_elements(w, delta, v);
     add_closures(w, delta, more, v, r);
     for (int i = m->bodies; i >= 1; --i) act(w, i, delta, more, v, r);
@@ -365,7 +358,7 @@ void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vec
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int l = 0; l < b->n; ++l) {
-            v->balance[b->group.iu + l] = w->deep[i] ? -tau[b->u + l] : 0.0;
+            v->balance[b->group.iu + l] = w->below_massless[i] ? -tau[b->u + l] : 0.0;
             r[m->nq + b->u + l] = -tau[b->u + l];
         }
     }

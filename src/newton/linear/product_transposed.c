@@ -44,11 +44,11 @@ static void act(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v,
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const int d = b->d, n = b->n;
-    const bool reacts = w->deep[i];
+    const bool reacts = w->below_massless[i];
     const double *momentum = v->momentum + b->group.iu, *balance = v->balance + b->group.iu,
                  *rp = r + m->nq + b->u;
     double *y = v->action + 3 * b->v, *own = v->own + 3 * b->iu, *tau = v->torque + b->iu;
-    mbsri_linear_pass_transposed(b, &k, w->deep[b->parent], v->action + 3 * b->pred.v, y);
+    mbsri_linear_pass_transposed(b, &k, w->below_massless[b->parent], v->action + 3 * b->pred.v, y);
     for (int l = 0; l < n; ++l) {
         own[l] = momentum[l];
         own[n + l] = -rp[l];
@@ -66,13 +66,14 @@ static void act(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v,
 
 /* Leaves to root, joint i: what is said of its motion goes to that of the predecessor and to delta.
  */
-static void move(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v, double *delta)
+static void move_joint(const mbsri_linear *w, int i, const double *r, mbsri_vectors *v,
+                       double *delta)
 {
     const mbsr_model *m = w->model;
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const int x = mbsri_linear_motions(w, i), x_pred = mbsri_linear_motions(w, b->parent), n = b->n,
-              nq = b->nq, columns = x_pred + nq + n, rows = (w->deep[i] ? 3 : 2) * n;
+              nq = b->nq, columns = x_pred + nq + n, rows = (w->below_massless[i] ? 3 : 2) * n;
     const double *rq = r + b->q;
     double *z = v->in, *push = v->push + b->iu, *motion = v->motion + w->motion[b->parent];
     mbsri_zero((size_t)columns, z);
@@ -96,7 +97,7 @@ static void read_force(const mbsri_linear *w, int i, const mbsri_vectors *v, dou
     const mbsri_body *b = w->model->body + i;
     const double *action = v->action + 3 * b->v;
     for (int l = 0; l < b->d; ++l)
-        f[l] = (w->deep[i] ? action[2 * b->d + l] : 0.0) - action[b->d + l];
+        f[l] = (w->below_massless[i] ? action[2 * b->d + l] : 0.0) - action[b->d + l];
     for (int l = 0; l < b->n && tau; ++l) tau[l] = v->torque[b->iu + l];
 }
 
@@ -254,7 +255,7 @@ static void read_sources(const mbsri_linear *w, const double *r, const mbsri_vec
         const mbsri_body *b = m->body + i;
         for (int l = 0; l < b->n; ++l) {
             by->pulse[b->u + l] = v->momentum[b->group.iu + l];
-            by->load[b->u + l] = w->deep[i] ? v->balance[b->group.iu + l] : 0.0;
+            by->load[b->u + l] = w->below_massless[i] ? v->balance[b->group.iu + l] : 0.0;
             by->drift[b->u + l] = -r[m->nq + b->u + l];
         }
     }
@@ -272,7 +273,7 @@ void mbsri_product_transposed_with(const mbsri_linear *w, const double *r, mbsri
     for (int i = 1; i <= m->bodies; ++i) act(w, i, r, v, delta);
     add_closures(w, r, v, delta, by);
     add_elements(w, v, delta);
-    for (int i = m->bodies; i >= 1; --i) move(w, i, r, v, delta);
+    for (int i = m->bodies; i >= 1; --i) move_joint(w, i, r, v, delta);
     if (m->rows > 0) find_push(w, v, delta);
     if (by) read_sources(w, r, v, by);
 }
@@ -291,6 +292,7 @@ void mbsri_product_of_torque_transposed(const mbsri_linear *w, const double *r, 
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int l = 0; l < b->n; ++l)
-            tau[b->u + l] = -r[m->nq + b->u + l] - (w->deep[i] ? v->balance[b->group.iu + l] : 0.0);
+            tau[b->u + l] =
+                -r[m->nq + b->u + l] - (w->below_massless[i] ? v->balance[b->group.iu + l] : 0.0);
     }
 }

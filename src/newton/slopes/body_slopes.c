@@ -106,17 +106,17 @@ MBSRI_INLINE void turn_mass(const double axis[3], const double *M, const double 
 /* M V, M A and (0, omega x v), M times that. */
 typedef struct spatial {
     const double *M, *V, *A;
-    double MV[6], MA[6], sweep[6], swept[6];
+    double MV[6], MA[6], sweep[6], M_sweep[6];
 } spatial;
 
-static void take(const mbsri_body *b, const mbsr_data *d, bool accelerated, spatial *s)
+static void read_body(const mbsri_body *b, const mbsr_data *d, bool accelerated, spatial *s)
 {
     *s = (spatial){.M = d->M + b->dd, .V = d->V + b->v, .A = d->A + b->v};
     mbsri_ax_often(6, 6, 1.0, s->M, s->V, s->MV);
     if (!accelerated) return;
     mbsri_ax_often(6, 6, 1.0, s->M, s->A, s->MA);
     mbsri_cross3(s->V, s->V + 3, s->sweep + 3);
-    mbsri_ax_often(6, 6, 1.0, s->M, s->sweep, s->swept);
+    mbsri_ax_often(6, 6, 1.0, s->M, s->sweep, s->M_sweep);
 }
 
 /* The column along theta = axis, at V and A held. */
@@ -126,11 +126,11 @@ MBSRI_INLINE void rotation_column(const spatial *s, const double axis[3], const 
     double dMV[6], dMdotV[6] = {0.0}, dh[6] = {0.0}, dMA[6] = {0.0};
     turn_mass(axis, s->M, s->V, s->MV, dMV);
     if (accelerated) {
-        double swept[6];
+        double turned_sweep[6];
         turn_mass(axis, s->M, s->A, s->MA, dMA);
-        turn_mass(axis, s->M, s->sweep, s->swept, swept);
+        turn_mass(axis, s->M, s->sweep, s->M_sweep, turned_sweep);
         turn(s->V, dMV, dMdotV);
-        for (int k = 0; k < 6; ++k) dMdotV[k] -= swept[k];
+        for (int k = 0; k < 6; ++k) dMdotV[k] -= turned_sweep[k];
     }
     mbsri_copy(6, dMdotV, dh);
     mbsri_add_cross3(s->V + 3, dMV + 3, dh);
@@ -163,7 +163,7 @@ MBSRI_INLINE void spatial_columns(const mbsri_body *b, const mbsr_data *d, const
 {
     const size_t rows = accelerated ? 18 : 12;
     spatial s;
-    take(b, d, accelerated, &s);
+    read_body(b, d, accelerated, &s);
     for (int k = 0; k < 3; ++k) {
         double axis[3] = {0.0};
         axis[k] = 1.0;

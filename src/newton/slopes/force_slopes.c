@@ -67,7 +67,7 @@ static void raise_pair(const mbsr_model *m, const mbsri_force *force, size_t *ma
     raise(m, &pair, matrix, work);
 }
 
-static void measure(const mbsr_model *m, mbsri_slopes_room room, size_t *matrix, size_t *work)
+static void measure_room(const mbsr_model *m, mbsri_slopes_room room, size_t *matrix, size_t *work)
 {
     const mbsri_force *force = m->forces.data;
     *matrix = *work = 0;
@@ -92,7 +92,7 @@ static void measure(const mbsr_model *m, mbsri_slopes_room room, size_t *matrix,
 void mbsri_slopes_size(const mbsr_model *m, mbsri_slopes_room room, size_t *doubles, size_t *ints)
 {
     size_t work;
-    measure(m, room, doubles, &work);
+    measure_room(m, room, doubles, &work);
     *doubles += work;
     *ints = 2 * (size_t)m->most.element_bodies;
 }
@@ -101,7 +101,7 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slope
                         double *doubles, int *ints)
 {
     size_t matrix, work;
-    measure(m, room, &matrix, &work);
+    measure_room(m, room, &matrix, &work);
     s->row = ints;
     s->column = ints + m->most.element_bodies;
     s->matrix = doubles;

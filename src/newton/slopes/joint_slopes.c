@@ -13,6 +13,7 @@
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
+#include "base/memory.h"
 #include "joints/flexible.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/joint_turns.h"
@@ -54,35 +55,28 @@ typedef struct column {
     bool turns;                                /* joint_turns.h has the predecessor's columns */
 } column;
 
-static void take(double **memory, size_t *used, size_t count, double **out)
-{
-    *out = *memory;
-    if (*memory) *memory += count;
-    *used += count;
-}
-
 /* Places the arrays of a column in memory (NULL: none); returns how many doubles they take. */
 static size_t lay_out(const mbsr_model *m, const mbsri_body *b, double *memory, column *c)
 {
     const size_t d = (size_t)b->d, dp = (size_t)b->pred.d, n = (size_t)b->joint.n,
                  nq = (size_t)b->joint.nq, np_pred = (size_t)m->body[b->parent].np;
     size_t used = 0;
-    take(&memory, &used, nq, &c->q);
-    take(&memory, &used, n, &c->u);
-    take(&memory, &used, np_pred, &c->p_pred);
-    take(&memory, &used, dp, &c->V_pred);
-    take(&memory, &used, (size_t)b->np, &c->dp);
-    take(&memory, &used, d, &c->dV);
+    c->q = mbsri_take(&memory, &used, nq);
+    c->u = mbsri_take(&memory, &used, n);
+    c->p_pred = mbsri_take(&memory, &used, np_pred);
+    c->V_pred = mbsri_take(&memory, &used, dp);
+    c->dp = mbsri_take(&memory, &used, (size_t)b->np);
+    c->dV = mbsri_take(&memory, &used, d);
     block *const blocks[] = {&c->first, &c->second};
     for (int k = 0; k < 2; ++k) {
-        take(&memory, &used, d * d, &blocks[k]->K);
-        take(&memory, &used, d * dp, &blocks[k]->H);
-        take(&memory, &used, d * n, &blocks[k]->J);
-        take(&memory, &used, d, &blocks[k]->k);
+        blocks[k]->K = mbsri_take(&memory, &used, d * d);
+        blocks[k]->H = mbsri_take(&memory, &used, d * dp);
+        blocks[k]->J = mbsri_take(&memory, &used, d * n);
+        blocks[k]->k = mbsri_take(&memory, &used, d);
     }
-    take(&memory, &used, nq, &c->qdot);
-    take(&memory, &used, d * d, &c->Kdot);
-    take(&memory, &used, d * (dp > n ? dp : n) + d, &c->spare);
+    c->qdot = mbsri_take(&memory, &used, nq);
+    c->Kdot = mbsri_take(&memory, &used, d * d);
+    c->spare = mbsri_take(&memory, &used, d * (dp > n ? dp : n) + d);
     return used + mbsri_joint_mover_place(b, (int)np_pred, memory, &c->move);
 }
 

@@ -45,7 +45,7 @@ static void add_turn(const double a[3], const double *x, double *y)
     mbsri_add_cross3(a, x + 3, y + 3);
 }
 
-static turns take(const mbsr_data *d, const mbsri_body *b, bool accelerated, const double *udot)
+static turns turns_of(const mbsr_data *d, const mbsri_body *b, bool accelerated, const double *udot)
 {
     const double *V = d->V + b->v, *above = d->V + b->pred.v, *x = d->p + b->p + MBSR_POSE_X,
                  *x_pred = d->p + b->pred.p + MBSR_POSE_X;
@@ -62,10 +62,10 @@ static turns take(const mbsr_data *d, const mbsri_body *b, bool accelerated, con
 }
 
 /* y -= D alpha, with alpha x r. */
-static void leave_bias(const turns *t, const double alpha[3], const double swept[3], double *y)
+static void leave_bias(const turns *t, const double alpha[3], const double arm_rate[3], double *y)
 {
     mbsri_add_cross3(alpha, t->rate, y + 3);
-    mbsri_add_cross3(t->omega, swept, y + 3);
+    mbsri_add_cross3(t->omega, arm_rate, y + 3);
     add_turn(alpha, t->between, y);
 }
 
@@ -89,12 +89,12 @@ static void pose_column(const turns *t, const double theta[3], bool accelerated,
     const mbsri_body *b = t->b;
     const double *m = d->imp + b->v, *sigma = d->sigma + b->v, *mu = d->mu + b->v,
                  *J = d->J + b->dn;
-    double beta[3], opposite[3], dr[3], swept[3], drate[3];
+    double beta[3], opposite[3], dr[3], arm_rate[3], drate[3];
     mbsri_cross3(theta, t->omega, beta);
     mbsri_cross3(theta, t->r, dr);
-    mbsri_cross3(beta, t->r, swept);
+    mbsri_cross3(beta, t->r, arm_rate);
     mbsri_cross3(theta, t->rate, drate);
-    mbsri_add3(-1.0, swept, drate);
+    mbsri_add3(-1.0, arm_rate, drate);
     for (int k = 0; k < 3; ++k) opposite[k] = -beta[k];
     mbsri_copy(3, theta, x);
     mbsri_copy(3, dr, x + 3);
@@ -110,7 +110,7 @@ static void pose_column(const turns *t, const double theta[3], bool accelerated,
     if (!accelerated) return;
     double *A = x + 12, load[6], bias[6] = {0.0};
     for (int k = 0; k < 6; ++k) load[k] = -t->push[k] - d->kII[b->v + (size_t)k];
-    leave_bias(t, beta, swept, bias);
+    leave_bias(t, beta, arm_rate, bias);
     for (int k = 0; k < 6; ++k) A[k] -= bias[k];
     add_turn(theta, load, A);
     mbsri_add_cross3(d->A + b->pred.v, dr, A + 3);
@@ -125,20 +125,20 @@ static void rate_column(const turns *t, const double alpha[3], bool accelerated,
     const mbsr_data *d = t->d;
     const mbsri_body *b = t->b;
     const double *m = d->imp + b->v;
-    double swept[3];
-    mbsri_cross3(alpha, t->r, swept);
+    double arm_rate[3];
+    mbsri_cross3(alpha, t->r, arm_rate);
     mbsri_copy(3, alpha, x + 6);
-    mbsri_copy(3, swept, x + 9);
-    mbsri_add_cross3(swept, m + 3, below + 6);
+    mbsri_copy(3, arm_rate, x + 9);
+    mbsri_add_cross3(arm_rate, m + 3, below + 6);
     add_turned(t, d->J + b->dn, alpha, m, own + b->n);
-    if (accelerated) leave_bias(t, alpha, swept, x + 12);
+    if (accelerated) leave_bias(t, alpha, arm_rate, x + 12);
 }
 
 void mbsri_joint_turns(const mbsr_model *m, const mbsr_data *d, int i, bool accelerated,
                        const double *udot, double *x, double *below, double *own)
 {
     const mbsri_body *b = m->body + i;
-    const turns t = take(d, b, accelerated, udot);
+    const turns t = turns_of(d, b, accelerated, udot);
     const size_t n = 3 * (size_t)b->n;
     for (size_t k = 0; k < 3; ++k) {
         double axis[3] = {0.0};

@@ -11,20 +11,13 @@
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "algebra/space3.h"
+#include "base/memory.h"
 
 #include <math.h>
 
 static const double step = 1e-3; /* of the span */
 
 /* ---- differences of a joint's functions ---- */
-
-static double *take(double **memory, size_t *used, size_t count)
-{
-    double *here = *memory;
-    if (here) *memory += count;
-    *used += count;
-    return here;
-}
 
 size_t mbsri_joint_mover_place(const mbsri_body *b, int np_pred, double *memory,
                                mbsri_joint_mover *w)
@@ -37,13 +30,13 @@ size_t mbsri_joint_mover_place(const mbsri_body *b, int np_pred, double *memory,
                                &w->p_on,   &w->V_pred,    &w->V};
     const size_t length[] = {nq, nq, nq, n, pred, pred, pred, (size_t)b->np, (size_t)b->np, dp, d};
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k)
-        *vector[k] = take(&memory, &used, length[k]);
+        *vector[k] = mbsri_take(&memory, &used, length[k]);
     mbsri_joint_sample *const samples[] = {&w->sample, &w->inner};
     for (int k = 0; k < 2; ++k) {
-        samples[k]->K = take(&memory, &used, d * d);
-        samples[k]->H = take(&memory, &used, d * dp);
-        samples[k]->J = take(&memory, &used, d * n);
-        samples[k]->k = take(&memory, &used, d);
+        samples[k]->K = mbsri_take(&memory, &used, d * d);
+        samples[k]->H = mbsri_take(&memory, &used, d * dp);
+        samples[k]->J = mbsri_take(&memory, &used, d * n);
+        samples[k]->k = mbsri_take(&memory, &used, d);
     }
     return used;
 }

@@ -23,9 +23,9 @@ MBSRI_INLINE void expect_pools(const mbsri_newton_sweeps *newton, int i)
     const mbsri_carried *v = &newton->blocks->carried;
     if (!is_body(newton, i)) return;
     const int k = v->first_closing[i];
-    if (v->served[i]) mbsri_expect(v->swept + i, v->swept + i + 1);
+    if (v->served[i]) mbsri_expect(v->lane_pool + i, v->lane_pool + i + 1);
     if (k == 0) return;
-    mbsri_expect(v->swept + k, v->swept + k + 1);
+    mbsri_expect(v->lane_pool + k, v->lane_pool + k + 1);
     mbsri_expect(v->front + k, v->front + k + 1);
 }
 
@@ -66,14 +66,15 @@ MBSRI_INLINE void expect_passage(const mbsri_sweep_run *run, const mbsri_newton_
     const mbsri_carried *v = &newton->blocks->carried;
     if (!is_body(newton, i)) return;
     const int k = v->first_closing[i];
-    const double *record = v->store + v->swept[i].record;
+    const double *record = v->store + v->lane_pool[i].record;
     mbsri_expect(run->tree->body + i, run->tree->body + i + 1);
     mbsri_expect(run->state + i, run->state + i + 1);
     if (v->served[i])
-        mbsri_expect_room(record, record + MBSRI_SWEPT_RECORD * mbsri_swept_span(v->swept[i].most));
+        mbsri_expect_room(record,
+                          record + MBSRI_LANE_RECORD * mbsri_lane_span(v->lane_pool[i].most));
     if (k == 0) return;
-    record = v->store + v->swept[k].record;
-    mbsri_expect_room(record, record + mbsri_closing_size(v->swept[k].most));
+    record = v->store + v->lane_pool[k].record;
+    mbsri_expect_room(record, record + mbsri_closing_size(v->lane_pool[k].most));
 }
 
 MBSRI_INLINE void expect_factor(const mbsri_sweep_run *run, const mbsri_newton_sweeps *newton,
@@ -107,7 +108,7 @@ MBSRI_INLINE void expect_numbers(const mbsri_newton_sweeps *newton, int i, bool 
     }
     if (!(s->flags & MBSRI_CLOSES)) return;
     const int k = v->first_closing[i];
-    const closing c = closing_of(v, k, v->swept[k].count, is_deep(newton, i));
+    const closing c = closing_of(v, k, v->lane_pool[k].count, is_below_massless(newton, i));
     mbsri_expect(to_root ? c.LU : c.right, to_root ? c.W : c.Q);
     if (!to_root) mbsri_expect(c.W, c.W + c.size * CLOSED_MOTIONS);
 }

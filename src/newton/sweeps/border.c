@@ -21,9 +21,9 @@ static bool hands_over(const mbsri_newton_sweeps *newton, int i)
     return parent > 0 && !is_block(newton, parent);
 }
 
-static bool is_deep(const mbsri_newton_sweeps *newton, int i)
+static bool is_below_massless(const mbsri_newton_sweeps *newton, int i)
 {
-    return newton->deep && newton->step[i].deep & MBSRI_DEEP;
+    return newton->below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
 }
 
 /* Where number k of V, or of forces, of a body with d numbers stands among three axes; *linear:
@@ -109,9 +109,9 @@ static void column_of(int d, int k, int *group, int *axis)
 }
 
 /* carry = -P, number by number. */
-static void take_matrix(int d, bool deep, const double *P, mbsri_newton_carry *c)
+static void take_matrix(int d, bool below_massless, const double *P, mbsri_newton_carry *c)
 {
-    const int rows = deep ? 3 * d : 2 * d;
+    const int rows = below_massless ? 3 * d : 2 * d;
     memset(c, 0, sizeof *c);
     for (int k = 0; k < 2 * d; ++k) {
         const double *x = P + rows * k;
@@ -122,15 +122,15 @@ static void take_matrix(int d, bool deep, const double *P, mbsri_newton_carry *c
             const int r = axis_of(d, l, &linear);
             c->P[group][axis][CHI_L + linear][r] = -x[l];
             c->P[group][axis][MOMENT + linear][r] = -x[d + l];
-            if (deep) c->Y[group][axis][linear][r] = -x[2 * d + l];
+            if (below_massless) c->Y[group][axis][linear][r] = -x[2 * d + l];
         }
     }
 }
 
 /* P = -carry, likewise. */
-static void give_matrix(int d, bool deep, const mbsri_newton_carry *c, double *P)
+static void give_matrix(int d, bool below_massless, const mbsri_newton_carry *c, double *P)
 {
-    const int rows = deep ? 3 * d : 2 * d;
+    const int rows = below_massless ? 3 * d : 2 * d;
     for (int k = 0; k < 2 * d; ++k) {
         double *x = P + rows * k;
         int group, axis;
@@ -140,7 +140,7 @@ static void give_matrix(int d, bool deep, const mbsri_newton_carry *c, double *P
             const int r = axis_of(d, l, &linear);
             x[l] = -c->P[group][axis][CHI_L + linear][r];
             x[d + l] = -c->P[group][axis][MOMENT + linear][r];
-            if (deep) x[2 * d + l] = -c->Y[group][axis][linear][r];
+            if (below_massless) x[2 * d + l] = -c->Y[group][axis][linear][r];
         }
     }
 }
@@ -185,8 +185,8 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     const int status = mbsri_front_pass_body(newton->mixed, run->data, i);
     if (status || !hands_over(newton, i)) return status;
     meeting at = meet(newton, parent);
-    const bool deep = is_deep(newton, parent);
-    take_matrix(at.d, deep, mbsri_front_matrix(newton->mixed, i), carry);
+    const bool below_massless = is_below_massless(newton, parent);
+    take_matrix(at.d, below_massless, mbsri_front_matrix(newton->mixed, i), carry);
     take_sums(run, i, &flow, &at, carry);
     add_drift(&at, 1.0, carry);
     turn_columns(&at, 1.0, carry);
@@ -198,11 +198,11 @@ void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, 
                        mbsri_newton_carry *carry)
 {
     const int parent = newton->tree->body[i].parent;
-    const bool deep = is_deep(newton, parent);
+    const bool below_massless = is_below_massless(newton, parent);
     const double *rho = run->state[i].rho;
     meeting at = meet(newton, parent);
     memcpy(at.L, carry->L, sizeof at.L), memcpy(at.p, carry->p, sizeof at.p);
-    if (deep) {
+    if (below_massless) {
         const double *W = newton->reaction[i].W;
         memcpy(at.W_L, W, sizeof at.W_L), memcpy(at.W_p, W + 4, sizeof at.W_p);
         mbsri_add_cross3(rho, W + 4, at.W_L);
@@ -213,8 +213,8 @@ void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, 
     turn_sums(&at, 1.0, carry);
     add_drift(&at, -1.0, carry);
     double *P = mbsri_front_matrix(newton->mixed, i);
-    if (deep) mbsri_zero((size_t)(9 * at.d * at.d), P); /* over A, too */
-    give_matrix(at.d, deep, carry, P);
+    if (below_massless) mbsri_zero((size_t)(9 * at.d * at.d), P); /* over A, too */
+    give_matrix(at.d, below_massless, carry, P);
     mbsri_front_hand_on(newton->mixed, i);
     mbsri_flow flow = {0};
     memcpy(flow.L, carry->L, sizeof flow.L), memcpy(flow.p, carry->p, sizeof flow.p);
@@ -274,7 +274,8 @@ void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newt
     for (int k = 0; k < 3; ++k) moment[k] = flow->b[4 * MOMENT + k] - moment[k];
     add_six(at.d, 1.0, flow->b + 4 * CHI_L, flow->b + 4 * CHI_P, y);
     add_six(at.d, 1.0, moment, flow->b + 4 * FORCE, y + at.d);
-    if (is_deep(newton, b->parent)) add_six(at.d, 1.0, flow->psi, flow->psi + 4, y + 2 * at.d);
+    if (is_below_massless(newton, b->parent))
+        add_six(at.d, 1.0, flow->psi, flow->psi + 4, y + 2 * at.d);
     add_six(at.d, -1.0, flow->L_bar, flow->p_bar, f->wbar + b->pred.v);
 }
 

@@ -3,9 +3,10 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A block (sweeps/block.h) counts its perturbation x in its own coordinates, the changes of its
- * pose and of V, and y as those of (m, sigma) and, where deep, of mu. The sweeps have (dtheta, nu,
- * xi) and (chi, phi, psi) instead (perturbation.h, reaction.h). About the origin of the body that
- * stands between them, with its omega and v and the sums (L, p), (N, F), W over what is handed on,
+ * pose and of V, and y as those of (m, sigma) and, below a massless joint of mu. The sweeps have
+ * (dtheta, nu, xi) and (chi, phi, psi) instead (perturbation.h, reaction.h). About the origin of
+ * the body that stands between them, with its omega and v and the sums (L, p), (N, F), W over what
+ * is handed on,
  *
  *   d(pose) = (dtheta, xi)           d(omega) = nu_w + dtheta x omega,  dv = nu_v + dtheta x v
  *   m = -(L, p)                      d(L, p) = chi + dtheta x (L, p)
@@ -14,9 +15,10 @@
  *
  * where dtheta x (L, p) is (dtheta x L, dtheta x p). A body in the plane has some of these numbers.
  *
- * A, which the blocks perturb where deep, does not pass: to a block behind the sweeps dA = 0 is
- * given, and what the sweeps hand to a block leaves out M x for some x. Neither is seen in a row
- * that counts, by the argument in reaction.h; mu of a block over its own A is -Mbar as always. */
+ * A, which the blocks perturb below a massless joint, does not pass: to a block behind the sweeps
+ * dA = 0 is given, and what the sweeps hand to a block leaves out M x for some x. Neither is seen
+ * in a row that counts, by the argument in reaction.h; mu of a block over its own A is -Mbar as
+ * always. */
 #ifndef MBSRI_NEWTON_BORDER_H
 #define MBSRI_NEWTON_BORDER_H
 

@@ -18,9 +18,9 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
 {
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
-    const bool deep = is_deep(newton, v->swept[k].body);
-    const closing c = closing_of(v, k, size, deep);
-    const open_pool pool = view_pool(v, v->swept + k);
+    const bool below_massless = is_below_massless(newton, v->lane_pool[k].body);
+    const closing c = closing_of(v, k, size, below_massless);
+    const open_pool pool = view_pool(v, v->lane_pool + k);
     int *place = v->list;
     if (!scale_T(&c, &pool, NULL, (int *)(void *)v->work) ||
         !factor_T(&c, place, MBSRI_SHARP_PIVOT))
@@ -30,7 +30,7 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
     for (int l = 0; l < size; ++l) c.name[l] = pool.column[place[l]];
     if (!y) return true;
     if (!place_W(&c, &pool, place, v->work)) return false;
-    if (deep)
+    if (below_massless)
         subtract_closed(&c, y, true);
     else
         subtract_closed(&c, y, false);
@@ -43,10 +43,10 @@ MBSRI_OUTLINE bool close_front(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     mbsri_carried *v = &newton->blocks->carried;
     mbsri_carried_seat(newton->blocks, k);
-    switch (v->swept[k].count) {
+    switch (v->lane_pool[k].count) {
     case 4: return close_sized(newton, k, 4, y);
     case 5: return close_sized(newton, k, 5, y);
-    default: return close_sized(newton, k, v->swept[k].count, y);
+    default: return close_sized(newton, k, v->lane_pool[k].count, y);
     }
 }
 
@@ -80,8 +80,8 @@ MBSRI_OUTLINE int meet_loops(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 MBSRI_INLINE void load_closed(const mbsri_carried *v, const closing *c, int k, int size, v4 b[4],
                               v4 psi[2], bool on_root)
 {
-    const double *s = v->store + v->swept[k].right;
-    const bool deep = c->actions > CLOSED_ACTIONS;
+    const double *s = v->store + v->lane_pool[k].right;
+    const bool below_massless = c->actions > CLOSED_ACTIONS;
     closing sized = *c;
     sized.size = size;
     for (int l = 0; l < size; ++l) c->right[l] = s[c->row[l]] * c->by_row[l];
@@ -90,7 +90,7 @@ MBSRI_INLINE void load_closed(const mbsri_carried *v, const closing *c, int k, i
         const double *Q = c->Q + l * c->actions;
         const v4 x = splat(c->right[l]);
         for (int r = 0; r < 4; ++r) b[r] += load3(Q + 3 * r) * x;
-        for (int r = 0; r < 2 && deep; ++r) psi[r] += load3(Q + 12 + 3 * r) * x;
+        for (int r = 0; r < 2 && below_massless; ++r) psi[r] += load3(Q + 12 + 3 * r) * x;
     }
 }
 
@@ -99,9 +99,9 @@ MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 p
 {
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
-    const bool deep = is_deep(newton, i);
+    const bool below_massless = is_below_massless(newton, i);
     for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
-        const closing c = closed_front(v, k, deep);
+        const closing c = closed_front(v, k, below_massless);
         switch (c.size) {
         case 2: load_closed(v, &c, k, 2, b, psi, i == 0); break;
         case 4: load_closed(v, &c, k, 4, b, psi, i == 0); break;
@@ -116,9 +116,9 @@ MBSRI_OUTLINE void close_motion(mbsri_newton_sweeps *newton, int i, const v4 x[4
 {
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
-    const bool deep = is_deep(newton, i);
+    const bool below_massless = is_below_massless(newton, i);
     for (int k = v->last_closing[i]; k > 0; k = v->front[k].previous) {
-        const closing c = closed_front(v, k, deep);
+        const closing c = closed_front(v, k, below_massless);
         if (c.rest > 0) move_rest(v, &c);
         for (int l = 0; l < c.size; ++l) {
             const double *W = c.W + l * CLOSED_MOTIONS;

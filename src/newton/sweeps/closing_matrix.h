@@ -19,16 +19,17 @@ typedef struct closing {
 /* Numbers of a row of W, and of a column of Q where psi takes no part. */
 enum { CLOSED_MOTIONS = 12, CLOSED_ACTIONS = 12 };
 
-/* deep: of a body with psi. */
-MBSRI_INLINE bool is_deep(const mbsri_newton_sweeps *newton, int i)
+/* below_massless: of a body with psi. */
+MBSRI_INLINE bool is_below_massless(const mbsri_newton_sweeps *newton, int i)
 {
-    return newton->deep && newton->step[i].deep & MBSRI_DEEP;
+    return newton->below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
 }
 
-MBSRI_INLINE closing closing_of(const mbsri_carried *v, int k, int size, bool deep)
+MBSRI_INLINE closing closing_of(const mbsri_carried *v, int k, int size, bool below_massless)
 {
-    const mbsri_pool *pool = v->swept + k;
-    const int span = mbsri_swept_span(size), actions = deep ? CLOSED_ACTIONS + 6 : CLOSED_ACTIONS;
+    const mbsri_pool *pool = v->lane_pool + k;
+    const int span = mbsri_lane_span(size),
+              actions = below_massless ? CLOSED_ACTIONS + 6 : CLOSED_ACTIONS;
     double *LU = v->store + pool->record, *by_row = LU + span * size, *right = by_row + span,
            *by_column = right + span, *Q = by_column + span, *W = Q + actions * size;
     int *row = v->numbers + pool->place + pool->most;
@@ -195,7 +196,7 @@ MBSRI_INLINE void solve_T(const closing *c, double *x)
 /* The same of rows of four groups. */
 MBSRI_INLINE void solve_rows(const closing *c, double *x)
 {
-    const int size = c->size, span = c->span, of = MBSRI_SWEPT_MOTIONS;
+    const int size = c->size, span = c->span, of = MBSRI_LANE_MOTIONS;
     for (int k = 1; k < size; ++k) {
         v4 sum[4] = {load3(x + of * k), load3(x + of * k + 4), load3(x + of * k + 8),
                      load3(x + of * k + 12)};
@@ -254,9 +255,9 @@ MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool, const int *pl
 {
     v4 worst = splat(0.0);
     for (int k = 0; k < c->size; ++k) {
-        const double *R = pool->R + c->row[k] * MBSRI_SWEPT_MOTIONS,
-                     *Q = pool->Q + place[k] * MBSRI_SWEPT_ACTIONS;
-        double *row = work + k * MBSRI_SWEPT_MOTIONS, *to = c->Q + k * c->actions;
+        const double *R = pool->R + c->row[k] * MBSRI_LANE_MOTIONS,
+                     *Q = pool->Q + place[k] * MBSRI_LANE_ACTIONS;
+        double *row = work + k * MBSRI_LANE_MOTIONS, *to = c->Q + k * c->actions;
         const v4 by_row = splat(c->by_row[k]), by_column = splat(c->by_column[k]);
         for (int g = 0; g < 4; ++g) store3(row + 4 * g, load3(R + 4 * g) * by_row);
         for (int g = 0; g < c->actions / 3; ++g) {
@@ -268,7 +269,7 @@ MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool, const int *pl
     solve_rows(c, work);
     for (int k = 0; k < c->size; ++k) {
         for (int g = 0; g < 4; ++g) {
-            const v4 x = load3(work + k * MBSRI_SWEPT_MOTIONS + 4 * g);
+            const v4 x = load3(work + k * MBSRI_LANE_MOTIONS + 4 * g);
             store3(c->W + k * CLOSED_MOTIONS + 3 * g, x);
             worst += x - x;
         }
@@ -277,7 +278,7 @@ MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool, const int *pl
 }
 
 /* P -= Q W, Y likewise. */
-MBSRI_INLINE void subtract_closed(const closing *c, slab *y, bool deep)
+MBSRI_INLINE void subtract_closed(const closing *c, slab *y, bool below_massless)
 {
     for (int g = 0; g < 4; ++g) {
         for (int j = 0; j < 3; ++j) {
@@ -287,7 +288,7 @@ MBSRI_INLINE void subtract_closed(const closing *c, slab *y, bool deep)
                 const double *Q = c->Q + k * c->actions;
                 const v4 x = splat(c->W[k * CLOSED_MOTIONS + 3 * g + j]);
                 for (int r = 0; r < 4; ++r) sum[r] -= load3(Q + 3 * r) * x;
-                for (int r = 0; r < 2 && deep; ++r) Y[r] -= load3(Q + 12 + 3 * r) * x;
+                for (int r = 0; r < 2 && below_massless; ++r) Y[r] -= load3(Q + 12 + 3 * r) * x;
             }
             for (int r = 0; r < 4; ++r) P[r] = sum[r];
         }

@@ -19,7 +19,7 @@
 MBSRI_INLINE int sort_part(const mbsr_newton *w, int k, int *at)
 {
     const mbsri_carried *v = &w->carried;
-    const int count = v->swept[k].count, *name = v->numbers + v->swept[k].column;
+    const int count = v->lane_pool[k].count, *name = v->numbers + v->lane_pool[k].column;
     int done = 0, rest = count;
     for (int l = count - 1; l >= 0; --l) {
         if (name[l] >= v->multipliers) return -1;
@@ -57,19 +57,19 @@ MBSRI_INLINE bool place_beside(const closing *c, const open_pool *pool, const in
 
 /* Unknown m of b, its forces and what eta moves, to the pool that goes on. */
 MBSRI_INLINE void hand_unknown(const closing *c, const open_pool *from, const open_pool *to, int m,
-                               int place, bool deep)
+                               int place, bool below_massless)
 {
-    const int at = c->row[c->size + m], groups = deep ? 6 : 4;
-    const double *X = c->LU + (c->size + m) * c->span, *Q = from->Q + at * MBSRI_SWEPT_ACTIONS,
-                 *kappa = from->kappa + at * MBSRI_SWEPT_FORCES;
-    double *to_Q = to->Q + place * MBSRI_SWEPT_ACTIONS,
-           *to_kappa = to->kappa + place * MBSRI_SWEPT_FORCES;
+    const int at = c->row[c->size + m], groups = below_massless ? 6 : 4;
+    const double *X = c->LU + (c->size + m) * c->span, *Q = from->Q + at * MBSRI_LANE_ACTIONS,
+                 *kappa = from->kappa + at * MBSRI_LANE_FORCES;
+    double *to_Q = to->Q + place * MBSRI_LANE_ACTIONS,
+           *to_kappa = to->kappa + place * MBSRI_LANE_FORCES;
     for (int r = 0; r < groups; ++r) {
         v4 sum = load3(Q + 4 * r);
         for (int l = 0; l < c->size; ++l) sum -= load3(c->Q + l * c->actions + 3 * r) * splat(X[l]);
         store3(to_Q + 4 * r, load3(to_Q + 4 * r) + first_three(sum));
     }
-    for (int g = 0; g < MBSRI_SWEPT_FORCES; g += 4)
+    for (int g = 0; g < MBSRI_LANE_FORCES; g += 4)
         store3(to_kappa + g, load3(to_kappa + g) + load3(kappa + g));
 }
 
@@ -78,8 +78,8 @@ MBSRI_INLINE void hand_waiting(const closing *c, const open_pool *from, const op
                                int place)
 {
     const int at = c->row[c->size + m];
-    const double *below = c->LU + c->size + m, *R = from->R + at * MBSRI_SWEPT_MOTIONS;
-    double *to_R = to->R + place * MBSRI_SWEPT_MOTIONS;
+    const double *below = c->LU + c->size + m, *R = from->R + at * MBSRI_LANE_MOTIONS;
+    double *to_R = to->R + place * MBSRI_LANE_MOTIONS;
     for (int g = 0; g < 4; ++g) {
         v4 sum = load3(R + 4 * g);
         for (int l = 0; l < c->size; ++l)
@@ -89,17 +89,17 @@ MBSRI_INLINE void hand_waiting(const closing *c, const open_pool *from, const op
 }
 
 /* What is carried on. */
-MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, bool deep)
+MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, bool below_massless)
 {
-    const open_pool from = view_pool(v, v->swept + k);
-    open_pool to = view_pool(v, v->swept + from.pool->up);
+    const open_pool from = view_pool(v, v->lane_pool + k);
+    open_pool to = view_pool(v, v->lane_pool + from.pool->up);
     int *place = v->numbers + v->front[k].place;
     for (int m = 0; m < c->rest; ++m)
         place[m] = place_of_name(&to, from.column[c->row[c->size + m]]);
     for (int m = 0; m < c->rest; ++m) {
         const int at = c->row[c->size + m];
         const double *X = c->LU + (c->size + m) * c->span;
-        hand_unknown(c, &from, &to, m, place[m], deep);
+        hand_unknown(c, &from, &to, m, place[m], below_massless);
         hand_waiting(c, &from, &to, m, place[m]);
         for (int n = 0; n < c->rest; ++n) {
             double sum = from.T[at * from.most + c->row[c->size + n]];
@@ -110,11 +110,11 @@ MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, boo
 }
 
 /* Front k at the last factorisation. */
-MBSRI_INLINE closing closed_front(const mbsri_carried *v, int k, bool deep)
+MBSRI_INLINE closing closed_front(const mbsri_carried *v, int k, bool below_massless)
 {
     const mbsri_carried_front *front = v->front + k;
-    if (!front->passes) return closing_of(v, k, v->swept[k].count, deep);
-    closing c = closing_of(v, k, front->size, deep);
+    if (!front->passes) return closing_of(v, k, v->lane_pool[k].count, below_massless);
+    closing c = closing_of(v, k, front->size, below_massless);
     c.size = front->done;
     c.rest = front->size - front->done;
     return c;
@@ -125,10 +125,10 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
                                    slab *y)
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const open_pool pool = view_pool(v, v->swept + k);
-    const bool deep = is_deep(newton, pool.pool->body);
+    const open_pool pool = view_pool(v, v->lane_pool + k);
+    const bool below_massless = is_below_massless(newton, pool.pool->body);
     int *at = v->list, *place = at + pool.pool->count;
-    closing c = closed_front(v, k, deep);
+    closing c = closed_front(v, k, below_massless);
     c.size = size;
     c.rest = rest;
     if (!scale_T(&c, &pool, at, (int *)(void *)v->work)) return false;
@@ -142,11 +142,11 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
     for (int m = size; m < size + c.rest; ++m) c.row[m] = place[m] = at[m];
     for (int l = 0; l < size + c.rest; ++l) c.name[l] = pool.column[place[l]];
     if (!place_W(&c, &pool, place, v->work) || !place_beside(&c, &pool, place)) return false;
-    if (deep)
+    if (below_massless)
         hand_rest(v, &c, k, true);
     else
         hand_rest(v, &c, k, false);
-    if (y && deep)
+    if (y && below_massless)
         subtract_closed(&c, y, true);
     else if (y)
         subtract_closed(&c, y, false);
@@ -160,7 +160,7 @@ MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
     const mbsri_carried *v = &newton->blocks->carried;
     mbsri_carried_front *front = v->front + k;
     mbsri_carried_seat(newton->blocks, k);
-    front->size = v->swept[k].count;
+    front->size = v->lane_pool[k].count;
     front->done = sort_part(newton->blocks, k, v->list);
     if (front->done < 0) return false;
     const int rest = front->size - front->done;
@@ -188,10 +188,10 @@ MBSRI_INLINE void move_rest(const mbsri_carried *v, const closing *c)
 /* Right-hand sides of the rows that go on, when T_aa^-1 s_a is there. */
 MBSRI_INLINE void pass_rest_sized(const mbsri_carried *v, const closing *c, int k, int size)
 {
-    const mbsri_pool *pool = v->swept + k;
+    const mbsri_pool *pool = v->lane_pool + k;
     const int *place = v->numbers + v->front[k].place;
     const double *from = v->store + pool->right;
-    double *to = v->store + v->swept[pool->up].right;
+    double *to = v->store + v->lane_pool[pool->up].right;
     for (int m = 0; m < c->rest; ++m) {
         double sum = from[c->row[size + m]];
         for (int l = 0; l < size; ++l) sum -= c->LU[l * c->span + size + m] * c->right[l];

@@ -66,7 +66,7 @@ MBSRI_INLINE void place_own(const mbsri_sweep_run *run, int i, mbsri_newton_own 
 
 /* The forces of elements on body i, and their slopes over its own motion. */
 MBSRI_OUTLINE void add_elements(const mbsri_sweep_run *run, int i,
-                                const mbsri_newton_sweeps *newton, slab *y, bool deep)
+                                const mbsri_newton_sweeps *newton, slab *y, bool below_massless)
 {
     const mbsri_sweep_load *on = run->load + i;
     const mbsri_newton_own *own = newton->own + i;
@@ -83,7 +83,7 @@ MBSRI_OUTLINE void add_elements(const mbsri_sweep_run *run, int i,
     for (int j = 0; j < 3; ++j) {
         const v4 turned = arm * splat(f[j]) - product * e[j];
         y->P[ROTATION][j][MOMENT] += turned;
-        if (!deep) continue;
+        if (!below_massless) continue;
         /* psi: seen in the moving body */
         y->Y[ROTATION][j][0] -= by.by[ROTATION][j][0] + turned - cross(e[j], load(on->L));
         y->Y[ROTATION][j][1] -= by.by[ROTATION][j][1] - cross(e[j], f);

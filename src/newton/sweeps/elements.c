@@ -241,7 +241,7 @@ static bool is_bent(const mbsri_closure *c)
     return mbsri_is_coupling(c) && !mbsri_closure_is_constant(c);
 }
 
-bool mbsri_newton_bends(const mbsr_model *m)
+bool mbsri_newton_has_joint_slopes(const mbsr_model *m)
 {
     const mbsri_closure *c = m->closures.data;
     bool any = false;
@@ -250,7 +250,8 @@ bool mbsri_newton_bends(const mbsr_model *m)
 }
 
 /* S: slopes of the forces of closure c, which is on body i from this column on. */
-static void bend(mbsri_newton_sweeps *w, const mbsri_closure *c, const double *S, int i, int column)
+static void add_coupling_slopes(mbsri_newton_sweeps *w, const mbsri_closure *c, const double *S,
+                                int i, int column)
 {
     const mbsri_sweep_body *b = w->tree->body + i;
     for (int l = 0; l < b->n; ++l) {
@@ -264,18 +265,19 @@ static void bend(mbsri_newton_sweeps *w, const mbsri_closure *c, const double *S
     }
 }
 
-void mbsri_newton_bend(mbsri_newton_sweeps *newton)
+void mbsri_newton_add_joint_slopes(mbsri_newton_sweeps *newton)
 {
     const mbsr_model *m = newton->model;
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_closure *c = m->closures.data;
-    if (newton->bent || !newton->tau_q) return;
-    newton->bent = true;
+    if (newton->joint_slopes || !newton->tau_q) return;
+    newton->joint_slopes = true;
     for (size_t k = 0; k < m->closures.count; ++k, ++c) {
         for (int l = 0; l < c->def.bodies && is_bent(c); ++l) {
             const int i = c->body[l];
             if (!is_block(newton->tree, i))
-                bend(newton, c, v->store + v->loop[k].S, i, c->column[l] + m->body[i].d);
+                add_coupling_slopes(newton, c, v->store + v->loop[k].S, i,
+                                    c->column[l] + m->body[i].d);
         }
     }
 }

@@ -16,10 +16,10 @@ void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *l
 int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d);
 
 /* Whether there are couplings of joint coordinates whose forces change with these. */
-bool mbsri_newton_bends(const mbsr_model *m);
+bool mbsri_newton_has_joint_slopes(const mbsr_model *m);
 
 /* Adds what each of their forces changes with the coordinates of its own joint, when loops are
  * open; once a factorisation. */
-void mbsri_newton_bend(mbsri_newton_sweeps *newton);
+void mbsri_newton_add_joint_slopes(mbsri_newton_sweeps *newton);
 
 #endif

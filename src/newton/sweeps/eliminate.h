@@ -25,38 +25,39 @@ MBSRI_INLINE void expect_column(const mbsri_newton_sweeps *newton, int u)
 }
 
 /* To the predecessor, whose slab this is. */
-MBSRI_INLINE void queue(int flags, elimination *at, bool full, bool deep)
+MBSRI_INLINE void queue(int flags, elimination *at, bool full, bool below_massless)
 {
     slab *y = &at->y;
     if (flags & MBSRI_NEXT) return;
     if (!(flags & MBSRI_OPENS)) {
         add_slab(--at->top, y, full);
-        if (deep) add_reaction(at->top, y);
+        if (below_massless) add_reaction(at->top, y);
     }
     slab_to_memory(y, at->top, full);
-    if (deep) reaction_to_memory(y, at->top);
+    if (below_massless) reaction_to_memory(y, at->top);
     ++at->top;
 }
 
 /* From body i to its predecessor. */
 MBSRI_INLINE void hand_over(const mbsri_sweep_run *run, int i, elimination *at, bool full,
-                            bool deep)
+                            bool below_massless)
 {
     const int flags = run->tree->body[i].flags;
     const v4 rho = load(run->state[i].rho);
     translate_slab(rho, &at->y, full);
-    if (deep) translate_reaction(rho, &at->y, full);
-    queue(flags, at, full, deep);
+    if (below_massless) translate_reaction(rho, &at->y, full);
+    queue(flags, at, full, below_massless);
 }
 
-/* All that acts on body i: its own mass, its successors, elements. any: there are deep bodies. */
+/* All that acts on body i: its own mass, its successors, elements. any: there are bodies below
+ * massless joints. */
 MBSRI_INLINE void gather_body(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                               elimination *at, bool full, bool any)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const v4 g = load3(run->tree->gravity);
     const int flags = b->flags;
-    const bool deep = any && newton->step[i].deep & MBSRI_DEEP;
+    const bool below_massless = any && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
     slab *y = &at->y;
     expect_column(newton, b->u - 2);
     if (flags & MBSRI_LEAF) clear_slab(y, full);
@@ -66,12 +67,12 @@ MBSRI_INLINE void gather_body(const mbsri_sweep_run *run, int i, mbsri_newton_sw
         if (any) add_reaction(at->top, y);
     }
     if (!(flags & MBSRI_MASSLESS)) add_own_slab(b, run->state + i, g, y);
-    if (full && flags & MBSRI_LOADED) add_elements(run, i, newton, y, deep);
+    if (full && flags & MBSRI_LOADED) add_elements(run, i, newton, y, below_massless);
 }
 
 /* False: the rows of the joint are singular. What reaches others of Y is not used. */
 MBSRI_INLINE bool eliminate_joint(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                                  slab *y, bool full, bool deep)
+                                  slab *y, bool full, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     if (__builtin_expect((b->flags & MBSRI_MULTI) != 0, 0)) { /* most have one axis */
@@ -81,9 +82,9 @@ MBSRI_INLINE bool eliminate_joint(const mbsri_sweep_run *run, int i, mbsri_newto
         clear_slab(y, full);
         add_slab(&multi, y, full);
     } else if (b->n) {
-        if (!eliminate(run, i, newton, y, full, deep)) return false;
+        if (!eliminate(run, i, newton, y, full, below_massless)) return false;
     } else if (is_pair(newton, i, full)) {
-        pass_weld(run, i, newton, y, deep);
+        pass_weld(run, i, newton, y, below_massless);
     }
     return true;
 }
@@ -101,9 +102,9 @@ MBSRI_INLINE void leave_body(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 MBSRI_INLINE bool eliminate_body(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                                  elimination *at, bool full, bool any)
 {
-    const bool deep = any && newton->step[i].deep & MBSRI_DEEP;
+    const bool below_massless = any && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
     gather_body(run, i, newton, at, full, any);
-    if (!eliminate_joint(run, i, newton, &at->y, full, deep)) return false;
+    if (!eliminate_joint(run, i, newton, &at->y, full, below_massless)) return false;
     leave_body(run, i, newton, at, full, any);
     return true;
 }
@@ -136,9 +137,10 @@ static int newton_factor(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton
     return run->load ? factor_sweep(run, newton, true) : factor_sweep(run, newton, false);
 }
 
-/* After the backward sweep, where the bound does not tell or bodies are deep; their reactions are
- * known. */
-MBSRI_INLINE int deep_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, bool full)
+/* After the backward sweep, where the bound does not tell or bodies are below massless joints;
+ * their reactions are known. */
+MBSRI_INLINE int below_massless_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton,
+                                      bool full)
 {
     elimination of;
     start_elimination(run, newton, &of, full);
@@ -149,13 +151,14 @@ MBSRI_INLINE int deep_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *new
     return 0;
 }
 
-static int newton_factor_deep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+static int newton_factor_below_massless(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    if (!backward(run) || !find_deep(run, newton)) return MBSRI_NOT_CLEAR;
+    if (!backward(run) || !find_below_massless(run, newton)) return MBSRI_NOT_CLEAR;
     newton->unclear = true;
-    if (newton->deep) forward(run);
-    if (newton->deep) find_reactions(run, newton);
-    return run->load ? deep_sweep(run, newton, true) : deep_sweep(run, newton, false);
+    if (newton->below_massless) forward(run);
+    if (newton->below_massless) find_reactions(run, newton);
+    return run->load ? below_massless_sweep(run, newton, true)
+                     : below_massless_sweep(run, newton, false);
 }
 
 /* ---- trees with blocks ---- */
@@ -165,7 +168,7 @@ MBSRI_OUTLINE bool eliminate_block(const mbsri_sweep_run *run, int i, mbsri_newt
                                    elimination *at)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    const bool deep = newton->deep;
+    const bool below_massless = newton->below_massless;
     _Alignas(32) mbsri_newton_carry carry;
     newton->status = mbsri_border_eliminate(run, newton, i, &carry);
     if (newton->status) return false;
@@ -175,10 +178,10 @@ MBSRI_OUTLINE bool eliminate_block(const mbsri_sweep_run *run, int i, mbsri_newt
     clear_slab(y, true);
     clear_reaction(y);
     add_slab(&carry, y, true);
-    if (deep) add_reaction(&carry, y);
+    if (below_massless) add_reaction(&carry, y);
     translate_slab(arm, y, true);
-    if (deep) translate_reaction(arm, y, true);
-    queue(b->flags, at, true, deep);
+    if (below_massless) translate_reaction(arm, y, true);
+    queue(b->flags, at, true, below_massless);
     return true;
 }
 
@@ -187,7 +190,7 @@ MBSRI_OUTLINE void give_slab(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 {
     _Alignas(32) mbsri_newton_carry carry;
     slab_to_memory(&at->y, &carry, true);
-    if (newton->deep) reaction_to_memory(&at->y, &carry);
+    if (newton->below_massless) reaction_to_memory(&at->y, &carry);
     mbsri_border_give(run, newton, i, &carry);
 }
 
@@ -202,7 +205,7 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
             if (!eliminate_block(run, i, newton, &of)) return MBSRI_BLOCK_FAILED;
             continue;
         }
-        if (!eliminate_body(run, i, newton, &of, true, newton->deep)) return i;
+        if (!eliminate_body(run, i, newton, &of, true, newton->below_massless)) return i;
         if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
     }
     return 0;
@@ -211,8 +214,8 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 /* Trees with blocks. After the backward sweep. */
 static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    if (!backward(run) || !find_deep(run, newton)) return MBSRI_NOT_CLEAR;
-    if (newton->deep) {
+    if (!backward(run) || !find_below_massless(run, newton)) return MBSRI_NOT_CLEAR;
+    if (newton->below_massless) {
         forward(run);
         memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
         find_reactions(run, newton);

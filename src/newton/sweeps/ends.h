@@ -26,7 +26,7 @@ typedef struct loop_end {
     open_pool to;
     v4 arm, omega, v;
     int d, column;
-    bool deep;
+    bool below_massless;
 } loop_end;
 
 /* d numbers over the body, `stride` apart. */
@@ -53,10 +53,10 @@ MBSRI_INLINE void add_to(double *to, v4 x)
 /* A force on the body in column `at`. */
 MBSRI_INLINE void add_force(const loop_end *e, int at, pair6 force)
 {
-    double *Q = e->to.Q + at * MBSRI_SWEPT_ACTIONS;
+    double *Q = e->to.Q + at * MBSRI_LANE_ACTIONS;
     add_to(Q + 4 * MOMENT, force.w);
     add_to(Q + 4 * FORCE, force.v);
-    if (!e->deep) return;
+    if (!e->below_massless) return;
     add_to(Q + 16, -force.w);
     add_to(Q + 20, -force.v);
 }
@@ -64,7 +64,7 @@ MBSRI_INLINE void add_force(const loop_end *e, int at, pair6 force)
 /* Row `at` reads the pose by x. */
 MBSRI_INLINE void add_pose(const loop_end *e, int at, pair6 x)
 {
-    double *R = e->to.R + at * MBSRI_SWEPT_MOTIONS;
+    double *R = e->to.R + at * MBSRI_LANE_MOTIONS;
     add_to(R + 4 * ROTATION, x.w);
     add_to(R + 4 * DISPLACEMENT, x.v);
 }
@@ -88,7 +88,7 @@ MBSRI_INLINE void add_own_slopes(const mbsri_carried *v, const loop_end *e, slab
         for (int j = 0; j < 3; ++j) {
             for (int r = 0; r < 2; ++r) {
                 y->P[g][j][MOMENT + r] += own.by[g][j][r];
-                if (e->deep) y->Y[g][j][r] -= own.by[g][j][r];
+                if (e->below_massless) y->Y[g][j][r] -= own.by[g][j][r];
             }
         }
     }
@@ -112,13 +112,13 @@ MBSRI_OUTLINE void add_rows(const mbsri_newton_sweeps *newton, const mbsr_data *
         const pair6 own = read6(e, C + k, c->rows), row = shift6(e, own);
         add_force(e, lambda, shift6(e, read6(e, acts + k, c->rows)));
         add_pose(e, lambda, shift6(e, read6(e, v->store + e->loop->slope + k, c->rows)));
-        double *R = e->to.R + lambda * MBSRI_SWEPT_MOTIONS;
+        double *R = e->to.R + lambda * MBSRI_LANE_MOTIONS;
         add_to(R + 4 * ROTATION, cross(e->omega, own.w) + cross(e->v, own.v));
         add_to(R + 4 * SPIN, row.w);
         add_to(R + 4 * DRIFT, row.v);
         if (k >= c->position_rows || dropped) continue;
         const int eta = place_of_name(&e->to, mbsri_name_eta(w->model, c, k));
-        double *kappa = e->to.kappa + eta * MBSRI_SWEPT_FORCES;
+        double *kappa = e->to.kappa + eta * MBSRI_LANE_FORCES;
         add_to(kappa, row.w);
         add_to(kappa + 4, row.v);
         add_pose(e, eta, shift6(e, read6(e, holds + k, c->rows)));
@@ -141,7 +141,8 @@ MBSRI_OUTLINE void take_ends(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     const mbsri_newton_own *own = newton->own + i;
     loop_end e;
     if (v->first_end[i] < 0) return;
-    e.deep = newton->deep && newton->step[i].deep & MBSRI_DEEP;
+    e.below_massless =
+        newton->below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
     e.arm = load(own->arm);
     e.omega = load(own->omega);
     e.v = load(own->v);
@@ -152,7 +153,7 @@ MBSRI_OUTLINE void take_ends(const mbsri_sweep_run *run, int i, mbsri_newton_swe
         if (mbsri_is_coupling(e.c)) continue; /* see fronts.h */
         e.loop = v->loop + number;
         e.column = e.c->column[v->end[k].slot];
-        e.to = view_pool(v, v->swept + (i == v->pool[e.loop->pool].body ? e.loop->pool : i));
+        e.to = view_pool(v, v->lane_pool + (i == v->pool[e.loop->pool].body ? e.loop->pool : i));
         add_own_slopes(v, &e, y);
         add_rows(newton, run->data, &e);
     }

@@ -2,9 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Of body i, y = P x + Q v + b with the unknowns v that are carried, and rows R x + T v = s wait
- * for elimination; perturbations as in perturbation.h, numbers as in newton/carried/swept.h. eta
- * moves the joint as r_q would, by e = w S^T kappa each, where kappa is what open loops exert with
- * eta for lambda. So the columns of v pass a joint of one axis beside those of x_h:
+ * for elimination; perturbations as in perturbation.h, numbers as in newton/carried/lane_pools.h.
+ * eta moves the joint as r_q would, by e = w S^T kappa each, where kappa is what open loops exert
+ * with eta for lambda. So the columns of v pass a joint of one axis beside those of x_h:
  *
  *   du = k - K x_h - z v          z E = (row of the joint along Q) + gain e
  *   Q_h = Q + U e - C z           R_h = R - m K     T_h = T + n e - m z     s_h = s - n r_q - m k
@@ -14,8 +14,8 @@
  * in no Q or R before it. Where the joint's block is zero, loops may have to hold it: du is carried
  * on, and with it the balance of forces (reaction.h).
  *
- * Along a strand (newton/carried/swept.h) all stays in its place; where strands meet, one is added
- * to the other by the names of its unknowns. */
+ * Along a strand (newton/carried/lane_pools.h) all stays in its place; where strands meet, one is
+ * added to the other by the names of its unknowns. */
 #ifndef MBSRI_NEWTON_FRONTS_H
 #define MBSRI_NEWTON_FRONTS_H
 
@@ -37,7 +37,7 @@ typedef struct joint_front {
     const v4 *G;
     v4 rho, by_c;
     double weight;
-    bool deep;
+    bool below_massless;
     int held; /* see held_at */
     bool on_root, in_place;
     int count; /* unknowns from behind */
@@ -187,13 +187,13 @@ MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sw
                               joint_front *j)
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    mbsri_pool *pool = v->swept + i;
+    mbsri_pool *pool = v->lane_pool + i;
     j->on_root = run->tree->body[i].parent == 0;
     j->rho = load(run->state[i].rho);
     j->by_c = splat(newton->by_c);
     j->in_place = pool->in_place;
     j->from = view_pool(v, pool);
-    j->to = view_pool(v, v->swept + pool->up);
+    j->to = view_pool(v, v->lane_pool + pool->up);
     if (v->first_end[i] >= 0) take_couplings(newton->blocks, run->data, i, run->tree->body[i].n, j);
     j->count = pool->count;
     j->to_column = v->list;
@@ -202,55 +202,56 @@ MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sw
 }
 
 MBSRI_INLINE void put_column(const joint_front *j, int place, const v4 Q[4], const v4 kappa[2],
-                             const v4 psi[2], bool deep, bool in_place)
+                             const v4 psi[2], bool below_massless, bool in_place)
 {
-    double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
-           *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
+    double *to = j->to.Q + place * MBSRI_LANE_ACTIONS,
+           *to_kappa = j->to.kappa + place * MBSRI_LANE_FORCES;
     put(to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]), in_place);
     put(to + 4 * CHI_P, Q[CHI_P], in_place);
     put(to + 4 * MOMENT, Q[MOMENT] + cross(j->rho, Q[FORCE]), in_place);
     put(to + 4 * FORCE, Q[FORCE], in_place);
     put(to_kappa, kappa[0] + cross(j->rho, kappa[1]), in_place);
     put(to_kappa + 4, kappa[1], in_place);
-    if (!deep) return;
+    if (!below_massless) return;
     put(to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]), in_place);
     put(to + 20, psi[PSI_P], in_place);
 }
 
 /* An unknown to the predecessor. */
 MBSRI_INLINE void hand_column(const joint_front *j, int place, const v4 Q[4], const v4 kappa[2],
-                              const v4 psi[2], bool deep)
+                              const v4 psi[2], bool below_massless)
 {
     if (j->in_place)
-        put_column(j, place, Q, kappa, psi, deep, true);
+        put_column(j, place, Q, kappa, psi, below_massless, true);
     else
-        put_column(j, place, Q, kappa, psi, deep, false);
+        put_column(j, place, Q, kappa, psi, below_massless, false);
 }
 
 /* Unknown l through the joint. */
-MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep, bool coupled)
+MBSRI_INLINE void carry_column(const joint_front *j, int l, bool below_massless, bool coupled)
 {
     const passage *p = j->p;
     const double tau = coupled ? j->own.tau[l] : 0.0, push = coupled ? j->own.push[l] : 0.0;
     const axis *a = &p->a;
-    const double *from = j->from.Q + l * MBSRI_SWEPT_ACTIONS,
-                 *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES;
+    const double *from = j->from.Q + l * MBSRI_LANE_ACTIONS,
+                 *sum = j->from.kappa + l * MBSRI_LANE_FORCES;
     v4 Q[4], kappa[2] = {load3(sum), load3(sum + 4)}, psi[2];
     for (int r = 0; r < 4; ++r) Q[r] = load3(from + 4 * r);
-    for (int r = 0; r < 2; ++r) psi[r] = deep ? load3(from + 16 + 4 * r) : splat(0.0);
+    for (int r = 0; r < 2; ++r) psi[r] = below_massless ? load3(from + 16 + 4 * r) : splat(0.0);
     const double e = j->weight * (sum3(a->S_w * kappa[0] + a->S_v * kappa[1]) + push),
                  g = sum3(along_row(a, j->by_c, Q, true)) + p->gain * e - j->by_c[0] * tau,
                  z = j->held ? 0.0 : g / p->E,
-                 seen = deep ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) - tau : 0.0;
+                 seen =
+                     below_massless ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) - tau : 0.0;
     const v4 by_e = splat(e), by_z = splat(z);
     for (int r = 0; r < 4; ++r) Q[r] += p->U[r] * by_e - p->C[r] * by_z;
-    for (int r = 0; r < 2 && deep; ++r)
+    for (int r = 0; r < 2 && below_massless; ++r)
         psi[r] += p->t.U[r] * by_e - p->t.C[r] * by_z - j->G[r] * splat(j->held ? 0.0 : seen);
     j->record.z[l] = z;
     j->record.e[l] = e;
     j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->held ? g : 0.0);
-    if (deep) j->balance[l] = seen + p->t.along_U * e;
-    if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, deep);
+    if (below_massless) j->balance[l] = seen + p->t.along_U * e;
+    if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, below_massless);
 }
 
 MBSRI_INLINE double read_motion(const v4 R[4], const v4 motion[4])
@@ -260,7 +261,7 @@ MBSRI_INLINE double read_motion(const v4 R[4], const v4 motion[4])
 
 MBSRI_INLINE void hand_row(const joint_front *j, int place, v4 R[4])
 {
-    double *to = j->to.R + place * MBSRI_SWEPT_MOTIONS;
+    double *to = j->to.R + place * MBSRI_LANE_MOTIONS;
     if (j->on_root) return;
     translate_row(j->rho, R, true);
     if (j->in_place)
@@ -273,7 +274,7 @@ MBSRI_INLINE void hand_row(const joint_front *j, int place, v4 R[4])
 MBSRI_INLINE void carry_row(const joint_front *j, int l, bool coupled)
 {
     const passage *p = j->p;
-    const double *from = j->from.R + l * MBSRI_SWEPT_MOTIONS;
+    const double *from = j->from.R + l * MBSRI_LANE_MOTIONS;
     v4 R[4];
     for (int g = 0; g < 4; ++g) R[g] = load3(from + 4 * g);
     const double by_q = coupled ? j->by_c[0] * j->own.by_q[l] : 0.0,
@@ -326,34 +327,34 @@ MBSRI_OUTLINE void carry_rate(const joint_front *j)
 }
 
 /* Unknowns and rows past a joint without couplings, and with some. */
-MBSRI_INLINE void carry_uncoupled(const joint_front *j, bool deep)
+MBSRI_INLINE void carry_uncoupled(const joint_front *j, bool below_massless)
 {
-    for (int l = 0; l < j->count && deep; ++l) carry_column(j, l, true, false);
-    for (int l = 0; l < j->count && !deep; ++l) carry_column(j, l, false, false);
+    for (int l = 0; l < j->count && below_massless; ++l) carry_column(j, l, true, false);
+    for (int l = 0; l < j->count && !below_massless; ++l) carry_column(j, l, false, false);
     for (int l = 0; l < j->count; ++l) carry_row(j, l, false);
 }
 
-MBSRI_OUTLINE void carry_coupled(const joint_front *j, bool deep)
+MBSRI_OUTLINE void carry_coupled(const joint_front *j, bool below_massless)
 {
-    for (int l = 0; l < j->count && deep; ++l) carry_column(j, l, true, true);
-    for (int l = 0; l < j->count && !deep; ++l) carry_column(j, l, false, true);
+    for (int l = 0; l < j->count && below_massless; ++l) carry_column(j, l, true, true);
+    for (int l = 0; l < j->count && !below_massless; ++l) carry_column(j, l, false, true);
     for (int l = 0; l < j->count; ++l) carry_row(j, l, true);
 }
 
 /* All that is carried past joint i; false: more directions than the loops could hold. */
 MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                              const passage *p, const v4 G[2], bool deep, bool held)
+                              const passage *p, const v4 G[2], bool below_massless, bool held)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.p = p, .G = G, .deep = deep, .held = held};
+    joint_front j = {.p = p, .G = G, .below_massless = below_massless, .held = held};
     j.weight = b->n > 0 ? run->model->typical.weight[b->u] : 0.0;
     j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
     j.record = record_of(newton, i, 0);
     if (j.own.tau)
-        carry_coupled(&j, deep);
+        carry_coupled(&j, below_massless);
     else
-        carry_uncoupled(&j, deep);
+        carry_uncoupled(&j, below_massless);
     carry_T(&j);
     if (held) carry_rate(&j);
     return true;
@@ -363,15 +364,15 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
 
 /* As eliminate, with what is carried past the joint; false: the general elimination has to. */
 MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                                 slab *y, bool deep)
+                                 slab *y, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *s = run->state + i;
     const v4 by_c = splat(newton->by_c);
     const v4 G[2] = {load(s->U_L) * splat(s->Dinv), load(s->U_p) * splat(s->Dinv)};
-    const bool held = deep && newton->step[i].deep & MBSRI_NO_INERTIA;
+    const bool held = below_massless && newton->step[i].below_massless & MBSRI_NO_INERTIA;
     passage p;
-    meet_joint(run, i, newton, y, G, &p, true, deep, true);
+    meet_joint(run, i, newton, y, G, &p, true, below_massless, true);
     joint_row(y, &p.a, by_c, p.row, true);
     momentum_row(y, p.a.S_w, p.a.S_v, p.Q, true);
     for (int g = 0; g < 4 && held; ++g) {
@@ -379,25 +380,25 @@ MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton
         p.Q[g] -= p.row[g];
     }
     if (!held && !by_momentum(&p, true)) return false;
-    if (is_pair(newton, i, true)) close_pair(run, i, newton, &p, y, deep);
-    if (!carry_past(run, i, newton, &p, G, deep, held)) return false;
+    if (is_pair(newton, i, true)) close_pair(run, i, newton, &p, y, below_massless);
+    if (!carry_past(run, i, newton, &p, G, below_massless, held)) return false;
     if (!held) subtract_column(y, p.C, p.K, true);
-    if (!held && deep) subtract_reaction(y, p.t.C, p.K, true);
-    keep_joint(run, i, newton, G, &p, true, deep);
+    if (!held && below_massless) subtract_reaction(y, p.t.C, p.K, true);
+    keep_joint(run, i, newton, G, &p, true, below_massless);
     if (held) mbsri_newton_column_at(newton, b->u)->inverse = 0.0;
     return true;
 }
 
 /* A weld on a loop. */
 MBSRI_OUTLINE bool pass_open_weld(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                                  slab *y, bool deep)
+                                  slab *y, bool below_massless)
 {
     const v4 none[2] = {splat(0.0), splat(0.0)};
     passage p;
     memset(&p, 0, sizeof p);
     p.E = 1.0;
-    if (is_pair(newton, i, true)) pass_weld(run, i, newton, y, deep);
-    return carry_past(run, i, newton, &p, none, deep, false);
+    if (is_pair(newton, i, true)) pass_weld(run, i, newton, y, below_massless);
+    return carry_past(run, i, newton, &p, none, below_massless, false);
 }
 
 /* ---- solution ---- */
@@ -408,10 +409,10 @@ MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, dou
                                double rest)
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const mbsri_pool *pool = v->swept + i;
+    const mbsri_pool *pool = v->lane_pool + i;
     const open_record by = record_of(newton, i, 0);
     const int count = pool->count, *place = v->numbers + pool->place;
-    double *from = v->store + pool->right, *to = v->store + v->swept[pool->up].right;
+    double *from = v->store + pool->right, *to = v->store + v->lane_pool[pool->up].right;
     for (int l = 0; l < count; ++l) {
         const double s = from[l] - by.n[l] * r_q - by.m[l] * k;
         if (pool->in_place)
@@ -427,7 +428,7 @@ MBSRI_OUTLINE void move_open(const mbsri_newton_sweeps *newton, int i, double *d
                              double *dp)
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const mbsri_pool *pool = v->swept + i;
+    const mbsri_pool *pool = v->lane_pool + i;
     const int *name = v->numbers + pool->column, count = pool->count;
     const open_record by = record_of(newton, i, 0);
     for (int l = 0; l < count; ++l) {

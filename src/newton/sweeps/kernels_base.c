@@ -4,6 +4,6 @@
 #include "newton/sweeps/looped_solve.h"
 #include "newton/sweeps/solve_transposed.h"
 
-const mbsri_newton_kernels mbsri_newton_base = {newton_factor,       newton_factor_deep,
+const mbsri_newton_kernels mbsri_newton_base = {newton_factor,       newton_factor_below_massless,
                                                 newton_factor_mixed, newton_factor_looped,
                                                 newton_solve,        newton_solve_transposed};

@@ -8,9 +8,9 @@
  * (sweeps/tree.h); where their joints are not, what counts in them alone is left behind, being
  * zero.
  *
- * Deep (reaction.h) are wide joints with no inertia behind them: their reactions are the loads on
- * these bodies, known at once. All else that lacks rank is left to the sweeps that go one after the
- * other. */
+ * Below a massless joint (reaction.h) are joints of several axes with no inertia behind them: their
+ * reactions are the loads on these bodies, known at once. All else that lacks rank is left to the
+ * sweeps that go one after the other. */
 #ifndef MBSRI_NEWTON_LOOPED_H
 #define MBSRI_NEWTON_LOOPED_H
 
@@ -69,7 +69,7 @@ MBSRI_INLINE void leave_narrow(const mbsri_sweep_run *run, int i, mbsri_newton_s
         for (int r = 0; r < 4; ++r) y->P[DISPLACEMENT][j][r] = none;
     }
     clear_reaction(y);
-    queue(b->flags, at, true, newton->deep);
+    queue(b->flags, at, true, newton->below_massless);
 }
 
 /* Past body i, which is wide; false: its rows are singular, or see newton->status. */
@@ -78,18 +78,19 @@ MBSRI_OUTLINE bool eliminate_wide(const mbsri_sweep_run *run, int i, mbsri_newto
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const int flags = b->flags;
-    const bool deep = is_light(flags);
+    const bool below_massless = is_light(flags);
     slab *y = &at->y;
     place_own(run, i, newton->own + i);
     if (is_pair(newton, i, true)) place_own(run, b->parent, newton->own + b->parent);
-    if (deep) add_reaction_of(run, i, newton);
-    gather_body(run, i, newton, at, true, newton->deep);
+    if (below_massless) add_reaction_of(run, i, newton);
+    gather_body(run, i, newton, at, true, newton->below_massless);
     if (flags & (MBSRI_FRONT | MBSRI_CLOSES)) newton->status = meet_loops(run, i, newton, y);
     if (newton->status) return false;
     if (flags & MBSRI_WIDE_JOINT) {
-        const bool passed = flags & MBSRI_FRONT ? pass_open(run, i, newton, y, deep)
-                                                : eliminate_joint(run, i, newton, y, true, deep);
-        if (passed) leave_body(run, i, newton, at, true, newton->deep);
+        const bool passed = flags & MBSRI_FRONT
+                                ? pass_open(run, i, newton, y, below_massless)
+                                : eliminate_joint(run, i, newton, y, true, below_massless);
+        if (passed) leave_body(run, i, newton, at, true, newton->below_massless);
         return passed;
     }
     if (!eliminate_joint(run, i, newton, y, false, false)) return false;
@@ -107,16 +108,18 @@ MBSRI_OUTLINE bool eliminate_narrow(const mbsri_sweep_run *run, int i, mbsri_new
     return true;
 }
 
-/* Which bodies are deep, as the model says, where others have found it in a state. */
-static void mark_deep(mbsri_newton_sweeps *newton)
+/* Which bodies are below a massless joint, as the model says, where others have found it in a
+ * state. */
+static void mark_below_massless(mbsri_newton_sweeps *newton)
 {
-    newton->deep = newton->light;
+    newton->below_massless = newton->light;
     if (newton->marked) return;
     for (int i = 0; i <= newton->tree->bodies; ++i) {
         const mbsri_sweep_body *b = newton->tree->body + i;
-        const bool deep = is_light(b->flags);
-        newton->step[i].deep = deep ? MBSRI_DEEP | (b->n > 0 ? MBSRI_NO_INERTIA : 0) : 0;
-        newton->blocks->node[i].deep = deep;
+        const bool below_massless = is_light(b->flags);
+        newton->step[i].below_massless =
+            below_massless ? MBSRI_BELOW_MASSLESS | (b->n > 0 ? MBSRI_NO_INERTIA : 0) : 0;
+        newton->blocks->node[i].below_massless = below_massless;
     }
     newton->marked = true;
 }
@@ -146,9 +149,9 @@ MBSRI_INLINE bool pass_back(const mbsri_sweep_run *run, int i, back *at)
 static int open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     newton->blocks->c = newton->c;
-    newton->blocks->node[0].deep = false;
+    newton->blocks->node[0].below_massless = false;
     const int status = mbsri_carried_open(newton->blocks, run->data, newton->c);
-    if (!status) mbsri_newton_bend(newton);
+    if (!status) mbsri_newton_add_joint_slopes(newton);
     return status;
 }
 
@@ -156,7 +159,7 @@ static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps 
 {
     back at;
     elimination of;
-    mark_deep(newton);
+    mark_below_massless(newton);
     newton->status = open_loops(run, newton);
     if (newton->status) return MBSRI_BLOCK_FAILED;
     start_back(run, &at);

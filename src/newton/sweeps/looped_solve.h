@@ -16,7 +16,7 @@ MBSRI_INLINE void leave_narrow_loads(const mbsri_newton_sweeps *newton, const mb
         return;
     }
     f->b[FORCE] = f->psi[PSI_L] = f->psi[PSI_P] = splat(0.0);
-    hand_loads_over(s, f, top, true, newton->deep);
+    hand_loads_over(s, f, top, true, newton->below_massless);
 }
 
 /* Past body i, which is wide. */
@@ -25,15 +25,15 @@ MBSRI_INLINE void wide_loads(mbsri_newton_sweeps *newton, int i, right_sides by,
 {
     const mbsri_newton_step *s = newton->step + i;
     const int flags = s->flags;
-    const bool deep = newton->deep;
+    const bool below_massless = newton->below_massless;
     if (flags & MBSRI_LEAF) clear_loads(f);
-    if (flags & MBSRI_BRANCHES) add_loads(--*top, f, true, deep);
-    if (by.load_of_body) add_load(newton, i, by.load_of_body, f, deep);
+    if (flags & MBSRI_BRANCHES) add_loads(--*top, f, true, below_massless);
+    if (by.load_of_body) add_load(newton, i, by.load_of_body, f, below_massless);
     if (newton->blocks->carried.first_turned >= 0) add_turned_loads(newton, i, f);
     if (flags & MBSRI_CLOSES) close_loads(newton, i, f->b, f->psi);
     if (flags & MBSRI_WIDE_JOINT) {
-        condense_joint(newton, s, i, flags, by, f, true, deep, true);
-        hand_loads_over(s, f, top, true, deep);
+        condense_joint(newton, s, i, flags, by, f, true, below_massless, true);
+        hand_loads_over(s, f, top, true, below_massless);
     } else {
         condense_joint(newton, s, i, flags, by, f, false, false, false);
         leave_narrow_loads(newton, s, f, top);

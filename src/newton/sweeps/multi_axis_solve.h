@@ -35,7 +35,7 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
     const int *place = newton->model->order.u_of + s->u, n = s->n;
     const double *r_p = r ? r + newton->model->nq : NULL, *r_u = r ? r_p + newton->model->nu : NULL;
     const v4 by_c = splat(newton->by_c);
-    const bool held = open && s->deep & MBSRI_NO_INERTIA;
+    const bool held = open && s->below_massless & MBSRI_NO_INERTIA;
     double g[6], known[6], w[6], rest[6];
     const double r_s = rates_of(newton, s, r, g);
     for (int k = 0; k < n; ++k) {

@@ -128,13 +128,13 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_newton_block *B = newton->block + b->multi;
-    const double *from = j->from.Q + l * MBSRI_SWEPT_ACTIONS,
-                 *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES,
+    const double *from = j->from.Q + l * MBSRI_LANE_ACTIONS,
+                 *sum = j->from.kappa + l * MBSRI_LANE_FORCES,
                  *weight = run->model->typical.weight + b->u;
     v4 Q[4], kappa[2] = {load3(sum), load3(sum + 4)}, psi[2] = {splat(0.0), splat(0.0)};
     double e[6], g[6], z[6], tau[6];
     for (int r = 0; r < 4; ++r) Q[r] = load3(from + 4 * r);
-    for (int r = 0; r < 2 && j->deep; ++r) psi[r] = load3(from + 16 + 4 * r);
+    for (int r = 0; r < 2 && j->below_massless; ++r) psi[r] = load3(from + 16 + 4 * r);
     for (int k = 0; k < p->n; ++k) {
         const int at = k * j->own.stride + l;
         const double push = j->own.tau ? j->own.push[at] : 0.0;
@@ -162,14 +162,14 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
         by.e[l] = e[k];
         by.p[l] = sum3(p->a[k].S_w * Q[CHI_L] + p->a[k].S_v * Q[CHI_P]) - (j->held ? g[k] : 0.0);
     }
-    if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, j->deep);
+    if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, j->below_massless);
 }
 
 /* Row l that waits through the joint. */
 static void carry_row_of_axes(const mbsri_newton_sweeps *newton, int i, const axes *p,
                               const balance_of_axes *t, const joint_front *j, int l)
 {
-    const double *from = j->from.R + l * MBSRI_SWEPT_MOTIONS;
+    const double *from = j->from.R + l * MBSRI_LANE_MOTIONS;
     v4 R[4], out[4];
     for (int g = 0; g < 4; ++g) R[g] = out[g] = load3(from + 4 * g);
     for (int k = 0; k < p->n; ++k) {
@@ -241,7 +241,7 @@ static void keep_held(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *ne
     const int u = run->tree->body[i].u;
     v4 Q[6][4];
     for (int k = 0; k < p->n; ++k) {
-        mbsri_newton_deep *below = newton->below + u + k;
+        mbsri_newton_below_massless *below = newton->below + u + k;
         store3(below->C, t->C[k][0]), store3(below->C + 3, t->C[k][1]);
         store3(below->U, t->U[k][0]), store3(below->U + 3, t->U[k][1]);
         momentum_row(y, p->a[k].S_w, p->a[k].S_v, Q[k], true);
@@ -252,23 +252,23 @@ static void keep_held(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *ne
 
 /* Joint i on a loop; false: its rows are singular, or see open_next. */
 static bool eliminate_open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                                slab *y, bool deep)
+                                slab *y, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.deep = deep, .held = held_at(newton, i)};
+    joint_front j = {.below_massless = below_massless, .held = held_at(newton, i)};
     axes p;
     balance_of_axes t;
     j.balance = newton->blocks->carried.work;
     if (!open_axes(run, i, newton, &p, y, true)) return false;
     find_motions(&p, newton->block + b->multi, &t);
-    if (deep) open_balances(run, i, newton, &p, y, &t);
-    if (!close_axes(run, i, newton, &p, y, true, deep)) return false;
+    if (below_massless) open_balances(run, i, newton, &p, y, &t);
+    if (!close_axes(run, i, newton, &p, y, true, below_massless)) return false;
     if (!start_front(run, i, newton, &j)) return false;
     for (int l = 0; l < j.count; ++l) carry_column_of_axes(run, i, newton, &p, &t, &j, l);
     for (int l = 0; l < j.count; ++l) carry_row_of_axes(newton, i, &p, &t, &j, l);
     carry_T_of_axes(newton, i, p.n, &j);
     carry_rates(newton, i, &p, &t, &j);
-    if (deep)
+    if (below_massless)
         keep_held(run, i, newton, &p, &t, y);
     else
         keep_columns(run, i, newton, &p, y, true);
@@ -277,12 +277,12 @@ static bool eliminate_open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_
 
 /* The joint of a body on a loop; false: its rows are singular. */
 MBSRI_OUTLINE bool pass_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                             slab *y, bool deep)
+                             slab *y, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    if (b->flags & MBSRI_MULTI) return eliminate_open_axes(run, i, newton, y, deep);
-    return b->n > 0 ? eliminate_open(run, i, newton, y, deep)
-                    : pass_open_weld(run, i, newton, y, deep);
+    if (b->flags & MBSRI_MULTI) return eliminate_open_axes(run, i, newton, y, below_massless);
+    return b->n > 0 ? eliminate_open(run, i, newton, y, below_massless)
+                    : pass_open_weld(run, i, newton, y, below_massless);
 }
 
 /* ---- solution ---- */
@@ -293,11 +293,11 @@ static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double
                                 const double rest[6])
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const mbsri_pool *pool = v->swept + i;
+    const mbsri_pool *pool = v->lane_pool + i;
     const mbsri_newton_step *s = newton->step + i;
     const int count = pool->count, held = held_at(newton, i), *place = v->numbers + pool->place;
     const double *from = v->store + pool->right, *k = newton->k + s->u;
-    double *to = v->store + v->swept[pool->up].right;
+    double *to = v->store + v->lane_pool[pool->up].right;
     for (int l = 0; l < count; ++l) {
         double sum = from[l];
         for (int o = 0; o < s->n; ++o) {
@@ -326,7 +326,7 @@ static void balance_axes(mbsri_newton_sweeps *newton, int i, const double g[6], 
         for (int l = 0; l < s->n; ++l) rest[k] -= B->inverse[k][l] * g[l];
     }
     for (int k = 0; k < s->n; ++k) {
-        const mbsri_newton_deep *below = newton->below + s->u + k;
+        const mbsri_newton_below_massless *below = newton->below + s->u + k;
         store(m->psi, load(m->psi) + load3(below->U) * splat(g[k]));
         store(m->psi + 4, load(m->psi + 4) + load3(below->U + 3) * splat(g[k]));
     }
@@ -337,7 +337,7 @@ static void move_open_axes(const mbsri_newton_sweeps *newton, int i, double du[6
                            double dp[6])
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const mbsri_pool *pool = v->swept + i;
+    const mbsri_pool *pool = v->lane_pool + i;
     const int *name = v->numbers + pool->column, count = pool->count, held = held_at(newton, i);
     for (int o = 0; o < newton->step[i].n; ++o) {
         const open_record by = record_of(newton, i, o);

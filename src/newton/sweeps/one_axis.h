@@ -84,14 +84,14 @@ MBSRI_INLINE bool by_reaction(passage *p, bool full)
 
 /* Elements between the body and its predecessor: what they exert on the latter. */
 MBSRI_OUTLINE void close_pair(const mbsri_sweep_run *run, int i, const mbsri_newton_sweeps *newton,
-                              passage *p, slab *y, bool deep)
+                              passage *p, slab *y, bool below_massless)
 {
     slopes on;
     place_on_predecessor(run, i, newton, &on);
     apply_slopes(&on, p->motion, p->C);
     apply_slopes(&on, p->by_r, p->U);
     add_slopes(&on, y);
-    if (!deep) return;
+    if (!below_massless) return;
     v4 forces[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)}, by_r[4];
     memcpy(by_r, forces, sizeof by_r);
     apply_slopes(&on, p->motion, forces);
@@ -103,7 +103,7 @@ MBSRI_OUTLINE void close_pair(const mbsri_sweep_run *run, int i, const mbsri_new
     subtract_slopes(&on, y);
 }
 
-/* Of a deep body: psi over x_h, and what u' takes up of it. */
+/* Of a body below a massless joint: psi over x_h, and what u' takes up of it. */
 MBSRI_OUTLINE void pass_reaction(const mbsri_sweep_run *run, int i,
                                  const mbsri_newton_sweeps *newton, const v4 G[2], passage *p,
                                  slab *y, bool full)
@@ -116,16 +116,16 @@ MBSRI_OUTLINE void pass_reaction(const mbsri_sweep_run *run, int i,
         subtract_slopes(&by, y);
     }
     reaction_row(y, &p->a, &p->t, full);
-    if (!(newton->step[i].deep & MBSRI_NO_INERTIA)) take_up(G, &p->t, y, full);
+    if (!(newton->step[i].below_massless & MBSRI_NO_INERTIA)) take_up(G, &p->t, y, full);
 }
 
-MBSRI_INLINE void keep_deep(mbsri_newton_sweeps *newton, int i, int u, const passage *p)
+MBSRI_INLINE void keep_below_massless(mbsri_newton_sweeps *newton, int i, int u, const passage *p)
 {
     mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
-    mbsri_newton_deep *below = newton->below + u;
+    mbsri_newton_below_massless *below = newton->below + u;
     store3(below->C, p->t.C[0]), store3(below->C + 3, p->t.C[1]);
     store3(below->U, p->t.U[0]), store3(below->U + 3, p->t.U[1]);
-    if (!(newton->step[i].deep & MBSRI_NO_INERTIA)) return;
+    if (!(newton->step[i].below_massless & MBSRI_NO_INERTIA)) return;
     below->pivot = p->E;
     below->gain = p->gain;
     col->inverse = 1.0 / p->t.along_C;
@@ -144,12 +144,13 @@ MBSRI_INLINE void sharpen(const mbsri_newton_sweeps *newton, const slab *y, pass
 /* Before its unknown is eliminated: p, and in y what elements owe to the predecessor's motion.
  * sharp: not r_q alone, which is small, moves the joint beside du. */
 MBSRI_INLINE void meet_joint(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                             slab *y, const v4 G[2], passage *p, bool full, bool deep, bool sharp)
+                             slab *y, const v4 G[2], passage *p, bool full, bool below_massless,
+                             bool sharp)
 {
     memset(&p->t, 0, sizeof p->t);
     open_passage(run, i, newton, y, p, full);
     if (sharp) sharpen(newton, y, p);
-    if (deep) pass_reaction(run, i, newton, G, p, y, full);
+    if (below_massless) pass_reaction(run, i, newton, G, p, y, full);
     if (!is_pair(newton, i, full)) return;
     slopes by;
     place_by_predecessor(run, i, newton, &by);
@@ -158,7 +159,7 @@ MBSRI_INLINE void meet_joint(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 
 /* For the solution, over the predecessor's motion. */
 MBSRI_INLINE void keep_joint(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                             const v4 G[2], passage *p, bool full, bool deep)
+                             const v4 G[2], passage *p, bool full, bool below_massless)
 {
     const int u = run->tree->body[i].u;
     const v4 rho = load(run->state[i].rho);
@@ -168,40 +169,41 @@ MBSRI_INLINE void keep_joint(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     keep_column(col, &p->a, p->K, p->Q, p->C, p->U, G, full);
     col->inverse = 1.0 / p->E;
     col->gain = p->gain;
-    if (deep) keep_deep(newton, i, u, p);
+    if (below_massless) keep_below_massless(newton, i, u, p);
 }
 
 /* A joint of one axis; false: its row is singular. */
 MBSRI_INLINE bool eliminate(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, slab *y,
-                            bool full, bool deep)
+                            bool full, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *s = run->state + i;
     const v4 by_c = splat(newton->by_c);
     const v4 G[2] = {load(s->U_L) * splat(s->Dinv), load(s->U_p) * splat(s->Dinv)};
     passage p;
-    meet_joint(run, i, newton, y, G, &p, full, deep, false);
+    meet_joint(run, i, newton, y, G, &p, full, below_massless, false);
     joint_row(y, &p.a, by_c, p.row, full);
     momentum_row(y, p.a.S_w, p.a.S_v, p.Q, full);
-    const bool balance_of_forces = deep && newton->step[i].deep & MBSRI_NO_INERTIA;
+    const bool balance_of_forces =
+        below_massless && newton->step[i].below_massless & MBSRI_NO_INERTIA;
     if (!(balance_of_forces ? by_reaction(&p, full) : by_momentum(&p, full))) return false;
-    if (is_pair(newton, i, full)) close_pair(run, i, newton, &p, y, deep);
+    if (is_pair(newton, i, full)) close_pair(run, i, newton, &p, y, below_massless);
     if (b->parent > 0) subtract_column(y, p.C, p.K, full);
-    if (deep) subtract_reaction(y, p.t.C, p.K, full);
-    keep_joint(run, i, newton, G, &p, full, deep);
+    if (below_massless) subtract_reaction(y, p.t.C, p.K, full);
+    keep_joint(run, i, newton, G, &p, full, below_massless);
     return true;
 }
 
 /* A weld: only elements act through it. */
 MBSRI_OUTLINE void pass_weld(const mbsri_sweep_run *run, int i, const mbsri_newton_sweeps *newton,
-                             slab *y, bool deep)
+                             slab *y, bool below_massless)
 {
     slopes by, on;
     place_by_predecessor(run, i, newton, &by);
     place_on_predecessor(run, i, newton, &on);
     add_slopes(&by, y);
     add_slopes(&on, y);
-    if (!deep) return;
+    if (!below_massless) return;
     subtract_slopes(&by, y);
     subtract_slopes(&on, y);
 }

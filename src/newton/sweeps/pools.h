@@ -1,10 +1,11 @@
-/* Pools of what is carried past joints (newton/carried/swept.h), as the Newton sweeps see them.
+/* Pools of what is carried past joints (newton/carried/lane_pools.h), as the Newton sweeps see
+ * them.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_NEWTON_POOLS_H
 #define MBSRI_NEWTON_POOLS_H
 
 #include "newton/carried/carried.h"
-#include "newton/carried/swept.h"
+#include "newton/carried/lane_pools.h"
 #include "newton/sweeps/record.h"
 #include "sweeps/lane.h"
 
@@ -18,16 +19,16 @@ typedef struct open_record {
 MBSRI_INLINE int held_at(const mbsri_newton_sweeps *newton, int i)
 {
     const mbsri_newton_step *s = newton->step + i;
-    return s->deep & MBSRI_NO_INERTIA ? s->n : 0;
+    return s->below_massless & MBSRI_NO_INERTIA ? s->n : 0;
 }
 
 /* Of axis k of joint i, when the names from behind are known. */
 MBSRI_INLINE open_record record_of(const mbsri_newton_sweeps *newton, int i, int k)
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const mbsri_pool *pool = v->swept + i;
-    const int span = mbsri_swept_span(pool->count + held_at(newton, i));
-    double *at = v->store + pool->record + MBSRI_SWEPT_RECORD * span * k;
+    const mbsri_pool *pool = v->lane_pool + i;
+    const int span = mbsri_lane_span(pool->count + held_at(newton, i));
+    double *at = v->store + pool->record + MBSRI_LANE_RECORD * span * k;
     return (open_record){at, at + span, at + 2 * span, at + 3 * span, at + 4 * span};
 }
 
@@ -58,12 +59,12 @@ MBSRI_INLINE int append(open_pool *to, int column, int row)
     const v4 none = splat(0.0);
     to->column[at] = column;
     to->row[at] = row;
-    for (int r = 0; r < MBSRI_SWEPT_ACTIONS; r += 4)
-        store3(to->Q + at * MBSRI_SWEPT_ACTIONS + r, none);
-    for (int r = 0; r < MBSRI_SWEPT_FORCES; r += 4)
-        store3(to->kappa + at * MBSRI_SWEPT_FORCES + r, none);
-    for (int r = 0; r < MBSRI_SWEPT_MOTIONS; r += 4)
-        store3(to->R + at * MBSRI_SWEPT_MOTIONS + r, none);
+    for (int r = 0; r < MBSRI_LANE_ACTIONS; r += 4)
+        store3(to->Q + at * MBSRI_LANE_ACTIONS + r, none);
+    for (int r = 0; r < MBSRI_LANE_FORCES; r += 4)
+        store3(to->kappa + at * MBSRI_LANE_FORCES + r, none);
+    for (int r = 0; r < MBSRI_LANE_MOTIONS; r += 4)
+        store3(to->R + at * MBSRI_LANE_MOTIONS + r, none);
     for (int r = 0; r <= at; r += 4) store3(to->T + at * to->most + r, none);
     for (int k = 0; k < at; ++k) to->T[k * to->most + at] = 0.0;
     return at;

@@ -8,8 +8,9 @@
  *
  *   psi_h = psi_a + dq S x* W,      r_u = S^T psi_h - dtau  where D = 0
  *
- * In the subtrees of such joints ("deep" bodies) psi is carried on. Where D > 0, the acceleration
- * u' takes up what S^T sees of it, psi <- psi - G (S^T psi - dtau) with G = Mbar S D^-1.
+ * In the subtrees of such joints ("bodies below a massless joint") psi is carried on. Where D > 0,
+ * the acceleration u' takes up what S^T sees of it, psi <- psi - G (S^T psi - dtau) with G = Mbar S
+ * D^-1.
  *
  * What the accelerations do to psi is left out, for it is seen in none of these rows: it is M x for
  * some x, of each body, and so is what turning it does, nu x* h + V x* M nu (M is a sum over mass
@@ -17,7 +18,7 @@
  * M x becomes Mbar x', and Mbar S = 0 where D = 0.
  *
  * Then psi = Y (dtheta, nu, xi) + b. The row of F_p gives delta p = r_p / c + dP / c where D = 0;
- * nothing is handed on to a predecessor that is not deep. */
+ * nothing is handed on to a predecessor that is not below a massless joint. */
 #ifndef MBSRI_NEWTON_REACTION_H
 #define MBSRI_NEWTON_REACTION_H
 
@@ -174,26 +175,26 @@ static bool lacks_rank(const mbsri_sweep_run *run, int i, bool *as_one)
     return true;
 }
 
-/* Which bodies are deep; false: some joint is none of one axis among them, there is no memory for
- * them, or a group needs to be taken apart. */
-static bool find_deep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+/* Which bodies are below a massless joint; false: some joint is none of one axis among them, there
+ * is no memory for them, or a group needs to be taken apart. */
+static bool find_below_massless(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    newton->deep = false;
+    newton->below_massless = false;
     newton->marked = false;
-    newton->step[0].deep = 0;
+    newton->step[0].below_massless = 0;
     bool as_one = true;
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
-        const int above = newton->step[b->parent].deep & MBSRI_DEEP;
+        const int above = newton->step[b->parent].below_massless & MBSRI_BELOW_MASSLESS;
         const bool deficient = lacks_rank(run, i, &as_one);
-        int *deep = &newton->step[i].deep;
-        *deep = above || deficient ? MBSRI_DEEP : 0;
-        if (deficient) *deep |= MBSRI_NO_INERTIA;
-        if (!(*deep & MBSRI_DEEP)) continue;
-        newton->deep = true;
+        int *below_massless = &newton->step[i].below_massless;
+        *below_massless = above || deficient ? MBSRI_BELOW_MASSLESS : 0;
+        if (deficient) *below_massless |= MBSRI_NO_INERTIA;
+        if (!(*below_massless & MBSRI_BELOW_MASSLESS)) continue;
+        newton->below_massless = true;
         if (b->flags & MBSRI_MULTI) return false;
     }
-    return as_one && (!newton->deep || newton->below);
+    return as_one && (!newton->below_massless || newton->below);
 }
 
 #endif

@@ -53,16 +53,16 @@ MBSRI_CHECK_LAYOUT(mbsri_newton_block);
 
 /* What a body is in a factorisation with joints whose block is zero (reaction.h). */
 enum {
-    MBSRI_DEEP = 1,      /* in the subtree of one of them */
-    MBSRI_NO_INERTIA = 2 /* its joint is one of them */
+    MBSRI_BELOW_MASSLESS = 1, /* in the subtree of one of them */
+    MBSRI_NO_INERTIA = 2      /* its joint is one of them */
 };
 
-/* Of the coordinate of a deep joint: what du and r_q add to the reaction; what they add to the row
- * of F_p, where the joint's block is zero. */
-typedef struct mbsri_newton_deep {
+/* Of the coordinate of a joint below a massless one: what du and r_q add to the reaction; what they
+ * add to the row of F_p, where the joint's block is zero. */
+typedef struct mbsri_newton_below_massless {
     double C[6], U[6];
     double pivot, gain;
-} mbsri_newton_deep;
+} mbsri_newton_below_massless;
 
 /* What the joint of a body has to exert on it. */
 typedef struct mbsri_newton_reaction {
@@ -75,7 +75,7 @@ typedef struct mbsri_newton_step {
     double rho[4];
     int parent, flags, n, q, u, multi;
     int branch; /* number among the bodies where the tree branches */
-    int deep;
+    int below_massless;
 } mbsri_newton_step;
 MBSRI_CHECK_LAYOUT(mbsri_newton_step);
 
@@ -140,17 +140,17 @@ struct mbsri_newton_sweeps {
     double least_pivot; /* of joints of several axes; below, the front takes over */
     bool
         unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
-    bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
-    bool light;  /* and has bodies without inertia that count as deep */
-    bool large;  /* the model does not fit into a cache */
-    bool looped; /* the last factorisation is of that kind */
-    bool marked; /* its deep bodies are, and no others since */
-    bool bent;   /* at this factorisation: see mbsri_newton_bend */
-    struct mbsr_newton *blocks;      /* has what is carried; NULL: there are no loops */
-    struct mbsri_front *mixed;       /* passes the joints of blocks; NULL: there are none */
-    int status;                      /* what it said last */
-    mbsri_newton_deep *below;        /* nu */
-    mbsri_newton_reaction *reaction; /* bodies + 1 */
+    bool below_massless; /* some joint block was zero; below: NULL where none is expected to be */
+    bool light;          /* and has bodies without inertia that count as such */
+    bool large;          /* the model does not fit into a cache */
+    bool looped;         /* the last factorisation is of that kind */
+    bool marked;         /* its bodies below massless joints are, and no others since */
+    bool joint_slopes;   /* at this factorisation: see mbsri_newton_add_joint_slopes */
+    struct mbsr_newton *blocks;         /* has what is carried; NULL: there are no loops */
+    struct mbsri_front *mixed;          /* passes the joints of blocks; NULL: there are none */
+    int status;                         /* what it said last */
+    mbsri_newton_below_massless *below; /* nu */
+    mbsri_newton_reaction *reaction;    /* bodies + 1 */
 };
 
 static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_sweeps *newton, int u)
@@ -159,14 +159,14 @@ static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_swe
 }
 
 /* The sweeps, compiled once for every kind of processor. The factorisations return 0, a body whose
- * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to; see
- * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint
- * blocks that are zero, the third for those with blocks, the last for those with loops. Solve: see
- * mbsri_newton_sweeps_solve; transposed: for trees without blocks and loops. */
+ * rows are singular, or one of these: the sweeps do not serve; those for bodies below massless
+ * joints have to; see `status`. The first sweeps as backward of sweeps/tree.h; the second is for
+ * trees with joint blocks that are zero, the third for those with blocks, the last for those with
+ * loops. Solve: see mbsri_newton_sweeps_solve; transposed: for trees without blocks and loops. */
 enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2, MBSRI_BLOCK_FAILED = -3 };
 typedef struct mbsri_newton_kernels {
     int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
-    int (*factor_deep)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+    int (*factor_below_massless)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     int (*factor_mixed)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     int (*factor_looped)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,

@@ -19,17 +19,18 @@ MBSRI_INLINE void clear_loads(loads *f)
     f->psi[0] = f->psi[1] = splat(0.0);
 }
 
-MBSRI_INLINE void add_loads(const mbsri_newton_flow *m, loads *f, bool full, bool deep)
+MBSRI_INLINE void add_loads(const mbsri_newton_flow *m, loads *f, bool full, bool below_massless)
 {
     for (int r = 0; r < groups(full); ++r) f->b[r] += load(m->b + 4 * r);
-    for (int r = 0; r < 2 && deep; ++r) f->psi[r] += load(m->psi + 4 * r);
+    for (int r = 0; r < 2 && below_massless; ++r) f->psi[r] += load(m->psi + 4 * r);
     f->L_bar += load(m->L_bar), f->p_bar += load(m->p_bar);
 }
 
-MBSRI_INLINE void loads_to_memory(const loads *f, mbsri_newton_flow *m, bool full, bool deep)
+MBSRI_INLINE void loads_to_memory(const loads *f, mbsri_newton_flow *m, bool full,
+                                  bool below_massless)
 {
     for (int r = 0; r < groups(full); ++r) store(m->b + 4 * r, f->b[r]);
-    for (int r = 0; r < 2 && deep; ++r) store(m->psi + 4 * r, f->psi[r]);
+    for (int r = 0; r < 2 && below_massless; ++r) store(m->psi + 4 * r, f->psi[r]);
     store(m->L_bar, f->L_bar), store(m->p_bar, f->p_bar);
 }
 
@@ -77,7 +78,7 @@ MBSRI_INLINE double balance_loads(const mbsri_newton_sweeps *newton, int u, give
                                   bool full)
 {
     mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
-    const mbsri_newton_deep *below = newton->below + u;
+    const mbsri_newton_below_massless *below = newton->below + u;
     const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
     const double row = row_of_loads(col, splat(newton->by_c), f, full);
     const double psi = sum3(S_w * f->psi[PSI_L] + S_v * f->psi[PSI_P]);
@@ -89,17 +90,17 @@ MBSRI_INLINE double balance_loads(const mbsri_newton_sweeps *newton, int u, give
     return k;
 }
 
-/* A joint of one axis in a solution with deep bodies. */
-MBSRI_INLINE void condense_deep(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
-                                given r, loads *f, bool full)
+/* A joint of one axis in a solution with bodies below massless joints. */
+MBSRI_INLINE void condense_below_massless(const mbsri_newton_sweeps *newton,
+                                          const mbsri_newton_step *s, given r, loads *f, bool full)
 {
     const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
-    if (!(s->deep & MBSRI_DEEP)) {
+    if (!(s->below_massless & MBSRI_BELOW_MASSLESS)) {
         condense_loads(newton, s->u, r, f, full);
         return;
     }
-    const mbsri_newton_deep *below = newton->below + s->u;
-    const bool balance_of_forces = (s->deep & MBSRI_NO_INERTIA) != 0;
+    const mbsri_newton_below_massless *below = newton->below + s->u;
+    const bool balance_of_forces = (s->below_massless & MBSRI_NO_INERTIA) != 0;
     const double seen =
         sum3(load3(col->S) * f->psi[PSI_L] + load3(col->S + 3) * f->psi[PSI_P]) - r.tau;
     const v4 taken = splat(balance_of_forces ? 0.0 : seen),
@@ -111,7 +112,8 @@ MBSRI_INLINE void condense_deep(const mbsri_newton_sweeps *newton, const mbsri_n
 }
 
 /* A joint past which loops are carried, or a weld. */
-MBSRI_OUTLINE void condense_open(mbsri_newton_sweeps *newton, int i, given r, loads *f, bool deep)
+MBSRI_OUTLINE void condense_open(mbsri_newton_sweeps *newton, int i, given r, loads *f,
+                                 bool below_massless)
 {
     const mbsri_newton_step *s = newton->step + i;
     if (s->n == 0) {
@@ -121,8 +123,8 @@ MBSRI_OUTLINE void condense_open(mbsri_newton_sweeps *newton, int i, given r, lo
     const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
     const v4 psi = load3(col->S) * f->psi[PSI_L] + load3(col->S + 3) * f->psi[PSI_P];
     const double rest = r.u + r.tau - sum3(psi) - col->gain * r.q;
-    if (deep)
-        condense_deep(newton, s, r, f, true);
+    if (below_massless)
+        condense_below_massless(newton, s, r, f, true);
     else
         condense_loads(newton, s->u, r, f, true);
     pass_rights(newton, i, newton->k[s->u], r.q, rest);
@@ -130,7 +132,7 @@ MBSRI_OUTLINE void condense_open(mbsri_newton_sweeps *newton, int i, given r, lo
 
 /* wrench: at the origin of body i's own frame. */
 MBSRI_INLINE void add_wrench(const mbsri_newton_sweeps *newton, int i, const double *wrench,
-                             loads *f, bool deep)
+                             loads *f, bool below_massless)
 {
     double x[6];
     mbsri_lift(newton->model->body[i].d, wrench, x);
@@ -138,40 +140,41 @@ MBSRI_INLINE void add_wrench(const mbsri_newton_sweeps *newton, int i, const dou
              moment = (v4){x[0], x[1], x[2], 0.0} + cross(load(newton->own[i].arm), force);
     f->b[MOMENT] += moment;
     f->b[FORCE] += force;
-    if (!deep || !(newton->step[i].deep & MBSRI_DEEP)) return;
+    if (!below_massless || !(newton->step[i].below_massless & MBSRI_BELOW_MASSLESS)) return;
     f->psi[PSI_L] -= moment;
     f->psi[PSI_P] -= force;
 }
 
 MBSRI_INLINE void add_load(const mbsri_newton_sweeps *newton, int i, const double *load_of_body,
-                           loads *f, bool deep)
+                           loads *f, bool below_massless)
 {
-    add_wrench(newton, i, load_of_body + newton->model->body[i].v, f, deep);
+    add_wrench(newton, i, load_of_body + newton->model->body[i].v, f, below_massless);
 }
 
 /* To the predecessor, whose loads these are. */
-MBSRI_INLINE void queue_loads(int flags, loads *f, mbsri_newton_flow **top, bool full, bool deep)
+MBSRI_INLINE void queue_loads(int flags, loads *f, mbsri_newton_flow **top, bool full,
+                              bool below_massless)
 {
     if (flags & MBSRI_NEXT) return;
-    if (!(flags & MBSRI_OPENS)) add_loads(--*top, f, full, deep);
-    loads_to_memory(f, (*top)++, full, deep);
+    if (!(flags & MBSRI_OPENS)) add_loads(--*top, f, full, below_massless);
+    loads_to_memory(f, (*top)++, full, below_massless);
 }
 
 /* From body i to its predecessor. */
 MBSRI_INLINE void hand_loads_over(const mbsri_newton_step *s, loads *f, mbsri_newton_flow **top,
-                                  bool full, bool deep)
+                                  bool full, bool below_massless)
 {
     const v4 rho = load(s->rho);
     f->b[CHI_L] += cross(rho, f->b[CHI_P]);
     if (full) f->b[MOMENT] += cross(rho, f->b[FORCE]);
     f->L_bar += cross(rho, f->p_bar);
-    if (deep) f->psi[PSI_L] += cross(rho, f->psi[PSI_P]);
-    queue_loads(s->flags, f, top, full, deep);
+    if (below_massless) f->psi[PSI_L] += cross(rho, f->psi[PSI_P]);
+    queue_loads(s->flags, f, top, full, below_massless);
 }
 
 /* Past block i. */
 MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double *r, loads *f,
-                               mbsri_newton_flow **top, bool deep)
+                               mbsri_newton_flow **top, bool below_massless)
 {
     const mbsri_newton_step *s = newton->step + i;
     _Alignas(32) mbsri_newton_flow flow;
@@ -179,18 +182,19 @@ MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double 
     if (s->parent == 0 || s->flags & MBSRI_TO_BLOCK) return;
     const v4 arm = load(newton->own[s->parent].arm);
     clear_loads(f);
-    add_loads(&flow, f, true, deep);
+    add_loads(&flow, f, true, below_massless);
     f->b[CHI_L] += cross(arm, f->b[CHI_P]);
     f->b[MOMENT] += cross(arm, f->b[FORCE]);
     f->L_bar += cross(arm, f->p_bar);
     f->psi[PSI_L] += cross(arm, f->psi[PSI_P]);
-    queue_loads(s->flags, f, top, true, deep);
+    queue_loads(s->flags, f, top, true, below_massless);
 }
 
-MBSRI_OUTLINE void give_loads(mbsri_newton_sweeps *newton, int i, const loads *f, bool deep)
+MBSRI_OUTLINE void give_loads(mbsri_newton_sweeps *newton, int i, const loads *f,
+                              bool below_massless)
 {
     _Alignas(32) mbsri_newton_flow flow;
-    loads_to_memory(f, &flow, true, deep);
+    loads_to_memory(f, &flow, true, below_massless);
     mbsri_border_give_flow(newton, i, &flow);
 }
 
@@ -208,34 +212,34 @@ MBSRI_INLINE right_sides parts_of(const mbsr_model *m, const double *r, const do
 
 /* The joint of body i, of whatever kind. */
 MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton_step *s, int i,
-                                 int flags, right_sides by, loads *f, bool full, bool deep,
-                                 bool loops)
+                                 int flags, right_sides by, loads *f, bool full,
+                                 bool below_massless, bool loops)
 {
     const mbsr_model *m = by.model;
     if (flags & MBSRI_MULTI) {
         _Alignas(32) mbsri_newton_flow multi;
-        loads_to_memory(f, &multi, full, deep);
+        loads_to_memory(f, &multi, full, below_massless);
         multi_loads(newton, i, by.r, by.load_of_body, &multi, full, loops && flags & MBSRI_FRONT);
         clear_loads(f);
-        add_loads(&multi, f, full, deep);
+        add_loads(&multi, f, full, below_massless);
     } else if (s->n) {
         const int u = m->order.u_of[s->u];
         given g = {0.0, 0.0, 0.0, 0.0};
         if (by.r) g = (given){by.r[m->order.q_of[s->q]], by.p[u], by.u[u], 0.0};
         if (by.load_of_body) g.tau = by.load_of_body[m->size.v + (size_t)s->u];
         if (loops && flags & MBSRI_FRONT)
-            condense_open(newton, i, g, f, deep);
-        else if (deep)
-            condense_deep(newton, s, g, f, full);
+            condense_open(newton, i, g, f, below_massless);
+        else if (below_massless)
+            condense_below_massless(newton, s, g, f, full);
         else
             condense_loads(newton, s->u, g, f, full);
     } else if (loops && flags & MBSRI_FRONT) {
-        condense_open(newton, i, (given){0.0, 0.0, 0.0, 0.0}, f, deep);
+        condense_open(newton, i, (given){0.0, 0.0, 0.0, 0.0}, f, below_massless);
     }
 }
 
 MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
-                             const double *load_of_body, bool full, bool deep, bool mixed)
+                             const double *load_of_body, bool full, bool below_massless, bool mixed)
 {
     const mbsr_model *m = newton->model;
     const right_sides by = parts_of(m, r, load_of_body);
@@ -246,15 +250,15 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (mixed && flags & MBSRI_BLOCK) {
-            block_loads(newton, i, r, &f, &top, deep);
+            block_loads(newton, i, r, &f, &top, below_massless);
             continue;
         }
         if (flags & MBSRI_LEAF) clear_loads(&f);
-        if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
-        if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
-        condense_joint(newton, s, i, flags, by, &f, full, deep, false);
-        hand_loads_over(s, &f, &top, full, deep);
-        if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, deep);
+        if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, below_massless);
+        if (full && load_of_body) add_load(newton, i, load_of_body, &f, below_massless);
+        condense_joint(newton, s, i, flags, by, &f, full, below_massless, false);
+        hand_loads_over(s, &f, &top, full, below_massless);
+        if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, below_massless);
     }
 }
 
@@ -375,7 +379,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, do
 MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
                                const double *load_of_body, double *delta, double *motion, bool full)
 {
-    if (newton->deep)
+    if (newton->below_massless)
         solve_back(newton, r, load_of_body, full, true, false);
     else if (r && !load_of_body) /* mostly so: without questions at every body */
         solve_back(newton, r, NULL, full, false, false);
@@ -391,7 +395,7 @@ MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
 MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r, double *delta)
 {
     mbsri_front_start(newton->mixed);
-    solve_back(newton, r, NULL, true, newton->deep, true);
+    solve_back(newton, r, NULL, true, newton->below_massless, true);
     solve_forward(newton, r, delta, NULL, true, true);
     mbsri_front_finish(newton->mixed, delta);
 }

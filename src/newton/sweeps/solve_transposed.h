@@ -291,7 +291,7 @@ MBSRI_INLINE void balance_back(const mbsri_newton_sweeps *newton, int u, loads *
                                bool full)
 {
     mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
-    const mbsri_newton_deep *below = newton->below + u;
+    const mbsri_newton_below_massless *below = newton->below + u;
     const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
     a->r.p += newton->by_c * a->p;
     f->b[CHI_L] += S_w * splat(a->p);
@@ -305,20 +305,20 @@ MBSRI_INLINE void balance_back(const mbsri_newton_sweeps *newton, int u, loads *
     f->psi[PSI_P] -= S_v * splat(rest);
 }
 
-/* Of condense_deep. */
-MBSRI_INLINE void deep_back(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s, loads *f,
-                            said *a, bool full)
+/* Of condense_below_massless. */
+MBSRI_INLINE void below_massless_back(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
+                                      loads *f, said *a, bool full)
 {
     const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
-    if (!(s->deep & MBSRI_DEEP)) {
+    if (!(s->below_massless & MBSRI_BELOW_MASSLESS)) {
         condense_back(newton, s->u, f, a, full);
         return;
     }
-    const mbsri_newton_deep *below = newton->below + s->u;
+    const mbsri_newton_below_massless *below = newton->below + s->u;
     const double taken = said_along(col->G, f->psi[PSI_L], f->psi[PSI_P]);
     a->k += said_along(below->C, f->psi[PSI_L], f->psi[PSI_P]);
     a->r.q += said_along(below->U, f->psi[PSI_L], f->psi[PSI_P]);
-    if (s->deep & MBSRI_NO_INERTIA) {
+    if (s->below_massless & MBSRI_NO_INERTIA) {
         balance_back(newton, s->u, f, a, full);
         return;
     }
@@ -329,21 +329,21 @@ MBSRI_INLINE void deep_back(const mbsri_newton_sweeps *newton, const mbsri_newto
 
 /* Of condense_joint. */
 MBSRI_INLINE void joint_back(mbsri_newton_sweeps *newton, int i, double *to, loads *f, bool full,
-                             bool deep)
+                             bool below_massless)
 {
     const mbsr_model *m = newton->model;
     const mbsri_newton_step *s = newton->step + i;
     if (__builtin_expect((s->flags & MBSRI_MULTI) != 0, 0)) {
         _Alignas(32) mbsri_newton_flow multi;
-        loads_to_memory(f, &multi, full, deep);
+        loads_to_memory(f, &multi, full, below_massless);
         (full ? full_loads_back : narrow_loads_back)(newton, i, to, &multi);
         clear_loads(f);
-        add_loads(&multi, f, full, deep);
+        add_loads(&multi, f, full, below_massless);
     } else if (s->n) {
         const int u = m->order.u_of[s->u];
         said a = {newton->k[s->u], newton->p[s->u], {0.0, 0.0, 0.0, 0.0}};
-        if (deep)
-            deep_back(newton, s, f, &a, full);
+        if (below_massless)
+            below_massless_back(newton, s, f, &a, full);
         else
             condense_back(newton, s->u, f, &a, full);
         to[m->order.q_of[s->q]] += a.r.q;
@@ -352,7 +352,8 @@ MBSRI_INLINE void joint_back(mbsri_newton_sweeps *newton, int i, double *to, loa
     }
 }
 
-MBSRI_INLINE void loads_back(mbsri_newton_sweeps *newton, double *to, bool full, bool deep)
+MBSRI_INLINE void loads_back(mbsri_newton_sweeps *newton, double *to, bool full,
+                             bool below_massless)
 {
     loads f;
     clear_loads(&f);
@@ -361,13 +362,14 @@ MBSRI_INLINE void loads_back(mbsri_newton_sweeps *newton, double *to, bool full,
         const v4 rho = load(s->rho);
         if (s->parent != i - 1 || i == 1) clear_loads(&f);
         if (s->parent > 0 && s->parent != i - 1)
-            add_loads(newton->said + newton->step[s->parent].branch, &f, full, deep);
+            add_loads(newton->said + newton->step[s->parent].branch, &f, full, below_massless);
         f.b[CHI_P] += cross(f.b[CHI_L], rho);
         if (full) f.b[FORCE] += cross(f.b[MOMENT], rho);
         f.p_bar += cross(f.L_bar, rho);
-        if (deep) f.psi[PSI_P] += cross(f.psi[PSI_L], rho);
-        joint_back(newton, i, to, &f, full, deep);
-        if (s->flags & MBSRI_BRANCHES) loads_to_memory(&f, newton->said + s->branch, full, deep);
+        if (below_massless) f.psi[PSI_P] += cross(f.psi[PSI_L], rho);
+        joint_back(newton, i, to, &f, full, below_massless);
+        if (s->flags & MBSRI_BRANCHES)
+            loads_to_memory(&f, newton->said + s->branch, full, below_massless);
     }
 }
 
@@ -375,8 +377,8 @@ static void newton_solve_transposed(mbsri_newton_sweeps *newton, const double *v
 {
     if (newton->own) {
         motions_back(newton, v, x, true);
-        loads_back(newton, x, true, newton->deep);
-    } else if (newton->deep) {
+        loads_back(newton, x, true, newton->below_massless);
+    } else if (newton->below_massless) {
         motions_back(newton, v, x, false);
         loads_back(newton, x, false, true);
     } else {

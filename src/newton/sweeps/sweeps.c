@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/expect.h"
+#include "base/memory.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
 #include "newton/carried/record.h"
@@ -17,13 +18,6 @@
 
 /* ---- memory ---- */
 
-static void *take(unsigned char *base, size_t *used, size_t size)
-{
-    void *place = base ? base + *used : NULL;
-    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
-    return place;
-}
-
 static size_t branching(const mbsri_sweeps *tree)
 {
     size_t count = 0;
@@ -32,7 +26,7 @@ static size_t branching(const mbsri_sweeps *tree)
 }
 
 /* Whether some joint block may be zero: hardly where the own inertia of every body is regular. */
-static bool may_be_deep(const mbsri_sweeps *tree)
+static bool may_be_below_massless(const mbsri_sweeps *tree)
 {
     for (int i = 1; i <= tree->bodies; ++i) {
         if (!(tree->body[i].soft > 0.0)) return true;
@@ -61,48 +55,50 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     const size_t bodies = (size_t)m->bodies + 1, nu = (size_t)m->nu, depth = (size_t)tree->depth;
     mbsri_newton_sweeps counted;
     size_t used = 0, doubles, ints, loaded, pairs;
-    mbsri_newton_sweeps *w = take(base, &used, sizeof *w);
+    mbsri_newton_sweeps *w = mbsri_take_bytes(base, &used, sizeof *w);
     if (!w) w = &counted;
     const bool full = tree->body_forces;
     const size_t narrow = offsetof(mbsri_newton_column, C_last) - offsetof(mbsri_newton_column, K);
     w->column_size = full ? sizeof(mbsri_newton_column) : narrow;
-    w->column = take(base, &used, nu * w->column_size + sizeof(mbsri_newton_column) - narrow);
-    w->step = take(base, &used, bodies * sizeof *w->step);
-    w->block = take(base, &used, (size_t)tree->multi * sizeof *w->block);
-    w->own = take(base, &used, full ? bodies * sizeof *w->own : 0);
+    w->column =
+        mbsri_take_bytes(base, &used, nu * w->column_size + sizeof(mbsri_newton_column) - narrow);
+    w->step = mbsri_take_bytes(base, &used, bodies * sizeof *w->step);
+    w->block = mbsri_take_bytes(base, &used, (size_t)tree->multi * sizeof *w->block);
+    w->own = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->own : 0);
     mbsri_newton_count(m, tree, &loaded, &pairs, NULL, NULL);
     w->acted = loaded;
     w->pairs = pairs;
-    w->at = take(base, &used, loaded * sizeof *w->at);
-    w->by_pred = take(base, &used, pairs * sizeof *w->by_pred);
-    w->on_pred = take(base, &used, pairs * sizeof *w->on_pred);
-    w->number = take(base, &used, full ? bodies * sizeof *w->number : 0);
-    w->pair = take(base, &used, full ? bodies * sizeof *w->pair : 0);
-    w->k = take(base, &used, nu * sizeof *w->k);
-    w->p = take(base, &used, nu * sizeof *w->p);
-    w->x = take(base, &used, branching(tree) * sizeof *w->x);
-    w->said = take(base, &used, branching(tree) * sizeof *w->said);
-    w->carry = take(base, &used, depth * sizeof *w->carry);
-    w->flow = take(base, &used, depth * sizeof *w->flow);
+    w->at = mbsri_take_bytes(base, &used, loaded * sizeof *w->at);
+    w->by_pred = mbsri_take_bytes(base, &used, pairs * sizeof *w->by_pred);
+    w->on_pred = mbsri_take_bytes(base, &used, pairs * sizeof *w->on_pred);
+    w->number = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->number : 0);
+    w->pair = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->pair : 0);
+    w->k = mbsri_take_bytes(base, &used, nu * sizeof *w->k);
+    w->p = mbsri_take_bytes(base, &used, nu * sizeof *w->p);
+    w->x = mbsri_take_bytes(base, &used, branching(tree) * sizeof *w->x);
+    w->said = mbsri_take_bytes(base, &used, branching(tree) * sizeof *w->said);
+    w->carry = mbsri_take_bytes(base, &used, depth * sizeof *w->carry);
+    w->flow = mbsri_take_bytes(base, &used, depth * sizeof *w->flow);
     const bool armature = mbsri_largest(m->nu, m->armature) > 0.0;
-    const bool any = loaded > 0 || tree->joint_forces || armature || mbsri_newton_bends(m);
+    const bool any =
+        loaded > 0 || tree->joint_forces || armature || mbsri_newton_has_joint_slopes(m);
     const size_t slopes = any ? nu : 0;
-    w->tau_q = take(base, &used, slopes * sizeof *w->tau_q);
-    w->tau_u = take(base, &used, slopes * sizeof *w->tau_u);
-    const bool deep = may_be_deep(tree);
-    w->below = take(base, &used, deep ? nu * sizeof *w->below : 0);
-    w->reaction = take(base, &used, deep ? bodies * sizeof *w->reaction : 0);
+    w->tau_q = mbsri_take_bytes(base, &used, slopes * sizeof *w->tau_q);
+    w->tau_u = mbsri_take_bytes(base, &used, slopes * sizeof *w->tau_u);
+    const bool below_massless = may_be_below_massless(tree);
+    w->below = mbsri_take_bytes(base, &used, below_massless ? nu * sizeof *w->below : 0);
+    w->reaction = mbsri_take_bytes(base, &used, below_massless ? bodies * sizeof *w->reaction : 0);
     mbsri_slopes_size(m, MBSRI_SLOPES_BY_PAIRS, &doubles, &ints);
-    double *work = take(base, &used, doubles * sizeof *work);
-    int *places = take(base, &used, ints * sizeof *places);
+    double *work = mbsri_take_bytes(base, &used, doubles * sizeof *work);
+    int *places = mbsri_take_bytes(base, &used, ints * sizeof *places);
     if (!base) return used;
     w->model = m;
     w->tree = tree;
     w->kernels = kernels_of(tree);
     w->large = m->bodies > MBSRI_LARGE;
     if (!full) w->own = NULL;
-    if (!deep) w->below = NULL;
-    w->deep = w->unclear = w->light = w->marked = false;
+    if (!below_massless) w->below = NULL;
+    w->below_massless = w->unclear = w->light = w->marked = false;
     w->looped = m->rows > 0;
     if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
@@ -111,8 +107,8 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     return used;
 }
 
-/* Whether looped.h has memory for bodies that count as deep; beside loops these are not on joints
- * of several axes. light: whether there are any. */
+/* Whether looped.h has memory for bodies that count as below a massless joint; beside loops these
+ * are not on joints of several axes. light: whether there are any. */
 static bool finds_light(const mbsri_sweeps *tree, bool *light)
 {
     bool serves = true;
@@ -123,7 +119,7 @@ static bool finds_light(const mbsri_sweeps *tree, bool *light)
         *light = true;
         serves = serves && (flags & MBSRI_FRONT || !(flags & MBSRI_MULTI));
     }
-    return serves && (!*light || may_be_deep(tree));
+    return serves && (!*light || may_be_below_massless(tree));
 }
 
 static bool serves_loops(const mbsr_model *m, const mbsri_sweeps *tree)
@@ -171,16 +167,16 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
 
 /* ---- calls ---- */
 
-/* What the bound tells, and which bodies are deep, seldom changes. */
-static int factor(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+/* What the bound tells, and which bodies are below a massless joint, seldom changes. */
+static int factor_sweeps(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     const mbsri_newton_kernels *kernels = newton->kernels;
     int singular = MBSRI_DEFICIENT;
-    newton->deep = false;
+    newton->below_massless = false;
     if (newton->looped) return kernels->factor_looped(run, newton);
     if (newton->mixed) return kernels->factor_mixed(run, newton);
     if (!newton->unclear) singular = kernels->factor(run, newton);
-    return singular == MBSRI_DEFICIENT ? kernels->factor_deep(run, newton) : singular;
+    return singular == MBSRI_DEFICIENT ? kernels->factor_below_massless(run, newton) : singular;
 }
 
 int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double t, const double *q,
@@ -192,7 +188,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     if (opened) return opened;
     newton->c = c;
     newton->by_c = 1.0 / c;
-    newton->bent = false;
+    newton->joint_slopes = false;
     if (newton->tau_q) {
         /* elements look into the data */
         if (run.q != d->q) mbsri_copy((size_t)m->nq, run.q, d->q);
@@ -200,7 +196,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
         const int status = mbsri_newton_slopes_at(newton, d);
         if (status) return status;
     }
-    const int singular = factor(&run, newton);
+    const int singular = factor_sweeps(&run, newton);
     if (singular == MBSRI_BLOCK_FAILED) return newton->status;
     if (singular < 0 || !mbsri_sweeps_as_watched(&run) || mbsri_sweeps_coupled(&run))
         return MBSRI_NOT_SERVED;

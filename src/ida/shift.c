@@ -1,6 +1,6 @@
 /* y - c in the place of y: see kinks.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "ida/bend.h"
+#include "ida/shift.h"
 
 #include "ida/vectors.h"
 
@@ -11,8 +11,9 @@
 enum { VECTORS = 10 };
 static void list(mbsri_ida_kinks *k, N_Vector *vector[VECTORS])
 {
-    N_Vector *const all[VECTORS] = {&k->bend[0], &k->bend[1], &k->y,     &k->yp,    &k->node[0],
-                                    &k->node[1], &k->node[2], &k->ahead, &k->right, &k->work};
+    N_Vector *const all[VECTORS] = {
+        &k->c_derivative[0], &k->c_derivative[1], &k->y,     &k->yp,    &k->node[0],
+        &k->node[1],         &k->node[2],         &k->ahead, &k->right, &k->work};
     memcpy(vector, all, sizeof all);
 }
 
@@ -42,45 +43,45 @@ void mbsri_ida_free_kinks(mbsr_ida *ida)
 void mbsri_ida_forget_kinks(mbsr_ida *ida)
 {
     mbsri_ida_kinks *k = &ida->kinks;
-    k->known = k->reached = k->asked = k->sampled = k->bent = false;
+    k->known = k->reached = k->asked = k->sampled = k->shifted = false;
     k->step = 0.0;
     k->patience = 0;
 }
 
 /* ---- z and y ---- */
 
-void mbsri_ida_add_bend(const mbsr_ida *ida, double t, int n, N_Vector y)
+void mbsri_ida_add_shift(const mbsr_ida *ida, double t, int n, N_Vector y)
 {
     const mbsri_ida_kinks *k = &ida->kinks;
     const double s = t - k->from, square[] = {0.5 * s * s, s, 1.0, 0.0},
                  cube[] = {s * s * s / 6.0, 0.5 * s * s, s, 1.0};
-    if (!k->bent || n > 3) return;
-    N_VLinearSum(1.0, y, square[n], k->bend[0], y);
-    N_VLinearSum(1.0, y, cube[n], k->bend[1], y);
+    if (!k->shifted || n > 3) return;
+    N_VLinearSum(1.0, y, square[n], k->c_derivative[0], y);
+    N_VLinearSum(1.0, y, cube[n], k->c_derivative[1], y);
 }
 
-void mbsri_ida_unbend(mbsr_ida *ida, double t, N_Vector *y, N_Vector *yp)
+void mbsri_ida_shift_back(mbsr_ida *ida, double t, N_Vector *y, N_Vector *yp)
 {
     mbsri_ida_kinks *k = &ida->kinks;
-    if (!k->bent) return;
+    if (!k->shifted) return;
     N_VScale(1.0, *y, k->y);
-    mbsri_ida_add_bend(ida, t, 0, k->y);
+    mbsri_ida_add_shift(ida, t, 0, k->y);
     *y = k->y;
     if (!yp) return;
     N_VScale(1.0, *yp, k->yp);
-    mbsri_ida_add_bend(ida, t, 1, k->yp);
+    mbsri_ida_add_shift(ida, t, 1, k->yp);
     *yp = k->yp;
 }
 
-void mbsri_ida_straighten(mbsr_ida *ida)
+void mbsri_ida_end_shift(mbsr_ida *ida)
 {
-    ida->kinks.bent = false;
+    ida->kinks.shifted = false;
 }
 
 void mbsri_ida_note_step(mbsr_ida *ida)
 {
     long steps = 0;
-    if (!ida->kinks.bent) return;
+    if (!ida->kinks.shifted) return;
     IDAGetNumSteps(ida->memory, &steps);
     if (steps != 1) return;
     IDAGetLastStep(ida->memory, &ida->kinks.step);

@@ -1,6 +1,6 @@
-/* Pools of bodies in vector code: see swept.h.
+/* Pools of bodies in vector code: see lane_pools.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/carried/swept.h"
+#include "newton/carried/lane_pools.h"
 
 #include "base/memory.h"
 #include "recursion/closures.h"
@@ -43,9 +43,9 @@ static size_t take_lines(size_t *doubles, size_t count)
     return take(doubles, count);
 }
 
-static bool is_swept(const plan *p, int k)
+static bool has_lanes(const plan *p, int k)
 {
-    return p->v->swept[k].swept && p->v->pool[k].most > 0;
+    return p->v->lane_pool[k].in_lanes && p->v->pool[k].most > 0;
 }
 
 /* Calls `visit` for all fronts in the order of the sweep. */
@@ -58,7 +58,7 @@ static void run(plan *p, void (*visit)(plan *p, int k))
     }
 }
 
-static void begin(plan *p, int k)
+static void begin_pool(plan *p, int k)
 {
     if (p->of[k] >= 0) return;
     p->of[k] = p->strands;
@@ -69,23 +69,23 @@ static void begin(plan *p, int k)
 static void tie(plan *p, int k)
 {
     mbsri_carried *v = p->v;
-    mbsri_pool *pool = v->swept + k;
+    mbsri_pool *pool = v->lane_pool + k;
     const int up = pool->up;
-    if (!is_swept(p, k)) return;
-    begin(p, k);
+    if (!has_lanes(p, k)) return;
+    begin_pool(p, k);
     strand *s = p->strand + p->of[k];
-    const int most = mbsri_swept_span(v->pool[k].most + 1);
+    const int most = mbsri_lane_span(v->pool[k].most + 1);
     if (most > s->most) s->most = most;
-    pool->in_place = k <= p->w->model->bodies && is_swept(p, up) && p->of[up] < 0;
+    pool->in_place = k <= p->w->model->bodies && has_lanes(p, up) && p->of[up] < 0;
     if (pool->in_place)
         p->of[up] = p->of[k];
-    else if (is_swept(p, up))
-        begin(p, up);
+    else if (has_lanes(p, up))
+        begin_pool(p, up);
 }
 
 static size_t size_of(int most)
 {
-    const size_t one = MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS + MBSRI_SWEPT_FORCES;
+    const size_t one = MBSRI_LANE_MOTIONS + MBSRI_LANE_ACTIONS + MBSRI_LANE_FORCES;
     return (size_t)most * (one + (size_t)most);
 }
 
@@ -111,7 +111,7 @@ static void open_strand(plan *p, strand *s)
 static void place_pool(const plan *p, int k)
 {
     const strand *s = p->strand + p->of[k];
-    mbsri_pool *pool = p->v->swept + k;
+    mbsri_pool *pool = p->v->lane_pool + k;
     pool->most = s->most;
     pool->Q = p->slot[s->slot].at;
     pool->column = s->names;
@@ -121,12 +121,11 @@ static void place_pool(const plan *p, int k)
 /* What the solution needs of front k; see newton/sweeps/fronts.h and closing.h. */
 static void place_record(const plan *p, int k)
 {
-    mbsri_pool *pool = p->v->swept + k;
+    mbsri_pool *pool = p->v->lane_pool + k;
     const int most = p->v->pool[k].most;
     if (k <= p->w->model->bodies) {
-        const int n = p->w->model->body[k].n, span = mbsri_swept_span(most + n);
-        pool->record =
-            take_lines(p->doubles, (size_t)(MBSRI_SWEPT_RECORD * span * (n > 1 ? n : 1)));
+        const int n = p->w->model->body[k].n, span = mbsri_lane_span(most + n);
+        pool->record = take_lines(p->doubles, (size_t)(MBSRI_LANE_RECORD * span * (n > 1 ? n : 1)));
         const size_t scratch = 5 * (size_t)(n * p->strand[p->of[k]].most);
         if (p->v->widest < scratch) p->v->widest = scratch; /* balances and couplings */
         if (!pool->in_place) pool->place = take(p->ints, (size_t)(most + n));
@@ -136,16 +135,16 @@ static void place_record(const plan *p, int k)
     pool->place = take(p->ints, (size_t)pool->most + 2 * (size_t)most);
 }
 
-static void place(plan *p, int k)
+static void place_front(plan *p, int k)
 {
     const int up = p->v->pool[k].up;
-    if (!is_swept(p, k)) return;
+    if (!has_lanes(p, k)) return;
     strand *s = p->strand + p->of[k];
     open_strand(p, s);
     place_pool(p, k);
     place_record(p, k);
-    if (p->v->swept[k].in_place) return;
-    if (is_swept(p, up)) open_strand(p, p->strand + p->of[up]);
+    if (p->v->lane_pool[k].in_place) return;
+    if (has_lanes(p, up)) open_strand(p, p->strand + p->of[up]);
     p->free[p->unused++] = s->slot;
 }
 
@@ -164,7 +163,7 @@ static void list_loops(const mbsr_newton *w, mbsri_carried *v)
     }
 }
 
-bool mbsri_swept_place(mbsr_newton *w, size_t *doubles, size_t *ints)
+bool mbsri_place_lane_pools(mbsr_newton *w, size_t *doubles, size_t *ints)
 {
     mbsri_carried *v = &w->carried;
     const mbsr_allocator *allocator = &w->model->allocator;
@@ -181,9 +180,9 @@ bool mbsri_swept_place(mbsr_newton *w, size_t *doubles, size_t *ints)
     for (int k = 0; k < v->fronts; ++k) p.of[k] = -1;
     v->right_count = 0;
     run(&p, tie);
-    run(&p, place);
+    run(&p, place_front);
     mbsri_release(allocator, p.strand);
     v->right = take(doubles, v->right_count);
-    for (int k = 0; k < v->fronts; ++k) v->swept[k].right += v->right;
+    for (int k = 0; k < v->fronts; ++k) v->lane_pool[k].right += v->right;
     return true;
 }

@@ -4,27 +4,27 @@
  *
  * Their numbers count perturbations as the sweeps do (newton/sweeps/perturbation.h), about the
  * body's point and along the world's axes, in groups of four with an idle one: of Q chi (angular,
- * linear), moment, force, and psi (angular, linear) where the body is deep; of R rotation, nu
- * (angular, linear), displacement; of kappa moment and force. All else is as in the pools of
- * blocks.
+ * linear), moment, force, and psi (angular, linear) where the body is below a massless joint; of R
+ * rotation, nu (angular, linear), displacement; of kappa moment and force. All else is as in the
+ * pools of blocks.
  *
  * From a body to its predecessor, or to where its loops close, nothing moves: the first joint that
  * hands on to a pool leaves it its own, changed. Pools that follow each other so are a strand. It
  * has its lists of names to itself, and right-hand sides; its matrices are a slot that the next
  * strand takes. Memory is laid out in the order of the sweep. */
-#ifndef MBSRI_SWEPT_H
-#define MBSRI_SWEPT_H
+#ifndef MBSRI_LANE_POOLS_H
+#define MBSRI_LANE_POOLS_H
 
 #include "newton/carried/record.h"
 
 /* Numbers of perturbations, forces and kappa of a body in vector code. */
-enum { MBSRI_SWEPT_MOTIONS = 16, MBSRI_SWEPT_ACTIONS = 24, MBSRI_SWEPT_FORCES = 8 };
+enum { MBSRI_LANE_MOTIONS = 16, MBSRI_LANE_ACTIONS = 24, MBSRI_LANE_FORCES = 8 };
 
 /* Numbers of an unknown, and its row, that the solution needs for each axis of a joint. */
-enum { MBSRI_SWEPT_RECORD = 5 };
+enum { MBSRI_LANE_RECORD = 5 };
 
 /* Numbers come in groups of four. */
-static inline int mbsri_swept_span(int count)
+static inline int mbsri_lane_span(int count)
 {
     return (count + 3) / 4 * 4;
 }
@@ -34,12 +34,12 @@ static inline int mbsri_swept_span(int count)
  * behind the last. */
 static inline size_t mbsri_closing_size(int count)
 {
-    const size_t n = (size_t)count, span = (size_t)mbsri_swept_span(count);
-    return (n + 3) * span + (MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS) / 4 * 3 * n + 4;
+    const size_t n = (size_t)count, span = (size_t)mbsri_lane_span(count);
+    return (n + 3) * span + (MBSRI_LANE_MOTIONS + MBSRI_LANE_ACTIONS) / 4 * 3 * n + 4;
 }
 
 /* Places the strands behind `doubles` and `ints`, when the pools of blocks are counted. False:
  * there is no memory for scratch. */
-bool mbsri_swept_place(mbsr_newton *w, size_t *doubles, size_t *ints);
+bool mbsri_place_lane_pools(mbsr_newton *w, size_t *doubles, size_t *ints);
 
 #endif
