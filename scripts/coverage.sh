@@ -3,15 +3,18 @@
 # fails where they are below the figures in tests/coverage.txt. What nobody reaches is written to
 # build/coverage/left.txt, the tests with their seconds and arcs to build/coverage/tests.txt.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: coverage.sh [--again]
+# Usage: coverage.sh [--again] [--only REGEX]
 #     --again    without building and running: figures of the counters that are there
+#     --only     these tests alone, by their names; the figures are those of fewer tests
 set -eu
-again=no
-for option; do
-    case $option in
+again=no only='.*'
+while [ $# -gt 0 ]; do
+    case $1 in
     --again) again=yes ;;
-    *) echo "usage: coverage.sh [--again]" >&2; exit 2 ;;
+    --only) only=${2:?--only REGEX}; shift ;;
+    *) echo "usage: coverage.sh [--again] [--only REGEX]" >&2; exit 2 ;;
     esac
+    shift
 done
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 tree=build/coverage
@@ -25,13 +28,14 @@ if [ "$again" = no ]; then
     # upper two kernel levels. Forked processes write their counters where they end by exit.
     cmake -S . -B "$tree" -G "$generator" -DCMAKE_C_COMPILER=gcc -DCMAKE_BUILD_TYPE=MinSizeRel \
         -DCMAKE_C_FLAGS_MINSIZEREL= -DMBSR_VIEWER=OFF -DMBSR_DEFAULT_O2=OFF -DMBSR_HAS_V4=OFF -DMBSR_TEST_COUNTERS="$counters" \
+        -DMBSR_TEST_ONLY="$only" \
         -DCMAKE_C_FLAGS="-O0 -DNDEBUG -D_exit=exit --coverage -fprofile-filter-files=.*/src/.*"
     nice cmake --build "$tree" --parallel "$jobs"
     rm -rf "$counters"
     mkdir -p "$counters"
     # Packages and hygiene have builds of their own, or run none of src/. -O0 is slow: short forms of long tests.
     (cd "$tree" && MBSR_TEST_FEW=1 OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 nice ctest --parallel "$jobs" --timeout 1500 \
-        -LE 'package|hygiene|instructions' --output-on-failure --output-junit junit.xml) ||
+        -R "^($only)\$" -LE 'package|hygiene|instructions' --output-on-failure --output-junit junit.xml) ||
         echo "tests failed: what they reached counts all the same"
 fi
 python3 scripts/coverage.py tests "$tree" "$counters" "$tree/junit.xml" >"$tree/tests.txt"

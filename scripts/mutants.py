@@ -2,11 +2,12 @@
 """Changes operators in src/, one at a time, and asks whether the tests see it.
 SPDX-License-Identifier: BSD-3-Clause
 
-Usage: mutants.py COPY SEED COUNT TABLE [FIRST]
+Usage: mutants.py COPY SEED COUNT TABLE FIRST SECONDS
 
 COPY is a copy of the project in which scripts/coverage.sh has run, SEED chooses the places, TABLE names the survivors
-that are argued to be equivalent (tests/mutants.md), FIRST is the number of the first change to be judged (1). A change is
-asked of the tests that reach its line, the quickest first, until one fails. Prints a line each and the share seen.
+that are argued to be equivalent (tests/mutants.md), FIRST is the number of the first change to be judged. A change is
+asked of the tests that reach its line, the quickest first, until one fails or SECONDS of tests have passed, by the run
+that counted (the first one in any case). Prints a line each and the share seen.
 """
 import collections
 import json
@@ -41,7 +42,6 @@ CHANGES = [
     (r"(?<=return )-(?=\w)", ""),
 ]
 SLOWEST = 60  # seconds, after which a test counts as failed: changed conditions of loops do not end
-ENOUGH = 60.0  # seconds of tests, by the run that counted, after which a change counts as one that survived
 
 Test = collections.namedtuple("Test", "name command folder environment targets seconds")
 
@@ -101,12 +101,12 @@ def fails(build, test):
     return bool(run(test.command, test.folder, SLOWEST, test.environment))
 
 
-def judge(build, tests):
+def judge(build, tests, enough):
     """What becomes of the change that stands in the file now, and the test that saw it."""
     spent = 0.0
     for test in tests:
         spent += test.seconds
-        if spent > ENOUGH and test is not tests[0]:
+        if spent > enough and test is not tests[0]:
             break
         failed = fails(build, test)
         if failed is None:
@@ -160,11 +160,11 @@ def in_order(tests, reached, path, number):
 
 
 def main(arguments):
-    if len(arguments) not in (4, 5):
+    if len(arguments) != 6:
         print(__doc__, file=sys.stderr)
         return 2
     copy, seed, count = os.path.realpath(arguments[0]), int(arguments[1]), int(arguments[2])
-    first = int(arguments[4]) if len(arguments) == 5 else 1
+    first, enough = int(arguments[4]), float(arguments[5])
     build = os.path.join(copy, "build", "coverage")
     equivalent = argued(arguments[3])
     everything = list(places(copy))
@@ -181,7 +181,7 @@ def main(arguments):
         start = time.monotonic()
         while True:
             order = in_order(tests, reached, path, number)
-            result, test = with_change(path, number, line, lambda: judge(build, order)) if order else ("not reached", None)
+            result, test = with_change(path, number, line, lambda: judge(build, order, enough)) if order else ("not reached", None)
             if result != "seen" or test.name in sound:
                 break
             if fails(build, test):
