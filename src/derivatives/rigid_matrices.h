@@ -222,7 +222,7 @@ MBSRI_INLINE void meet(const mbsri_rigid *r, const mbsri_rigid_column *j, int pl
             const v4 row = dot_many(j->S, x + OF_A * n, n);
             put_both(to, to->by_load, place, k, count, row, row);
         } else if (o->base) {
-            store3(o->down + o->base[place] + k, dot_many(j->S, x + OF_G * n, n));
+            store3(o->down + (o->base[place] + (size_t)k), dot_many(j->S, x + OF_G * n, n));
         }
     }
 }
@@ -501,7 +501,8 @@ MBSRI_INLINE void factor_to_root(const mbsri_rigid *r, double *rows, size_t down
                   end = o->end[i] < last ? o->end[i] : last;
         if (o->end[i] <= first || behind >= end) continue;
         for (int j = o->first[i]; j < behind; ++j) {
-            const double *a = o->down + o->base[j] + behind, *row = rows + (size_t)behind * down;
+            const double *a = o->down + (o->base[j] + (size_t)behind),
+                         *row = rows + (size_t)behind * down;
             double *own = rows + (size_t)j * down;
             row16 x = load_row(own), y = none;
             int left = end - behind;

@@ -91,9 +91,9 @@ typedef struct mbsri_rigid_order {
     int *u;           /* nu: index in the caller's u */
     double *travel;   /* MBSRI_RIGID_TRAVEL x stride: columns on their way to the root */
     size_t stride;
-    size_t *base;        /* nu: entry (j, k) is down[base[j] + k]; NULL: L is too large */
-    double *down;        /* row by row, the last first */
-    double *up;          /* the same column by column, from the predecessor on to the root */
+    size_t *base; /* nu: entry (j, k) is down[base[j] + k], which may wrap; NULL: L is too large */
+    double *down; /* row by row, the last first */
+    double *up;   /* the same column by column, from the predecessor on to the root */
     size_t *turn, *path; /* which entry of `down` it is, and where its row begins in `rows` */
     size_t entries;
     int *place, *reach; /* nu: the place itself; where what is behind it ends */

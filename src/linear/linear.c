@@ -227,7 +227,8 @@ int mbsr_linear_response(mbsr_linear *linear, double frequency, double *re, doub
     const size_t square = (size_t)n * (size_t)n, sides = (size_t)n * (size_t)inputs;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &l->arena.allocator);
-    double *A = mbsri_arena_take(&arena, 2 * (square + sides + 1) * sizeof *A), *b = A + 2 * square;
+    double *A = mbsri_arena_take(&arena, 2 * (square + 1) * sizeof *A),
+           *b = mbsri_arena_take(&arena, 2 * (sides + 1) * sizeof *b);
     int *pivots = mbsri_arena_take(&arena, ((size_t)n + 1) * sizeof *pivots), info = 0;
     if (arena.failed) {
         mbsri_arena_close(&arena);

@@ -68,8 +68,9 @@ int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const
     mbsri_dense dense;
     mbsri_ranks ranks = {.independent = 0};
     int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
-    double *udot = dense.out, *lambda = udot + dense.n;
+    double *udot = dense.out, *lambda = NULL;
     if (!status) {
+        lambda = udot + dense.n;
         mbsri_loops_leave_out(&dense, false);
         status = mbsri_loops_factor(&dense, t, q, u);
     }

@@ -178,6 +178,15 @@ async function loopsByHand() {
     expect(loops.close(far, [3]) === null, "a loop closes over 5 m");
 }
 
+// A level rod of 2 kg and 1 m on a hinge, its end held by a loop: half its weight, without a moment.
+async function loopsAreArrows() {
+    const { data } = await pageOf(inWork("rod.xml", `<mujoco><option gravity="0 0 -10"/><worldbody><body name="rod">
+        <joint axis="0 1 0"/><inertial pos="0.5 0 0" mass="2" diaginertia="0.1 0.2 0.2"/></body></worldbody>
+        <equality><connect body1="rod" anchor="1 0 0"/></equality></mujoco>`));
+    const found = data.loopForces ? Array.from(data.loopForces) : [], wanted = [1, 0, 0, 0, 0, 10, 0, 0, 0];
+    expect(found.length === 9 && wanted.every((x, k) => Math.abs(found[k] - x) < 1e-5), `the loop has ${found}, not ${wanted}`);
+}
+
 // A ball of 2 kg, drawn 1 mm deep in the floor: of both shapes 2 M / T^2 each, so M depth / T^2 between them.
 async function contactsAreArrows() {
     const { data } = await pageOf(inWork("ball.xml", `<mujoco><worldbody><geom type="plane" size="1 1 1"/>
@@ -198,7 +207,7 @@ function rotationVectors() {
         }
 }
 
-for (const test of [largeSurface, smallSurface, jointsOfEveryKind, mimickingJoints, loopsByHand,
+for (const test of [largeSurface, smallSurface, jointsOfEveryKind, mimickingJoints, loopsByHand, loopsAreArrows,
     rotationVectors, ...(contact === "ON" ? [contactsAreArrows] : [])]) {
     try {
         await test();

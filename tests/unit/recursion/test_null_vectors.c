@@ -1,4 +1,4 @@
-/* Null vectors of joint blocks in double precision against those of the twofold pass.
+/* Null vectors and inverses of joint blocks: double precision against the twofold pass.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "expect.h"
@@ -48,8 +48,26 @@ static int project(const mbsr_model *m, const mbsr_data *d, double *P)
     return rank;
 }
 
-/* The largest difference between the projections of both. */
-static double difference(const mbsr_model *m, mbsr_data *d, const double *q)
+/* |D D^+ D - D| beside the largest entry of D, of the group of body 1. */
+static double residual(const mbsr_model *m, const mbsr_data *d)
+{
+    const int n = mbsri_group_of(m, d, 1).n;
+    const double *D = d->D + m->body[1].nn, *inverse = d->Dinv + m->body[1].nn;
+    double half[HINGES * HINGES] = {0.0}, most = 0.0, size = 0.0;
+    assert_in_range(n, 2, HINGES);
+    for (int k = 0; k < n * n; ++k)
+        for (int l = 0; l < n; ++l) half[k] += D[k / n * n + l] * inverse[l * n + k % n];
+    for (int k = 0; k < n * n; ++k) {
+        double sum = -D[k];
+        for (int l = 0; l < n; ++l) sum += half[k / n * n + l] * D[l * n + k % n];
+        most = fmax(most, fabs(sum));
+        size = fmax(size, fabs(D[k]));
+    }
+    return most / size;
+}
+
+/* The largest difference between the projections of both; what the twofold pass leaves of D. */
+static double difference(const mbsr_model *m, mbsr_data *d, const double *q, double *left)
 {
     const double u[HINGES] = {0.0};
     double plain[HINGES * HINGES], exact[HINGES * HINGES], most = 0.0;
@@ -62,6 +80,7 @@ static double difference(const mbsr_model *m, mbsr_data *d, const double *q)
     assert_ok(mbsri_backward(m, d), mbsr_data_error(d));
     d->exactly = false;
     assert_int_equal(project(m, d, exact), rank);
+    *left = residual(m, d);
     for (int k = 0; k < HINGES * HINGES; ++k) most = fmax(most, fabs(plain[k] - exact[k]));
     return most;
 }
@@ -72,19 +91,20 @@ static void null_vectors_are_as_good_as_masses(void **state)
 {
     (void)state;
     test_rng rng = test_seed(31);
-    double most = 0.0;
+    double most = 0.0, worst = 0.0;
     for (int round = 0; round < 400; ++round) {
         mbsr_model *m = gimbal(pow(10.0, -1.0 - round % 6));
         mbsr_data *d = NULL;
-        double q[HINGES];
+        double q[HINGES], left;
         assert_ok(mbsr_data_create(m, &d, NULL), NULL);
         for (int k = 0; k < HINGES; ++k) q[k] = 1.2 * test_uniform(&rng);
-        most = fmax(most, difference(m, d, q));
+        most = fmax(most, difference(m, d, q, &left));
+        worst = fmax(worst, left * pow(10.0, -2.0 * (round % 6)));
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);
     }
-    print_message("null vectors differ by at most %.2g\n", most);
-    assert_true(most < 1e-9);
+    print_message("null vectors differ by at most %.2g, D D^+ D - D is up to %.2g\n", most, worst);
+    assert_true(most < 1e-9 && worst < 1e-9);
 }
 
 int main(void)
