@@ -111,7 +111,7 @@ static void place_root(mbsr_model *m)
                               .parent = -1,
                               .d = m->root.d,
                               .np = m->root.np,
-                              .in_sweeps = true,
+                              .survey.in_sweeps = true,
                               .joint.space = m->root.space};
     m->most.d = m->root.d > 1 ? m->root.d : 1;
 }
@@ -134,13 +134,13 @@ static void number_body(mbsr_model *m, int i, int id, const mbsri_welds *w)
                       .inertia = entry->inertia,
                       .pred.space = m->body[parent].joint.space,
                       .name = entry->name,
-                      .regular = entry->regular,
+                      .mass.regular = entry->regular,
                       .lock.count = locks,
-                      .neglected = entry->neglected};
+                      .mass.neglected = entry->neglected};
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->stored.matrices.data + entry->matrix;
     }
-    if (entry->added > 0) b->added = (const double *)m->stored.matrices.data + entry->added;
+    if (entry->added > 0) b->mass.added = (const double *)m->stored.matrices.data + entry->added;
     b->lock.given_at = mbsri_held_values(m, id);
     if (locks > 0) b->lock.at = (const double *)m->stored.matrices.data + entry->locked_at;
     if (joint->d > m->most.d) m->most.d = joint->d;
@@ -186,7 +186,7 @@ static void place_armature(mbsr_model *m, int i)
                               : NULL,
                  *held = mbsri_held_values(m, b->id);
     double *to = m->armature + b->iu;
-    b->armature = to;
+    b->mass.armature = to;
     for (int k = 0; k < entry->joint.n; ++k) {
         if (held && !isnan(held[k])) continue;
         *to++ = given ? given[k] : 0.0;
@@ -376,7 +376,7 @@ static int resolve_forces(mbsr_model *m, int N)
 static bool is_regular(const mbsr_model *m)
 {
     bool regular = true;
-    for (int i = 1; i <= m->bodies; ++i) regular = regular && m->body[i].regular;
+    for (int i = 1; i <= m->bodies; ++i) regular = regular && m->body[i].mass.regular;
     return regular;
 }
 

@@ -79,7 +79,7 @@ static bool look_at_positions(mbsr_model *m, int *open)
 static bool has_armature(const mbsri_body *b)
 {
     bool every = b->n > 0;
-    for (int k = 0; k < b->n; ++k) every = every && b->armature[k] > 0.0;
+    for (int k = 0; k < b->n; ++k) every = every && b->mass.armature[k] > 0.0;
     return every;
 }
 
@@ -88,7 +88,7 @@ static bool find_open(mbsr_model *m, int *open)
 {
     bool unknown = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        open[i] = i <= m->live && !m->body[i].regular && !has_armature(m->body + i) &&
+        open[i] = i <= m->live && !m->body[i].mass.regular && !has_armature(m->body + i) &&
                   (!one_axis(m, i) || !turns_mass(m->tree.plain->body + i));
     }
     open[0] = 0;
@@ -102,7 +102,7 @@ static bool find_open(mbsr_model *m, int *open)
 static bool massless(const mbsri_body *b)
 {
     const mbsr_inertia *inertia = &b->inertia;
-    if (b->added) return false;
+    if (b->mass.added) return false;
     switch (inertia->kind) {
     case MBSR_INERTIA_NOT_GIVEN: return true;
     case MBSR_INERTIA_PARTICLE: return inertia->mass == 0.0;
@@ -200,7 +200,7 @@ static void place_all(mbsr_model *m, int bodies, int *seen)
     mbsri_lengths used = {0};
     for (int i = 0; i <= bodies; ++i) seen[i] = 0;
     for (int i = 1; i <= bodies; ++i) {
-        if (m->body[i].in_sweeps) seen[m->body[i].group.head] = 1;
+        if (m->body[i].survey.in_sweeps) seen[m->body[i].group.head] = 1;
     }
     for (int wanted = 1; wanted >= 0; --wanted) {
         for (int i = 1; i <= bodies; ++i) {

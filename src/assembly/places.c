@@ -14,7 +14,7 @@ static void place_arrays_of(mbsr_model *m, int i, mbsri_lengths *used)
     b->dp = used->dp;
     b->dn = used->dn;
     b->k = used->k;
-    b->full = used->full;
+    b->lock.full = used->full;
     b->scalar_offset = used->bodies++;
     used->p += (size_t)b->np;
     used->v += d;
@@ -29,11 +29,11 @@ void mbsri_places_set(mbsr_model *m, int bodies)
 {
     mbsri_lengths used = {0};
     for (int i = 0; i <= bodies; ++i) {
-        if (m->body[i].in_sweeps) place_arrays_of(m, i, &used);
+        if (m->body[i].survey.in_sweeps) place_arrays_of(m, i, &used);
     }
     m->in_sweeps = used;
     for (int i = 0; i <= bodies; ++i) {
-        if (!m->body[i].in_sweeps) place_arrays_of(m, i, &used);
+        if (!m->body[i].survey.in_sweeps) place_arrays_of(m, i, &used);
     }
     for (int i = 1; i <= bodies; ++i) {
         mbsri_body *b = m->body + i;
@@ -52,8 +52,8 @@ void mbsri_places_see(mbsr_model *m)
         for (int i = 1; i <= m->live; ++i) {
             const int flags = tree[k]->body[i].flags;
             if (!(flags & (MBSRI_BLOCK | MBSRI_LOADED))) continue;
-            m->body[i].in_sweeps = true;
-            if (flags & MBSRI_BLOCK) m->body[m->body[i].parent].in_sweeps = true;
+            m->body[i].survey.in_sweeps = true;
+            if (flags & MBSRI_BLOCK) m->body[m->body[i].parent].survey.in_sweeps = true;
         }
     }
 }

@@ -62,7 +62,7 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
         const double *own = c + b->v, *J = d->J + b->dn, *H = d->H + b->dp;
         for (int k = 0; k < b->n; ++k) {
             double *inertia = x + b->iu + k;
-            *inertia = b->armature[k];
+            *inertia = b->mass.armature[k];
             for (int l = 0; l < b->d; ++l) *inertia += J[k * b->d + l] * own[l] * J[k * b->d + l];
         }
         for (int k = 0; k < b->pred.d; ++k) {
@@ -172,11 +172,11 @@ static void mark(mbsr_model *m, mbsr_data *d, bool exact, bool *behind)
         mbsri_body *b = m->body + i;
         const mbsri_group g = mbsri_group_in_model(m, b->group.head);
         const bool lacks = d->rank[i] < b->n;
-        b->surveyed_rank = exact && clear_cut(d, &g, given) ? d->rank[i] + 1 : 0;
+        b->survey.rank = exact && clear_cut(d, &g, given) ? d->rank[i] + 1 : 0;
         behind[i] = behind[b->parent] || lacks;
         b->group.coupled = g.members > 1 && mbsri_coupled(m, d, &g);
-        b->whole = b->group.coupled || (b->n > 1 && behind[i]);
-        behind[i] = behind[i] || b->whole;
+        b->survey.whole = b->group.coupled || (b->n > 1 && behind[i]);
+        behind[i] = behind[i] || b->survey.whole;
     }
 }
 
@@ -203,8 +203,8 @@ static void mark_users(mbsr_model *m, const mbsr_data *d)
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
         double rho[3];
-        b->users = may_be_users(m, i) && !b->whole && d->rank[i] == b->n &&
-                   (b->pred.d == 0 || mbsri_is_translation(d->H + b->dp, rho));
+        b->survey.users = may_be_users(m, i) && !b->survey.whole && d->rank[i] == b->n &&
+                          (b->pred.d == 0 || mbsri_is_translation(d->H + b->dp, rho));
     }
 }
 
@@ -213,7 +213,8 @@ static bool concerned(const mbsr_model *m)
 {
     bool some = m->order.grouped;
     if (m->bodies > MBSRI_MOST_SURVEYED) return false;
-    for (int i = 1; i <= m->bodies && !some; ++i) some = !m->body[i].regular && m->body[i].n > 1;
+    for (int i = 1; i <= m->bodies && !some; ++i)
+        some = !m->body[i].mass.regular && m->body[i].n > 1;
     return some;
 }
 

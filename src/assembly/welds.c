@@ -108,10 +108,10 @@ static void mark_acted(choice *c)
 static bool plain_inertia(const choice *c, int id)
 {
     const mbsri_body_entry *entry = entry_of_body(c->m, id);
-    const mbsri_body body = {.joint = entry->joint,
-                             .inertia = entry->inertia,
-                             .added = entry->added > 0 ? (const double *)c->m->stored.matrices.data
-                                                       : NULL};
+    const mbsri_body body = {
+        .joint = entry->joint,
+        .inertia = entry->inertia,
+        .mass.added = entry->added > 0 ? (const double *)c->m->stored.matrices.data : NULL};
     return mbsri_embeds_inertia(&body) && !(entry->inertia.kind == MBSR_INERTIA_SPATIAL &&
                                             mbsri_exact_hides_moment(&entry->inertia));
 }
@@ -251,8 +251,8 @@ void mbsri_welds_list(mbsr_model *m)
 {
     for (int k = m->bodies - m->live; k > 0; --k) {
         mbsri_stand *stand = m->stand + (k - 1);
-        stand->next = m->body[stand->host].welded;
-        m->body[stand->host].welded = k;
+        stand->next = m->body[stand->host].on.welded;
+        m->body[stand->host].on.welded = k;
     }
 }
 

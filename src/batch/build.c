@@ -92,7 +92,7 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
     mbsr_frame frame = mbsr_frame_product(&own, &A);
     int count = 0;
     for (; count < joint->option[0]; ++count)
-        place_step(joint, count, whole, m->body[i].armature, &frame, moved, list + count);
+        place_step(joint, count, whole, m->body[i].mass.armature, &frame, moved, list + count);
     B = mbsr_frame_inverse(&B);
     frame = mbsr_frame_product(&frame, &B);
     if (!is_identity(&frame)) {
@@ -123,7 +123,7 @@ static void join_parts_of_body(const mbsr_model *m, int i, int count, mbsri_swee
     memcpy(last->I, whole->I, sizeof last->I);
     memcpy(last->c, whole->c, sizeof last->c);
     last->soft = whole->soft;
-    if (m->body[i].in_sweeps && !(whole->flags & MBSRI_BLOCK)) last->flags |= MBSRI_SEEN;
+    if (m->body[i].survey.in_sweeps && !(whole->flags & MBSRI_BLOCK)) last->flags |= MBSRI_SEEN;
 }
 
 /* What the tree of a model becomes: bodies, quaternions, prescribed coordinates. */

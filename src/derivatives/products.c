@@ -68,7 +68,7 @@ static void move_along(mbsr_derivatives *w, int i, const double *dq, const doubl
     mbsri_zero((size_t)s.x, x);
     mbsri_ax(s.x, s.columns, 1.0, k.x, z, x);
     mbsri_ax(b->d, b->n, -1.0, k.J, dudot + b->u, x + l->e[i] + b->d);
-    for (int j = 0; j < b->n; ++j) load[b->u + j] = b->armature[j] * dudot[b->u + j];
+    for (int j = 0; j < b->n; ++j) load[b->u + j] = b->mass.armature[j] * dudot[b->u + j];
     if (w->seeds.active) {
         const double *seed = w->seeds.sum[MBSRI_SEED_MOTION] + l->motion[i];
         for (int j = 0; j < s.x; ++j) x[j] += seed[j];
@@ -270,7 +270,7 @@ static void unmove(mbsr_derivatives *w, int i, const double *load, double *dq, d
     if (s.below)
         rows_transposed(3 * b->pred.d, 2 * b->pred.d, b->pred.d, s.columns, k.below,
                         w->mu + b->pred.v, z);
-    for (int j = 0; j < b->n; ++j) dudot[b->u + j] += b->armature[j] * load[b->u + j];
+    for (int j = 0; j < b->n; ++j) dudot[b->u + j] += b->mass.armature[j] * load[b->u + j];
     mbsri_atx(b->d, b->n, -1.0, k.J, x + l->e[i] + b->d, dudot + b->u);
     for (int j = 0; j < s.pred && s.below; ++j) pred[j] += z[j];
     for (int j = 0; j < b->nq; ++j) dq[b->q + j] += z[s.pred + j];

@@ -87,7 +87,7 @@ static void claim(const mbsr_model *m, const mbsr_data *d, int *owner, int *pare
     for (int i = 1; i <= m->bodies; ++i) {
         const int pred = m->body[i].parent;
         /* through a body without a definite mass, null velocities reach its successors */
-        const bool through = !m->body[pred].regular || d->rank[pred] < m->body[pred].n;
+        const bool through = !m->body[pred].mass.regular || d->rank[pred] < m->body[pred].n;
         if (!mbsri_heads(m, d, i)) continue;
         if (owner[pred] >= 0 && through) owner[i] = owner[pred];
         const mbsri_group g = mbsri_group_of(m, d, i);

@@ -124,7 +124,7 @@ int mbsri_closed_start_find(mbsri_closed_start *s, double t, const double *offse
     mbsri_copy((size_t)m->nu, w->rate + w->rates, udot);
     mbsri_copy((size_t)m->rows, w->yp + w->loops, lambda);
     clear_springs(m, lambda);
-    if (!clear && w->deficient)
+    if (!clear && w->kind.deficient)
         status = mbsri_refuse_open(m, s->d, t, q, u, "mbsr_dae_consistent", &verdict);
     return status ? status : check_rows(s, t, q, u, udot);
 }

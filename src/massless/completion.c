@@ -49,8 +49,8 @@ static bool allocate_vectors(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
     const size_t size = (size_t)w->size, nq = (size_t)m->nq, nu = (size_t)m->nu,
-                 rows = (size_t)m->rows, dense = w->matrix[MBSRI_NEAR].newton ? 0 : size,
-                 far = w->pair ? dense : 0;
+                 rows = (size_t)m->rows, dense = w->solver.matrix[MBSRI_NEAR].newton ? 0 : size,
+                 far = w->solver.pair ? dense : 0;
     const struct {
         double **at;
         size_t count;
@@ -64,17 +64,17 @@ static bool allocate_vectors(mbsr_completion *w)
         {&w->rate, size},
         {&w->time, size},
         {&w->given, size + rows},
-        {&w->ahead, size},
-        {&w->ahead_rate, size},
+        {&w->ahead.y, size},
+        {&w->ahead.yp, size},
         {&w->further, size},
         {&w->force_rate, rows},
-        {&w->per_span, nu},
-        {&w->q, nq},
-        {&w->u, nu},
+        {&w->span.per, nu},
+        {&w->form.q, nq},
+        {&w->form.u, nu},
         {&w->tau, nu},
-        {&w->matrix[MBSRI_NEAR].inverse, dense * size},
-        {&w->matrix[MBSRI_FAR].inverse, far * size},
-        {&w->work, 4 * dense},
+        {&w->solver.matrix[MBSRI_NEAR].inverse, dense * size},
+        {&w->solver.matrix[MBSRI_FAR].inverse, far * size},
+        {&w->solver.work, 4 * dense},
     };
     enum { VECTORS = sizeof vector / sizeof vector[0] };
     size_t total = 1;
@@ -89,8 +89,8 @@ static bool allocate_vectors(mbsr_completion *w)
         *vector[k].at = next;
         next += vector[k].count;
     }
-    w->pivots = (int *)(void *)next;
-    w->lacks = (bool *)(void *)(w->pivots + dense);
+    w->solver.pivots = (int *)(void *)next;
+    w->lacks = (bool *)(void *)(w->solver.pivots + dense);
     return true;
 }
 
@@ -99,11 +99,11 @@ static void find_spans(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
     const mbsri_spans s = mbsri_spans_of(m, NULL);
-    w->least_rate = mbsri_span_rate(&s);
+    w->span.least = mbsri_span_rate(&s);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int k = 0; k < b->n; ++k)
-            w->per_span[b->u + k] = 1.0 / mbsri_coordinate_span(&s, m, b, true, k);
+            w->span.per[b->u + k] = 1.0 / mbsri_coordinate_span(&s, m, b, true, k);
     }
 }
 
@@ -135,10 +135,11 @@ static int make_newton(mbsr_completion *w, const mbsr_newton_opt *opt, mbsr_newt
 /* Both; one where all bodies have mass. */
 static int make_matrices(mbsr_completion *w, const mbsr_newton_opt *opt, mbsr_error *error)
 {
-    for (int i = 1; i <= w->m->bodies; ++i) w->pair = w->pair || !w->m->body[i].regular;
-    int status = make_newton(w, opt, &w->matrix[MBSRI_NEAR].newton, error);
-    if (!status && w->pair && w->matrix[MBSRI_NEAR].newton)
-        status = make_newton(w, opt, &w->matrix[MBSRI_FAR].newton, error);
+    for (int i = 1; i <= w->m->bodies; ++i)
+        w->solver.pair = w->solver.pair || !w->m->body[i].mass.regular;
+    int status = make_newton(w, opt, &w->solver.matrix[MBSRI_NEAR].newton, error);
+    if (!status && w->solver.pair && w->solver.matrix[MBSRI_NEAR].newton)
+        status = make_newton(w, opt, &w->solver.matrix[MBSRI_FAR].newton, error);
     return status;
 }
 
@@ -186,7 +187,8 @@ void mbsr_completion_destroy(mbsr_completion *completion)
 {
     if (!completion) return;
     const mbsr_allocator allocator = completion->m->allocator;
-    for (int j = 0; j < MBSRI_MATRICES; ++j) mbsr_newton_destroy(completion->matrix[j].newton);
+    for (int j = 0; j < MBSRI_MATRICES; ++j)
+        mbsr_newton_destroy(completion->solver.matrix[j].newton);
     mbsri_release(&allocator, completion->memory);
     mbsri_release(&allocator, completion);
 }
@@ -248,8 +250,8 @@ static int attempt(mbsr_completion *w, bool velocities)
 static bool continues(const mbsr_completion *w, double c, bool deficient)
 {
     static const double far = 10.0;
-    return w->times.follow && w->follows && w->deficient == deficient && c <= far * w->c &&
-           w->c <= far * c;
+    return w->times.follow && w->last.follows && w->kind.deficient == deficient &&
+           c <= far * w->solver.c && w->solver.c <= far * c;
 }
 
 /* With what is known from the last state; then with one c after the other. The failure that counts
@@ -267,13 +269,13 @@ static int search(mbsr_completion *w, bool velocities)
         if (status <= 0) return status;
         status = return_to_given(w);
     }
-    w->deficient = deficient;
+    w->kind.deficient = deficient;
     for (int step = 0; step < RUNGS; ++step) {
-        w->c = ladder[step] / time;
-        w->elastic = false;
+        w->solver.c = ladder[step] / time;
+        w->kind.elastic = false;
         mbsri_completion_forget(w);
         if (step > 0) status = return_to_given(w);
-        if (!status && w->deficient) status = mbsri_completion_find_elastic(w);
+        if (!status && w->kind.deficient) status = mbsri_completion_find_elastic(w);
         if (!status) status = attempt(w, velocities);
         if (status <= 0) return status;
         if (first.status == MBSR_OK || first.status == MBSR_SINGULAR_BLOCK) first = w->error;
@@ -295,8 +297,8 @@ static int take_data_error(mbsr_completion *w, int status)
 static int enter(mbsr_completion *w, mbsr_data *d, double t, bool arguments, const char *function)
 {
     if (!w) return MBSR_ERR_NULL;
-    w->follows = w->found;
-    w->found = false;
+    w->last.follows = w->last.found;
+    w->last.found = false;
     if (!d || !arguments) {
         return mbsri_fail(&w->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
                           "%s: a required pointer is NULL", function);
@@ -326,8 +328,8 @@ static void leave(const mbsr_completion *w, mbsr_data *d)
 static int conclude(mbsr_completion *w, int status)
 {
     ++w->info.states;
-    w->found = status == MBSR_OK;
-    if (w->found) leave(w, w->d);
+    w->last.found = status == MBSR_OK;
+    if (w->last.found) leave(w, w->d);
     if (status != MBSR_SINGULAR_BLOCK) return status;
     w->error.status = MBSR_UNDETERMINED;
     return MBSR_UNDETERMINED;
@@ -339,7 +341,7 @@ int mbsr_completion_motion(const mbsr_completion *completion, mbsr_data *data, d
     const mbsr_completion *w = completion;
     if (!w || !data) return MBSR_ERR_NULL;
     if (data->model != w->m) return MBSR_ERR_MISMATCH;
-    if (!w->found) return MBSR_ERR_SEQUENCE;
+    if (!w->last.found) return MBSR_ERR_SEQUENCE;
     const size_t nq = (size_t)w->m->nq, nu = (size_t)w->m->nu;
     leave(w, data);
     if (q) mbsri_copy(nq, w->y, q);
@@ -353,16 +355,17 @@ static int complete_form(mbsr_completion *w, const mbsri_dae_form *form, double 
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    int status = mbsri_unpack(form, m, d, w->t, y, w->q, w->u);
-    if (!status) status = mbsri_pack(&mbsri_form_momentum, m, d, w->t, w->q, w->u, w->given);
+    int status = mbsri_unpack(form, m, d, w->t, y, w->form.q, w->form.u);
+    if (!status)
+        status = mbsri_pack(&mbsri_form_momentum, m, d, w->t, w->form.q, w->form.u, w->given);
     if (status) return take_data_error(w, status);
     status = search(w, true);
     if (status) return status;
     status = mbsri_pack_motion(form, m, d, w->t, w->y, w->y + w->rates, w->rate + w->rates,
-                               w->ahead, w->ahead_rate);
+                               w->ahead.y, w->ahead.yp);
     if (status) return take_data_error(w, status);
-    mbsri_copy((size_t)form->size(m), w->ahead, y);
-    mbsri_copy((size_t)form->size(m), w->ahead_rate, yp);
+    mbsri_copy((size_t)form->size(m), w->ahead.y, y);
+    mbsri_copy((size_t)form->size(m), w->ahead.yp, yp);
     return MBSR_OK;
 }
 
@@ -376,12 +379,12 @@ static int complete_momentum(mbsr_completion *w, double *y, double *yp)
     if (status) return take_data_error(w, status);
     status = search(w, true);
     if (status) return status;
-    mbsri_copy((size_t)w->loops, w->rate, w->ahead_rate);
-    mbsri_copy(size - (size_t)w->loops, w->yp + w->loops, w->ahead_rate + w->loops);
-    status = mbsri_check_result(w->m, w->d, size, w->ahead_rate, "mbsr_completion_solve");
+    mbsri_copy((size_t)w->loops, w->rate, w->ahead.yp);
+    mbsri_copy(size - (size_t)w->loops, w->yp + w->loops, w->ahead.yp + w->loops);
+    status = mbsri_check_result(w->m, w->d, size, w->ahead.yp, "mbsr_completion_solve");
     if (status) return take_data_error(w, status);
     mbsri_copy(size, w->y, y);
-    mbsri_copy(size, w->ahead_rate, yp);
+    mbsri_copy(size, w->ahead.yp, yp);
     return MBSR_OK;
 }
 
@@ -414,8 +417,8 @@ static int find_dynamics(mbsr_completion *w)
 {
     enum { PASSES = 2 };
     int status = return_to_given(w);
-    w->deficient = mbsr_total_rank(w->m, w->d) < w->m->nu;
-    w->c = ladder[0] / mbsri_completion_time(w);
+    w->kind.deficient = mbsr_total_rank(w->m, w->d) < w->m->nu;
+    w->solver.c = ladder[0] / mbsri_completion_time(w);
     if (!status) status = mbsri_completion_forward(w);
     if (status != MBSR_UNDETERMINED) return status;
     for (int pass = 0; pass < PASSES; ++pass) {
@@ -458,7 +461,7 @@ static int relax(mbsr_completion *w, double c)
     enum { MOST = 40, PATIENT = 4 };
     static const double enough = 1e-10, near = 1e-6, less = 0.7;
     double last = INFINITY, length = 1.0;
-    w->c = c;
+    w->solver.c = c;
     int status = here(w);
     for (int step = 0; step < MOST && !status; ++step) {
         status = mbsri_completion_factor(w, MBSRI_NEAR);

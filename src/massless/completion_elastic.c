@@ -29,11 +29,12 @@ static const double share_of_time = 1e-3;
 
 void mbsri_completion_part(mbsr_completion *w)
 {
-    const double c = w->c;
+    const double c = w->solver.c;
     for (int k = 0; k < w->rates; ++k) w->x[k] = (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
     for (int k = w->rates; k < w->loops; ++k) {
-        const double b = w->elastic ? (w->other[k] - w->x[k]) / ((ratio - 1.0) * c) : 0.0;
-        w->x[k] = w->elastic ? w->x[k] - c * b : (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
+        const double b = w->kind.elastic ? (w->other[k] - w->x[k]) / ((ratio - 1.0) * c) : 0.0;
+        w->x[k] =
+            w->kind.elastic ? w->x[k] - c * b : (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
         w->other[k] = b;
     }
     for (int k = w->loops; k < w->size; ++k) {
@@ -62,14 +63,14 @@ static int ask_springs(mbsr_completion *w, const double *push, bool *some)
     *some = !isfinite(step);
     if (*some) return MBSR_OK;
     mbsri_copy((size_t)w->size, w->F, w->other);
-    mbsri_copy((size_t)w->size, w->y, w->ahead);
-    mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
-    for (int k = w->rates; k < w->loops; ++k) w->ahead[k] += step * w->x[k];
-    for (int k = w->loops; k < w->places; ++k) w->ahead_rate[k] += step * w->c * w->x[k];
-    const int status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+    mbsri_copy((size_t)w->size, w->y, w->ahead.y);
+    mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
+    for (int k = w->rates; k < w->loops; ++k) w->ahead.y[k] += step * w->x[k];
+    for (int k = w->loops; k < w->places; ++k) w->ahead.yp[k] += step * w->solver.c * w->x[k];
+    const int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->ahead.yp);
     for (int k = 0; k < w->m->nu; ++k) {
         const double taken = (w->F[w->rates + k] - w->other[w->rates + k]) / step;
-        *some = *some || fabs(push[k] - taken) > left * largest * w->per_span[k];
+        *some = *some || fabs(push[k] - taken) > left * largest * w->span.per[k];
     }
     mbsri_copy((size_t)w->size, w->other, w->F);
     return status;
@@ -110,13 +111,13 @@ void mbsri_completion_push(const mbsr_completion *w, double *push)
 {
     mbsri_completion_lacking(w, w->lacks);
     for (int k = 0; k < w->m->nu; ++k)
-        push[k] = w->lacks[k] ? (1.0 + 0.5 * sin(12.9898 * k)) * w->per_span[k] : 0.0;
+        push[k] = w->lacks[k] ? (1.0 + 0.5 * sin(12.9898 * k)) * w->span.per[k] : 0.0;
 }
 
 /* x for a push on all directions without mass, which is left in r. */
 static int answer_push(mbsr_completion *w)
 {
-    w->elastic = false;
+    w->kind.elastic = false;
     mbsri_zero((size_t)w->size, w->r);
     mbsri_completion_push(w, w->r + w->rates);
     return mbsri_completion_solve(w, MBSRI_NEAR, w->r, w->x);
@@ -127,13 +128,13 @@ int mbsri_completion_find_elastic(mbsr_completion *w)
     bool some = false;
     int status = answer_push(w);
     if (!status) status = ask_springs(w, w->r + w->rates, &some);
-    return status || !some ? status : ask_growth(w, &w->elastic);
+    return status || !some ? status : ask_growth(w, &w->kind.elastic);
 }
 
 int mbsri_completion_find_growth(mbsr_completion *w)
 {
     const int status = answer_push(w);
-    return status ? status : ask_growth(w, &w->elastic);
+    return status ? status : ask_growth(w, &w->kind.elastic);
 }
 
 /* q' = G(q) u. */
@@ -152,12 +153,12 @@ static bool moves_plainly(const mbsr_model *m)
     return i > m->bodies;
 }
 
-/* The positions w->q at s on the path q + s G(u + s u'/2): G at the middle of the way makes the
- * path one of the second order, whatever the coordinates. */
+/* The positions w->form.q at s on the path q + s G(u + s u'/2): G at the middle of the way makes
+ * the path one of the second order, whatever the coordinates. */
 static int go_along(mbsr_completion *w, double s, const double *udot)
 {
     const mbsr_model *m = w->m;
-    double *q = w->ahead, *u = w->ahead + w->rates, *qdot = w->ahead_rate;
+    double *q = w->ahead.y, *u = w->ahead.y + w->rates, *qdot = w->ahead.yp;
     int status = MBSR_OK;
     for (int k = 0; k < m->nu; ++k) u[k] = w->y[w->rates + k] + 0.5 * s * udot[k];
     if (moves_plainly(m)) {
@@ -167,7 +168,7 @@ static int go_along(mbsr_completion *w, double s, const double *udot)
         for (int k = 0; k < m->nq; ++k) q[k] = w->y[k] + 0.5 * s * qdot[k];
         if (!status) status = rates_at(w, q, u, qdot);
     }
-    for (int k = 0; k < m->nq; ++k) w->q[k] = w->y[k] + s * qdot[k];
+    for (int k = 0; k < m->nq; ++k) w->form.q[k] = w->y[k] + s * qdot[k];
     return status;
 }
 
@@ -198,22 +199,23 @@ static int look_along(mbsr_completion *w, double s, const double *udot, bool apa
 {
     const mbsr_model *m = w->m;
     int status = go_along(w, s, udot);
-    for (int k = 0; k < m->nu; ++k) w->u[k] = w->y[w->rates + k] + s * udot[k];
+    for (int k = 0; k < m->nu; ++k) w->form.u[k] = w->y[w->rates + k] + s * udot[k];
     if (!status && !apart)
-        status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->q, w->u, w->ahead);
+        status =
+            mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->form.q, w->form.u, w->ahead.y);
     if (status) {
         w->error = w->d->error;
         return status;
     }
     if (apart) {
-        mbsri_copy((size_t)m->nq, w->q, w->ahead);
-        mbsri_copy((size_t)m->nu, w->y + m->nq, w->ahead + m->nq);
-        mbsri_copy((size_t)m->nu, w->u, w->ahead + w->rates);
+        mbsri_copy((size_t)m->nq, w->form.q, w->ahead.y);
+        mbsri_copy((size_t)m->nu, w->y + m->nq, w->ahead.y + m->nq);
+        mbsri_copy((size_t)m->nu, w->form.u, w->ahead.y + w->rates);
     }
-    mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, w->ahead + w->loops);
-    mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
-    for (int k = 0; k < m->rows; ++k) w->ahead_rate[w->loops + k] += s * w->force_rate[k];
-    status = mbsri_completion_residual(w, w->t + s, w->ahead, w->ahead_rate);
+    mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, w->ahead.y + w->loops);
+    mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
+    for (int k = 0; k < m->rows; ++k) w->ahead.yp[w->loops + k] += s * w->force_rate[k];
+    status = mbsri_completion_residual(w, w->t + s, w->ahead.y, w->ahead.yp);
     if (!status && apart) leave_out_momenta(w);
     return status;
 }

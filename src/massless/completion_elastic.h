@@ -21,7 +21,7 @@ void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks);
  * masses take counts as taken. */
 void mbsri_completion_push(const mbsr_completion *w, double *push);
 
-/* Whether springs alone hold some direction at the state of the last residual: w->elastic. */
+/* Whether springs alone hold some direction at the state of the last residual: w->kind.elastic. */
 int mbsri_completion_find_elastic(mbsr_completion *w);
 
 /* The same where both matrices are needed anyway: also where they have a small part in motions

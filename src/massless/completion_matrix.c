@@ -23,13 +23,13 @@ bool mbsri_completion_converged(double change, double last, double enough, doubl
 double mbsri_completion_speed(const mbsr_completion *w, const double *x)
 {
     double largest = 0.0;
-    for (int k = 0; k < w->m->nu; ++k) largest = fmax(largest, fabs(x[k]) * w->per_span[k]);
+    for (int k = 0; k < w->m->nu; ++k) largest = fmax(largest, fabs(x[k]) * w->span.per[k]);
     return largest;
 }
 
 double mbsri_completion_time(const mbsr_completion *w)
 {
-    const double own = 1.0 / fmax(w->least_rate, mbsri_completion_speed(w, w->y + w->rates));
+    const double own = 1.0 / fmax(w->span.least, mbsri_completion_speed(w, w->y + w->rates));
     return w->times.scale > 0.0 ? fmin(w->times.scale, own) : own;
 }
 
@@ -44,32 +44,32 @@ int mbsri_completion_residual(mbsr_completion *w, double t, const double *y, con
 /* Column k of K: the residual along (e_k, c e_k), by four points. */
 static int difference_column(mbsr_completion *w, double c, int k, double *column)
 {
-    const double here = w->ahead[k], rate = w->ahead_rate[k], h = mbsri_difference_step(here, 1.0);
+    const double here = w->ahead.y[k], rate = w->ahead.yp[k], h = mbsri_difference_step(here, 1.0);
     int status = MBSR_OK;
     mbsri_zero((size_t)w->size, column);
     for (int l = 0; l < 4 && !status; ++l) {
         const double step = mbsri_difference_place(l) * h;
-        w->ahead[k] = here + step;
-        w->ahead_rate[k] = rate + c * step;
-        status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+        w->ahead.y[k] = here + step;
+        w->ahead.yp[k] = rate + c * step;
+        status = mbsri_completion_residual(w, w->t, w->ahead.y, w->ahead.yp);
         for (int j = 0; j < w->size; ++j)
             column[j] += mbsri_difference_weight(l) / (12.0 * h) * w->F[j];
     }
-    w->ahead[k] = here;
-    w->ahead_rate[k] = rate;
+    w->ahead.y[k] = here;
+    w->ahead.yp[k] = rate;
     return status;
 }
 
 static int factor_dense(mbsr_completion *w, double *inverse, double c)
 {
     const size_t size = (size_t)w->size;
-    mbsri_copy(size, w->y, w->ahead);
-    mbsri_copy(size, w->yp, w->ahead_rate);
+    mbsri_copy(size, w->y, w->ahead.y);
+    mbsri_copy(size, w->yp, w->ahead.yp);
     for (int k = 0; k < w->size; ++k) {
         const int status = difference_column(w, c, k, inverse + (size_t)k * size);
         if (status) return status;
     }
-    if (mbsri_lapack_inverse(w->size, inverse, w->pivots, w->work) > 0.0)
+    if (mbsri_lapack_inverse(w->size, inverse, w->solver.pivots, w->solver.work) > 0.0)
         return mbsri_completion_residual(w, w->t, w->y, w->yp);
     return mbsri_completion_fail(w, MBSR_SINGULAR_BLOCK,
                                  "the Newton matrix is singular: some joint rate moves no mass, "
@@ -78,17 +78,17 @@ static int factor_dense(mbsr_completion *w, double *inverse, double c)
 
 static mbsri_completion_matrix *matrix_of(mbsr_completion *w, int which)
 {
-    return &w->matrix[w->pair ? which : MBSRI_NEAR];
+    return &w->solver.matrix[w->solver.pair ? which : MBSRI_NEAR];
 }
 
 bool mbsri_completion_has(const mbsr_completion *w, int which)
 {
-    return w->matrix[w->pair ? which : MBSRI_NEAR].c == mbsri_completion_c(w, which);
+    return w->solver.matrix[w->solver.pair ? which : MBSRI_NEAR].c == mbsri_completion_c(w, which);
 }
 
 void mbsri_completion_forget(mbsr_completion *w)
 {
-    for (int j = 0; j < MBSRI_MATRICES; ++j) w->matrix[j].c = 0.0;
+    for (int j = 0; j < MBSRI_MATRICES; ++j) w->solver.matrix[j].c = 0.0;
 }
 
 int mbsri_completion_factor(mbsr_completion *w, int which)

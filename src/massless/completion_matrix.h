@@ -28,12 +28,16 @@ struct mbsr_completion {
     mbsr_completion_info info;
     int size, rates, loops, places; /* of the momentum form's y; where u, Lambda, Eta begin */
 
-    mbsri_completion_matrix matrix[MBSRI_MATRICES]; /* of this state, or of an earlier one */
-    bool pair;                                      /* there are two */
-    double c;                                       /* 1/s, of the nearer one */
-    double *work;                                   /* 4 size */
-    int *pivots;                                    /* size */
-    double *ahead, *ahead_rate; /* size: y, y' that are differenced; also along a path */
+    struct {
+        mbsri_completion_matrix matrix[MBSRI_MATRICES]; /* of this state, or of an earlier one */
+        bool pair;                                      /* there are two */
+        double c;                                       /* 1/s, of the nearer one */
+        double *work;                                   /* 4 size */
+        int *pivots;                                    /* size */
+    } solver;
+    struct {
+        double *y, *yp;
+    } ahead; /* size: y, y' that are differenced; also along a path */
 
     double *y, *yp, *F;    /* size: the state, y' = (0, 0, 0, lambda, 0), the residual there */
     double *r, *x, *other; /* size: a right side, solutions for c and for another one */
@@ -42,14 +46,23 @@ struct mbsr_completion {
     double *given;         /* size + rows: the state as it was given, and loop forces */
     double *further;       /* size: a second right side */
     double *force_rate;    /* rows: lambda', where springs alone hold directions */
-    double *per_span;      /* nu: 1 over the span of each rate; 1/s over it is 1 */
-    double least_rate;     /* 1/s, of the model */
-    bool *lacks;           /* nu: of a push */
-    double *q, *u, *tau;   /* nq, nu, nu: of a form; what is applied to the joints, or zero */
-    bool deficient;        /* some direction moves no mass */
-    bool elastic;          /* springs alone hold some: */
-    bool found;            /* the state and its rates are those of the last call, */
-    bool follows;          /* and were before this one */
+    struct {
+        double *per;  /* nu: 1 over that of each rate; 1/s over it is 1 */
+        double least; /* 1/s, of the model's rates */
+    } span;
+    bool *lacks; /* nu: of a push */
+    struct {
+        double *q, *u; /* nq, nu: of the state in another form */
+    } form;
+    double *tau; /* nu: what is applied to the joints, or zero */
+    struct {
+        bool deficient; /* some direction moves no mass */
+        bool elastic;   /* springs alone hold some */
+    } kind;
+    struct {
+        bool found;   /* the state and its rates are those of the last call, */
+        bool follows; /* and were before this one */
+    } last;
     void *memory;
 };
 
@@ -59,7 +72,7 @@ int mbsri_completion_residual(mbsr_completion *w, double t, const double *y, con
 /* c of MBSRI_NEAR or MBSRI_FAR. */
 static inline double mbsri_completion_c(const mbsr_completion *w, int which)
 {
-    return which == MBSRI_FAR ? MBSRI_COMPLETION_RATIO * w->c : w->c;
+    return which == MBSRI_FAR ? MBSRI_COMPLETION_RATIO * w->solver.c : w->solver.c;
 }
 
 /* K(c) of MBSRI_NEAR or MBSRI_FAR at w->y, w->yp is factored; x from r with that, which is made if

@@ -51,17 +51,17 @@ static int differ_in_springs(mbsr_completion *w)
     const double step = mbsri_completion_time(w);
     const mbsri_closure *closure = m->closures.data;
     bool any = false;
-    mbsri_copy((size_t)w->size, w->y, w->ahead);
+    mbsri_copy((size_t)w->size, w->y, w->ahead.y);
     for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
         for (int k = 0; k < closure->rows; ++k) {
             const int at = w->loops + closure->row + k;
             if (!mbsri_is_stiff(closure, k)) continue;
-            w->ahead[at] += step * w->yp[at];
+            w->ahead.y[at] += step * w->yp[at];
             any = true;
         }
     }
     if (!any) return MBSR_OK;
-    const int status = mbsri_completion_residual(w, w->t, w->ahead, w->yp);
+    const int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->yp);
     add_difference(w, 1.0 / step);
     return status;
 }
@@ -131,14 +131,14 @@ static double join(const mbsr_completion *w, double *const *x)
     for (int k = w->loops; k < w->places; ++k) x[0][k] = slope * (c[1] * x[1][k] - c[0] * x[0][k]);
     for (int k = 0; k < w->m->nu; ++k) {
         const double first = u[0][k];
-        if (w->elastic) {
+        if (w->kind.elastic) {
             u[0][k] -= slope * c[0] * (u[1][k] - first);
         } else {
             u[0][k] = slope * (c[1] * u[1][k] - c[0] * first);
             u[1][k] -= u[0][k];
         }
     }
-    return w->elastic ? 0.0 : mbsri_completion_speed(w, u[1]) / size;
+    return w->kind.elastic ? 0.0 : mbsri_completion_speed(w, u[1]) / size;
 }
 
 /* Takes up u' and loop forces of x; the sizes of what changes in the one and in the other. */
@@ -162,14 +162,14 @@ static int ask_rounding(mbsr_completion *w, bool *rounding)
     const mbsr_model *m = w->m;
     const double time = mbsri_completion_time(w), *udot = w->rate + w->rates;
     double left = 0.0, most = 0.0;
-    mbsri_closure_transpose(m, w->d, w->x + w->loops, w->q);
-    for (int k = 0; k < m->nu; ++k) left = fmax(left, fabs(w->q[k]) / w->per_span[k]);
-    mbsri_copy((size_t)w->size, w->y, w->ahead);
+    mbsri_closure_transpose(m, w->d, w->x + w->loops, w->form.q);
+    for (int k = 0; k < m->nu; ++k) left = fmax(left, fabs(w->form.q[k]) / w->span.per[k]);
+    mbsri_copy((size_t)w->size, w->y, w->ahead.y);
     mbsri_copy((size_t)w->size, w->F, w->other);
-    for (int k = 0; k < m->nu; ++k) w->ahead[w->rates + k] += share * time * udot[k];
-    int status = mbsri_completion_residual(w, w->t, w->ahead, w->yp);
+    for (int k = 0; k < m->nu; ++k) w->ahead.y[w->rates + k] += share * time * udot[k];
+    int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->yp);
     for (int k = w->rates; k < w->loops; ++k)
-        most = fmax(most, fabs(w->F[k] - w->other[k]) / (share * w->per_span[k - w->rates]));
+        most = fmax(most, fabs(w->F[k] - w->other[k]) / (share * w->span.per[k - w->rates]));
     *rounding = !status && left <= nothing * most;
     return status ? status : here(w);
 }
@@ -186,7 +186,7 @@ static int too_fast(mbsr_completion *w)
 static int keep_balance(mbsr_completion *w)
 {
     const double c = mbsri_completion_c(w, MBSRI_NEAR), *F = w->F + w->rates;
-    double *r = w->ahead_rate;
+    double *r = w->ahead.yp;
     mbsri_zero((size_t)w->size, r);
     for (int k = 0; k < w->m->nu; ++k) r[w->rates + k] = w->lacks[k] ? -c * F[k] : 0.0;
     int status = mbsri_completion_solve(w, MBSRI_NEAR, r, w->x);
@@ -208,10 +208,10 @@ static int solve_rates(mbsr_completion *w, bool exactly, double *loaded)
 {
     enum { MOST = 40 };
     static const double enough = 1e-11, near = 1e-6, decays = 1e-3;
-    const bool aims = w->elastic || w->m->rows == 0, keeps = exactly && w->m->rows > 0;
-    const int count = w->elastic || !aims ? 2 : 1;
+    const bool aims = w->kind.elastic || w->m->rows == 0, keeps = exactly && w->m->rows > 0;
+    const int count = w->kind.elastic || !aims ? 2 : 1;
     double *const r[2] = {w->r, w->further}, *const x[2] = {w->x, w->other};
-    double *before = w->ahead, *first = w->time, last = INFINITY;
+    double *before = w->ahead.y, *first = w->time, last = INFINITY;
     int status = differ_in_time(w);
     known_rates(w, w->rate);
     mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
@@ -275,10 +275,10 @@ static int share_forces(mbsr_completion *w)
     const mbsr_model *m = w->m;
     const double c = mbsri_completion_c(w, MBSRI_FAR);
     if (!leaves_rows(w)) return MBSR_OK;
-    int status = mbsr_closures_transpose(m, w->d, w->other, w->ahead);
+    int status = mbsr_closures_transpose(m, w->d, w->other, w->ahead.y);
     if (status) w->error = *mbsr_data_error(w->d);
     mbsri_zero((size_t)w->size, w->r);
-    for (int k = 0; k < m->nu; ++k) w->r[m->nq + k] = c * w->ahead[k];
+    for (int k = 0; k < m->nu; ++k) w->r[m->nq + k] = c * w->ahead.y[k];
     if (!status) status = mbsri_completion_factor(w, MBSRI_FAR);
     if (!status) status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->x);
     for (int k = 0; k < m->rows && !status; ++k) w->other[k] = -w->x[w->loops + k];
@@ -288,7 +288,7 @@ static int share_forces(mbsr_completion *w)
 int mbsri_completion_forward(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
-    if (w->deficient && (m->rows == 0 || leaves_rows(w))) return MBSR_UNDETERMINED;
+    if (w->kind.deficient && (m->rows == 0 || leaves_rows(w))) return MBSR_UNDETERMINED;
     const mbsri_closure *closure = m->closures.data;
     double *lambda = w->other;
     int status =
@@ -317,11 +317,11 @@ int mbsri_completion_forward(mbsr_completion *w)
 static int solve_farther(mbsr_completion *w, bool exactly, double *loaded)
 {
     static const double farther = 100.0;
-    const double c = w->c;
-    if (w->m->rows > 0 && w->deficient && !w->elastic) {
-        w->c = farther * c;
+    const double c = w->solver.c;
+    if (w->m->rows > 0 && w->kind.deficient && !w->kind.elastic) {
+        w->solver.c = farther * c;
         const int status = solve_rates(w, exactly, loaded);
-        w->c = c;
+        w->solver.c = c;
         if (status <= 0) return status;
     }
     return solve_rates(w, exactly, loaded);
@@ -337,5 +337,5 @@ int mbsri_completion_rates(mbsr_completion *w, bool exactly)
     status = MBSR_OK;
     for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
         status = solve_farther(w, exactly, &loaded);
-    return !status && w->elastic ? mbsri_completion_accelerate(w) : status;
+    return !status && w->kind.elastic ? mbsri_completion_accelerate(w) : status;
 }

@@ -26,10 +26,10 @@ typedef struct corrections {
 static corrections measure_corrections(const mbsr_completion *w, double c, bool forces)
 {
     const mbsr_model *m = w->m;
-    const double speed = 1e-3 * w->least_rate + mbsri_completion_speed(w, w->y + w->rates);
+    const double speed = 1e-3 * w->span.least + mbsri_completion_speed(w, w->y + w->rates);
     double force = mbsri_largest(m->nu, w->F + m->nq), change = 0.0;
     const mbsri_closure *closure = m->closures.data;
-    for (size_t id = 0; id < m->closures.count && forces && w->deficient; ++id, ++closure) {
+    for (size_t id = 0; id < m->closures.count && forces && w->kind.deficient; ++id, ++closure) {
         for (int k = 0; k < closure->rows; ++k) {
             if (mbsri_is_stiff(closure, k)) continue;
             const int at = w->loops + closure->row + k;
@@ -59,7 +59,7 @@ static int take_off(mbsr_completion *w, double c, bool forces)
 static bool take_off_linearly(mbsr_completion *w, double c, corrections now, corrections last)
 {
     static const double small = 1e-6, left = 1e-10;
-    if (w->deficient || w->m->rows > 0 || now.speed > small || last.speed == INFINITY ||
+    if (w->kind.deficient || w->m->rows > 0 || now.speed > small || last.speed == INFINITY ||
         now.speed * now.speed > left * last.speed)
         return false;
     for (int k = 0; k < w->rates; ++k) w->F[k] += c * w->x[k];
@@ -70,9 +70,9 @@ static bool take_off_linearly(mbsr_completion *w, double c, corrections now, cor
 /* x from r, without what springs alone hold. */
 static int correct(mbsr_completion *w, int which)
 {
-    if (!w->elastic) return mbsri_completion_solve(w, which, w->r, w->x);
+    if (!w->kind.elastic) return mbsri_completion_solve(w, which, w->r, w->x);
     const int status = mbsri_completion_split(w, w->r);
-    for (int k = w->loops; k < w->size; ++k) w->x[k] = w->other[k] / w->c;
+    for (int k = w->loops; k < w->size; ++k) w->x[k] = w->other[k] / w->solver.c;
     return status;
 }
 
@@ -102,7 +102,7 @@ static bool settled(const mbsr_completion *w, corrections now, corrections last,
 {
     static const double enough = 1e-11, linear = 1e-4;
     const double near = w->m->rows > 0 ? 1e-6 : 1e-8;
-    if (fresh && !w->deficient && w->m->rows == 0) return now.speed <= linear;
+    if (fresh && !w->kind.deficient && w->m->rows == 0) return now.speed <= linear;
     return mbsri_completion_converged(now.speed, last.speed, enough, near) &&
            (mbsri_completion_converged(now.force, last.force, enough, near) || balances(w));
 }
@@ -122,20 +122,20 @@ static int settle_velocities(mbsr_completion *w)
     static const double old = 0.03;
     const bool closed = w->m->rows > 0;
     /* far out, where only impulses are left of x_p, and of a linear F_u nothing is */
-    const int which = !w->elastic && (closed || !w->deficient) ? MBSRI_FAR : MBSRI_NEAR;
+    const int which = !w->kind.elastic && (closed || !w->kind.deficient) ? MBSRI_FAR : MBSRI_NEAR;
     const double c = mbsri_completion_c(w, which);
     corrections last = {INFINITY, INFINITY};
     bool fresh = !mbsri_completion_has(w, which), again = false;
     for (int step = 0; step < MOST; ++step) {
         int status = MBSR_OK;
         if (again) status = mbsri_completion_factor(w, which);
-        if (again && !status && w->elastic) status = mbsri_completion_factor(w, MBSRI_FAR);
+        if (again && !status && w->kind.elastic) status = mbsri_completion_factor(w, MBSRI_FAR);
         mbsri_zero((size_t)w->rates, w->r);
         mbsri_copy((size_t)(w->size - w->rates), w->F + w->rates, w->r + w->rates);
         if (!status) status = correct(w, which);
         if (status) return status;
         /* the first corrections of closed models are impulses, not forces */
-        const bool forces = closed && (w->elastic || !w->deficient || step > 0);
+        const bool forces = closed && (w->kind.elastic || !w->kind.deficient || step > 0);
         const corrections now = measure_corrections(w, c, forces);
         if (step > 0 && (nothing_left(now) || stands(w, now, last, again))) return MBSR_OK;
         if (take_off_linearly(w, c, now, last)) return MBSR_OK;
@@ -156,7 +156,7 @@ int mbsri_completion_velocities(mbsr_completion *w)
     int status = settle_velocities(w);
     double last = INFINITY;
     mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
-    for (int pass = 0; pass < PASSES && w->elastic && !status; ++pass) {
+    for (int pass = 0; pass < PASSES && w->kind.elastic && !status; ++pass) {
         double change = 0.0;
         status = mbsri_completion_drift(w, &change);
         if (change <= enough * mbsri_completion_speed(w, w->y + w->rates)) break;

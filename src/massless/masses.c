@@ -133,7 +133,7 @@ void mbsri_masses_displacement(const mbsr_model *m, mbsr_data *d, const mbsri_ma
          */
         for (int k = 0; k < b->n; ++k) {
             const double off = b->n == b->nq ? masses->q[b->q + k] - q[b->q + k] : 0.0;
-            p[b->u + k] = b->armature[k] * off;
+            p[b->u + k] = b->mass.armature[k] * off;
         }
     }
     gather(m, d, p);
@@ -148,7 +148,7 @@ void mbsri_masses_momenta(const mbsr_model *m, mbsr_data *d, const mbsri_masses 
         find_centre(b, d->M + b->dd, r);
         move_moment(b->joint.space, 1.0, r, imp);
         for (int k = 0; k < b->d; ++k) imp[k] = -imp[k];
-        for (int k = 0; k < b->n; ++k) p[b->u + k] = b->armature[k] * masses->u[b->u + k];
+        for (int k = 0; k < b->n; ++k) p[b->u + k] = b->mass.armature[k] * masses->u[b->u + k];
     }
     mbsri_zero((size_t)m->body[0].d, d->imp + m->body[0].v);
     gather(m, d, p);

@@ -259,7 +259,7 @@ static bool are_smooth(const mbsri_null_space *w)
         const bool matrix = (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) ||
                             b->inertia.kind == MBSR_INERTIA_FUNCTION ||
                             b->inertia.kind == MBSR_INERTIA_FLEXIBLE;
-        if (matrix || b->added) return false;
+        if (matrix || b->mass.added) return false;
     }
     return true;
 }

@@ -364,7 +364,7 @@ int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
     mbsri_gather(w->m, x, w->d->u);
     for (int i = 1; i <= w->m->bodies; ++i) {
         const mbsri_body *b = w->m->body + i;
-        if (b->lock.count) mbsri_with_held(b, w->d->u + b->iu, false, w->d->u_full + b->full);
+        if (b->lock.count) mbsri_with_held(b, w->d->u + b->iu, false, w->d->u_full + b->lock.full);
     }
     w->d->stage = MBSRI_STAGE_POSITIONS;
     return mbsri_coordinate_rates(w->m, w->d, rate);

@@ -57,9 +57,9 @@ static int begin_start(mbsri_start *s)
     mbsri_zero((size_t)w->m->rows, s->impulse);
     s->displaced = false;
     for (int k = 0; k < w->m->nu && s->from != MBSRI_FROM_GIVEN; ++k) {
-        const double speed = s->from == MBSRI_FROM_REST ? 0.0 : w->least_rate;
+        const double speed = s->from == MBSRI_FROM_REST ? 0.0 : w->span.least;
         if (s->lacks[k])
-            w->y[w->rates + k] = speed * (1.0 + 0.5 * sin(12.9898 * k)) / w->per_span[k];
+            w->y[w->rates + k] = speed * (1.0 + 0.5 * sin(12.9898 * k)) / w->span.per[k];
     }
     if (!status) return mbsri_completion_residual(w, w->t, w->y, w->yp);
     w->error = w->d->error;
@@ -93,9 +93,9 @@ static int find_velocities(mbsri_start *s)
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     int status = mbsri_start_momenta(s);
-    if (status || !(w->deficient || m->rows > 0)) return status;
+    if (status || !(w->kind.deficient || m->rows > 0)) return status;
     status = mbsri_start_velocities(s, true);
-    if (status || m->rows == 0 || !w->deficient) return status;
+    if (status || m->rows == 0 || !w->kind.deficient) return status;
     mbsri_zero((size_t)m->rows, s->impulse);
     return mbsri_start_velocities(s, true);
 }
@@ -111,13 +111,13 @@ static int alternate(mbsri_start *s, bool again)
     for (int turn = 0; turn < TURNS && !status; ++turn) {
         const int before = s->info->iterations;
         s->sought = "position";
-        if (w->elastic) status = mbsri_start_positions(s);
+        if (w->kind.elastic) status = mbsri_start_positions(s);
         if (!again && turn == 0 && m->rows > 0)
             mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
         if (status || (turn > 0 && s->info->iterations == before)) break;
         s->sought = "velocity";
         status = find_velocities(s);
-        if (!w->elastic) break;
+        if (!w->kind.elastic) break;
     }
     return status;
 }
@@ -127,9 +127,9 @@ static int alternate(mbsri_start *s, bool again)
 static int stays_as_it_is(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
-    const bool elastic = w->elastic;
-    const int status = w->deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
-    if (status || w->elastic == elastic) return status;
+    const bool elastic = w->kind.elastic;
+    const int status = w->kind.deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
+    if (status || w->kind.elastic == elastic) return status;
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
 }
 
@@ -172,7 +172,7 @@ static int return_rest(mbsri_start *s)
         status = stays_as_it_is(s);
         if (status) return status;
         keep_state(s, true, false);
-        s->c_balanced = w->c;
+        s->c_balanced = w->solver.c;
     }
     return MBSR_NO_CONVERGENCE;
 }
@@ -189,9 +189,9 @@ static int accelerate(mbsri_start *s)
 static int balance(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
-    int status = w->elastic && w->m->position_rows == 0 ? settle_dampers(s) : MBSR_OK;
+    int status = w->kind.elastic && w->m->position_rows == 0 ? settle_dampers(s) : MBSR_OK;
     if (!status) status = alternate(s, false);
-    if (!status && w->elastic && s->displaced) status = return_rest(s);
+    if (!status && w->kind.elastic && s->displaced) status = return_rest(s);
     return status ? status : accelerate(s);
 }
 
@@ -204,19 +204,19 @@ static int compare_push(mbsri_start *s, const double *push, double step, bool *c
     const mbsr_model *m = w->m;
     double *before = s->missing, error = 0.0, largest = 0.0;
     int status = MBSR_OK;
-    mbsri_copy((size_t)w->size, w->y, w->ahead);
-    mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
+    mbsri_copy((size_t)w->size, w->y, w->ahead.y);
+    mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
     for (int side = -1; side <= 1 && !status; side += 2) {
-        for (int k = 0; k < w->loops; ++k) w->ahead[k] = w->y[k] + side * step * w->x[k];
+        for (int k = 0; k < w->loops; ++k) w->ahead.y[k] = w->y[k] + side * step * w->x[k];
         for (int k = w->loops; k < w->places; ++k)
-            w->ahead_rate[k] = w->yp[k] + side * step * w->other[k];
-        status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+            w->ahead.yp[k] = w->yp[k] + side * step * w->other[k];
+        status = mbsri_completion_residual(w, w->t, w->ahead.y, w->ahead.yp);
         if (side < 0) mbsri_copy((size_t)m->nu, w->F + w->rates, before);
     }
     for (int k = 0; k < m->nu; ++k) {
         const double taken = (w->F[w->rates + k] - before[k]) / (2.0 * step);
-        largest = fmax(largest, fabs(push[k]) / w->per_span[k]);
-        if (w->lacks[k]) error = fmax(error, fabs(push[k] - taken) / w->per_span[k]);
+        largest = fmax(largest, fabs(push[k]) / w->span.per[k]);
+        if (w->lacks[k]) error = fmax(error, fabs(push[k] - taken) / w->span.per[k]);
     }
     *clear = !status && error <= off * largest;
     return status < 0 ? status : MBSR_OK;
@@ -251,14 +251,14 @@ static int compare_ranks(mbsri_start *s, bool *clear)
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     int rank[2] = {0, 0}, status = MBSR_OK;
-    mbsri_copy((size_t)m->nq, w->y, w->q);
-    mbsri_zero((size_t)m->nu, w->u);
+    mbsri_copy((size_t)m->nq, w->y, w->form.q);
+    mbsri_zero((size_t)m->nu, w->form.u);
     for (int beside = 0; beside < 2 && !status; ++beside) {
         for (int k = 0; k < m->nq && beside; ++k)
-            w->q[k] += short_way * (1.0 + 0.5 * sin(12.9898 * k)) / s->per_place[k];
-        status = mbsri_normalise(m, w->d, w->q);
-        if (!status) status = mbsri_positions(m, w->d, w->t, w->q);
-        if (!status) status = mbsri_velocities(m, w->d, w->u);
+            w->form.q[k] += short_way * (1.0 + 0.5 * sin(12.9898 * k)) / s->per_place[k];
+        status = mbsri_normalise(m, w->d, w->form.q);
+        if (!status) status = mbsri_positions(m, w->d, w->t, w->form.q);
+        if (!status) status = mbsri_velocities(m, w->d, w->form.u);
         if (!status) status = mbsri_forces(m, w->d, NULL, NULL);
         if (!status) status = mbsri_backward(m, w->d);
         rank[beside] = w->d->total_rank;
@@ -293,11 +293,11 @@ static int survey(mbsri_start *s)
     int status = begin_start(s);
     if (status) return status;
     const int rank = mbsr_total_rank(w->m, w->d);
-    w->deficient = rank < w->m->nu;
+    w->kind.deficient = rank < w->m->nu;
     s->info->null_directions = w->m->nu - rank;
     s->time = mbsri_completion_time(w);
     mbsri_completion_lacking(w, s->lacks);
-    return w->pair ? note_masses(s) : MBSR_OK;
+    return w->solver.pair ? note_masses(s) : MBSR_OK;
 }
 
 /* How the matrices were: for all c singular in a joint, for all in rows of closures, for none in a
@@ -312,15 +312,15 @@ static int climb(mbsri_start *s, int rungs, climbed *all)
     mbsr_completion *w = s->w;
     int status = MBSR_OK;
     for (int rung = 0; rung < rungs; ++rung) {
-        w->c = ladder[rung] / s->time;
-        w->elastic = false;
+        w->solver.c = ladder[rung] / s->time;
+        w->kind.elastic = false;
         s->longest = s->widest = rung < CAREFUL ? 0.5 : 0.1;
         mbsri_completion_forget(w);
         status = begin_start(s);
-        if (!status && w->deficient) status = mbsri_completion_find_growth(w);
+        if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
         if (!status) status = balance(s);
         if (!status) status = stays_as_it_is(s);
-        s->info->elastic = w->elastic;
+        s->info->elastic = w->kind.elastic;
         if (status <= 0) return status;
         all->singular = all->singular && status == MBSR_SINGULAR_BLOCK;
         all->dependent = all->dependent && status == MBSR_LOOP_SINGULAR;
@@ -333,8 +333,8 @@ static int climb(mbsri_start *s, int rungs, climbed *all)
 static int take_balance(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
-    w->c = s->c_balanced;
-    w->elastic = true;
+    w->solver.c = s->c_balanced;
+    w->kind.elastic = true;
     s->info->elastic = 1;
     mbsri_completion_forget(w);
     keep_state(s, true, true);
@@ -374,7 +374,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     if (status) return status;
     status = climb_from_all(s, &all, &first, &sought);
     if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
-    if (!status && w->deficient) status = check_clear(s, clear);
+    if (!status && w->kind.deficient) status = check_clear(s, clear);
     if (!status && *clear) status = compare_ranks(s, clear);
     *clear = *clear && all.regular;
     if (status <= 0) return status;

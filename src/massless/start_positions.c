@@ -29,7 +29,7 @@ static defects measure_defects(const mbsri_start *s)
     const mbsr_completion *w = s->w;
     double force = 0.0;
     for (int k = 0; k < w->m->nu; ++k)
-        force = fmax(force, fabs(w->r[w->rates + k]) / w->per_span[k]);
+        force = fmax(force, fabs(w->r[w->rates + k]) / w->span.per[k]);
     return (defects){force, mbsri_largest(w->m->position_rows, w->r + w->places)};
 }
 

@@ -30,8 +30,8 @@ static int move_along(mbsri_start *s, double *q, const double *x)
     mbsr_completion *w = s->w;
     int status = mbsri_positions(w->m, w->d, w->t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, x);
-    if (!status) status = mbsri_coordinate_rates(w->m, w->d, w->q);
-    for (int k = 0; k < w->m->nq; ++k) q[k] += w->q[k];
+    if (!status) status = mbsri_coordinate_rates(w->m, w->d, w->form.q);
+    for (int k = 0; k < w->m->nq; ++k) q[k] += w->form.q[k];
     if (!status) status = mbsri_normalise(w->m, w->d, q);
     return report_failure(w, status);
 }
@@ -42,8 +42,8 @@ static int miss_masses(mbsri_start *s)
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     int status = mbsri_positions(m, w->d, w->t, w->y);
-    mbsri_zero((size_t)m->nu, w->u);
-    if (!status) status = mbsri_velocities(m, w->d, w->u);
+    mbsri_zero((size_t)m->nu, w->form.u);
+    if (!status) status = mbsri_velocities(m, w->d, w->form.u);
     if (status) return report_failure(w, status);
     mbsri_masses_displacement(m, w->d, &s->masses, w->y, s->missing);
     return MBSR_OK;
@@ -84,7 +84,7 @@ static int rates_towards(mbsri_start *s, int i, const double *dq, double *z)
     }
     for (int k = 0; k < b->n && !status; ++k) {
         for (int l = 0; l < b->n; ++l) u[l] = l == k ? 1.0 : 0.0;
-        if (b->lock.count) mbsri_with_held(b, u, false, d->u_full + b->full);
+        if (b->lock.count) mbsri_with_held(b, u, false, d->u_full + b->lock.full);
         status = mbsri_coordinate_rates_of(s->w->m, d, i, G + k * b->nq);
     }
     for (int k = 0; k < b->n; ++k) {
@@ -102,12 +102,12 @@ static int find_way(mbsri_start *s)
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     int status = mbsri_positions(m, w->d, w->t, w->y);
-    mbsri_zero((size_t)m->nu, w->u);
-    if (!status) status = mbsri_velocities(m, w->d, w->u);
-    for (int k = 0; k < m->nq; ++k) w->q[k] = s->q_given[k] - w->y[k];
+    mbsri_zero((size_t)m->nu, w->form.u);
+    if (!status) status = mbsri_velocities(m, w->d, w->form.u);
+    for (int k = 0; k < m->nq; ++k) w->form.q[k] = s->q_given[k] - w->y[k];
     for (int i = 1; i <= m->bodies && !status; ++i) {
         const mbsri_body *b = m->body + i;
-        status = rates_towards(s, i, w->q + b->q, w->u + b->u);
+        status = rates_towards(s, i, w->form.q + b->q, w->form.u + b->u);
     }
     return report_failure(w, status);
 }
@@ -120,11 +120,11 @@ static int differ(mbsri_start *s)
     mbsr_completion *w = s->w;
     const size_t nu = (size_t)w->m->nu;
     double *u = w->y + w->rates, *here = s->before, *z = s->step;
-    const double step = short_way / (mbsri_completion_speed(w, w->u) * s->time);
+    const double step = short_way / (mbsri_completion_speed(w, w->form.u) * s->time);
     int status = MBSR_OK;
     if (!isfinite(step)) return MBSR_OK;
     mbsri_copy((size_t)w->size, w->y, here);
-    mbsri_copy(nu, w->u, z);
+    mbsri_copy(nu, w->form.u, z);
     for (int side = -1; side <= 1 && !status; side += 2) {
         for (size_t k = 0; k < nu; ++k) u[k] = here[(size_t)w->rates + k] + side * step * z[k];
         status = mbsri_start_evaluate(s, true);
@@ -141,7 +141,7 @@ static int differ(mbsri_start *s)
  * these depend on each other. */
 static void weigh_ways(const mbsri_start *s, int count, double *weight)
 {
-    const double *per_span = s->w->per_span, *way = s->ways;
+    const double *per_span = s->w->span.per, *way = s->ways;
     const int nu = s->w->m->nu;
     double A[MBSRI_WAYS * MBSRI_WAYS] = {0.0};
     for (int i = 0; i < count; ++i) {
@@ -193,7 +193,7 @@ int mbsri_start_return(mbsri_start *s, int number, double *way)
     *way = 0.0;
     int status = find_way(s);
     mbsri_zero((size_t)w->size, w->r);
-    if (!status) push_way(nu, w->u, s->ways + MBSRI_WAYS * nu);
+    if (!status) push_way(nu, w->form.u, s->ways + MBSRI_WAYS * nu);
     if (!status) status = differ(s);
     if (!status) status = miss_masses(s);
     if (!status) status = mbsri_start_solve(s, s->missing);

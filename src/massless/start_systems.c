@@ -86,9 +86,9 @@ int mbsri_start_evaluate(mbsri_start *s, bool own)
     const mbsr_model *m = w->m;
     int status = MBSR_OK;
     if (own) {
-        status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t, w->y, w->y + w->rates, w->ahead);
+        status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t, w->y, w->y + w->rates, w->ahead.y);
         if (status) w->error = w->d->error;
-        mbsri_copy((size_t)m->nu, w->ahead + m->nq, w->y + m->nq);
+        mbsri_copy((size_t)m->nu, w->ahead.y + m->nq, w->y + m->nq);
     }
     return status ? status : mbsri_completion_residual(w, w->t, w->y, w->yp);
 }
@@ -106,7 +106,7 @@ void mbsri_start_rows(mbsri_start *s, bool forces, bool rates, bool gaps)
 
 int mbsri_start_factor(mbsri_start *s)
 {
-    const int status = s->w->pair ? mbsri_completion_factor(s->w, MBSRI_NEAR) : MBSR_OK;
+    const int status = s->w->solver.pair ? mbsri_completion_factor(s->w, MBSRI_NEAR) : MBSR_OK;
     return status ? status : mbsri_completion_factor(s->w, MBSRI_FAR);
 }
 
@@ -114,13 +114,13 @@ int mbsri_start_solve(mbsri_start *s, const double *momenta)
 {
     mbsr_completion *w = s->w;
     double *const x[MBSRI_MATRICES] = {w->x, w->other};
-    for (int j = w->pair ? MBSRI_NEAR : MBSRI_FAR; j < MBSRI_MATRICES; ++j) {
+    for (int j = w->solver.pair ? MBSRI_NEAR : MBSRI_FAR; j < MBSRI_MATRICES; ++j) {
         for (int k = 0; k < w->m->nu && momenta; ++k)
             w->r[w->m->nq + k] = mbsri_completion_c(w, j) * momenta[k];
         const int status = mbsri_completion_solve(w, j, w->r, x[j]);
         if (status) return status;
     }
-    if (w->pair) {
+    if (w->solver.pair) {
         mbsri_completion_part(w);
         return MBSR_OK;
     }

@@ -50,17 +50,17 @@ static int compare(mbsri_start *s)
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     const size_t nu = (size_t)m->nu;
-    double *p = w->y + m->nq, *u = w->y + w->rates, *still = w->ahead, *changed = w->ahead + nu;
+    double *p = w->y + m->nq, *u = w->y + w->rates, *still = w->ahead.y, *changed = w->ahead.y + nu;
     int status = mbsri_positions(m, w->d, w->t, w->y);
     mbsri_zero(nu, s->missing);
     if (!status && m->rows > 0) {
         status = mbsri_closure_jacobians(m, w->d);
         if (!status) mbsri_closure_transpose(m, w->d, s->impulse, s->missing);
     }
-    mbsri_zero(nu, w->u);
-    if (!status) status = momenta_of(w, w->u, still); /* a root that moves */
-    for (size_t k = 0; k < nu; ++k) w->u[k] = u[k] - s->u_given[k];
-    if (!status) status = momenta_of(w, w->u, changed);
+    mbsri_zero(nu, w->form.u);
+    if (!status) status = momenta_of(w, w->form.u, still); /* a root that moves */
+    for (size_t k = 0; k < nu; ++k) w->form.u[k] = u[k] - s->u_given[k];
+    if (!status) status = momenta_of(w, w->form.u, changed);
     for (size_t k = 0; k < nu; ++k) {
         p[k] = s->target[k] + s->missing[k];
         /* in joints that lack some inertia F_u says it */
@@ -121,7 +121,7 @@ static int advance(mbsri_start *s, double change, double size, int *leaps, doubl
         found = !status && mbsri_completion_speed(w, w->x + w->rates) / size <=
                                (1.0 - 0.5 * *share) * change + rounding;
     }
-    if (w->elastic && (!found || *share < short_way) && ++*leaps <= LEAPS) {
+    if (w->kind.elastic && (!found || *share < short_way) && ++*leaps <= LEAPS) {
         *share = 1.0;
         take_share(s, 1.0);
         return MBSR_OK;
@@ -142,7 +142,7 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
         double share = 1.0, drifted = 0.0;
         int status = aim(s, true);
         if (status) return status;
-        const double size = 1e-3 * w->least_rate + mbsri_completion_speed(w, u);
+        const double size = 1e-3 * w->span.least + mbsri_completion_speed(w, u);
         double change = mbsri_completion_speed(w, w->x + w->rates) / size;
         note(s);
         ++s->info->iterations;
@@ -153,7 +153,7 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
             return MBSR_OK;
         }
         if (share == 0.0 || (share < 0.01 && change < 1e-3)) break;
-        if (w->elastic && drift) {
+        if (w->kind.elastic && drift) {
             status = mbsri_completion_drift(w, &drifted);
             if (status) return status;
             change = fmax(change, drifted / size);

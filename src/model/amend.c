@@ -230,14 +230,14 @@ const double *mbsr_body_armature(const mbsr_model *model, int body)
 {
     if (!model || !model->finished) return NULL;
     const int i = mbsri_index(model, body);
-    return i > 0 ? model->body[i].armature : NULL;
+    return i > 0 ? model->body[i].mass.armature : NULL;
 }
 
 const double *mbsr_body_regularisation(const mbsr_model *model, int body)
 {
     if (!model || !model->finished) return NULL;
     const int i = mbsri_index(model, body);
-    return i > 0 ? model->body[i].added : NULL;
+    return i > 0 ? model->body[i].mass.added : NULL;
 }
 
 int mbsr_body_locks(const mbsr_model *model, int body)

@@ -136,6 +136,6 @@ int mbsr_body_neglected(const mbsr_model *model, int body)
     if (!model || !model->finished) return -1;
     const int i = mbsri_index(model, body);
     if (i <= 0) return -1;
-    const int place = model->body[i].neglected;
+    const int place = model->body[i].mass.neglected;
     return place > 0 ? ((const mbsri_neglected *)model->given.inertias.data)[place - 1].parts : 0;
 }

@@ -75,10 +75,11 @@ typedef struct mbsri_body {
     /* --- the tree */
     int id;     /* id as added; MBSR_GROUND for the root */
     int parent; /* index of the predecessor; 0: on the root; -1: the root itself */
-    int welded; /* first body welded to this one, index into the model's `stand` from 1; 0: none */
     struct {
+        int welded; /* first body welded to this one, index into the model's `stand` from 1; 0: none
+                     */
         int first, next; /* first marker on the body; next one on its predecessor; 0: none */
-    } marker;
+    } on;
     /* --- sizes, and where its numbers stand */
     int d;                /* velocity coordinates */
     int np;               /* numbers in the pose */
@@ -90,7 +91,6 @@ typedef struct mbsri_body {
     size_t k;             /* offset of K^-1 (d x d); none with MBSR_JOINT_UNIT_K */
     size_t nn, dg;        /* offsets of n x n and d x n numbers; n: of the group at a head */
     size_t scalar_offset; /* offset of one number */
-    size_t full;          /* offset of joint.n numbers, where some are locked */
     struct {
         mbsr_space space; /* space of the predecessor */
         int d;            /* its velocity coordinates */
@@ -110,23 +110,28 @@ typedef struct mbsri_body {
         bool closes;    /* whether a loop closes on it */
         bool by_blocks; /* whether its loop takes bodies one by one (sweeps/build.c) */
     } loop;
-    bool whole;     /* whether the steps of recursion/ eliminate it: assembly/survey.h */
-    bool users;     /* whether its joint is a user's that the sweeps take (sweeps/users_joint.h) */
-    bool in_sweeps; /* whether the sweeps read or write its arrays too (assembly/places.h) */
-    int surveyed_rank; /* rank of the joint at the position surveyed (assembly/survey.h), plus 1 */
+    struct {
+        bool whole; /* whether the steps of recursion/ eliminate it */
+        bool users; /* whether its joint is a user's that the sweeps take (sweeps/users_joint.h) */
+        bool in_sweeps; /* whether the sweeps read or write its arrays too (assembly/places.h) */
+        int rank;       /* of the joint at the position surveyed, plus 1 */
+    } survey;           /* assembly/survey.h */
     /* --- joint and inertia */
     mbsri_joint joint;    /* the joint, of which locked coordinates are part */
     mbsr_inertia inertia; /* the inertia; its matrix points into the model */
     size_t name;          /* offset into names */
-    bool regular;         /* whether M is positive definite in every pose */
-    const double *added;  /* d x d, part of M in every pose; NULL: none */
+    struct {
+        bool regular;           /* whether M is positive definite in every pose */
+        const double *added;    /* d x d, part of M in every pose; NULL: none */
+        int neglected;          /* index into the model's `given.inertias`, plus 1; 0: nothing is */
+        const double *armature; /* inertia along each joint rate (n), kg m^2 or kg */
+    } mass;
     struct {
         int count;              /* locked coordinates of `joint`, 0 where a stock joint is left */
         const double *at;       /* joint.n values of locked coordinates, NaN for others, or NULL */
         const double *given_at; /* the same for the joint as given, or NULL */
+        size_t full;            /* offset of joint.n numbers, where some are locked */
     } lock;
-    const double *armature; /* inertia along each joint rate (n), kg m^2 or kg */
-    int neglected;          /* index into the model's `given.inertias`, plus 1; 0: nothing is */
 } mbsri_body;
 
 /* A body as added. */

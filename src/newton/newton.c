@@ -396,7 +396,7 @@ static int factor_newton(mbsr_newton *w, mbsr_data *d, double t, const double *y
     w->info.exact = !w->by_sweeps || w->corrected || w->info.across == 0;
     w->info.blocks = blocks;
     if (w->by_sweeps) return status;
-    if (w->sweeps) w->sweeps->marked = false;
+    if (w->sweeps) w->sweeps->last.marked = false;
     if (!w->lean) return mbsri_front_factor(w->front, d, t, y, yp, c);
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
                       "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "

@@ -52,7 +52,7 @@ static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_bod
     const double *U = d->U + b->dg, *J = d->J + b->dn, *Dinv = d->Dinv + b->nn, *s = d->s + g->ig;
     double *G = d->G + b->dg, *upper = d->scratch;
     mbsri_zero((size_t)dim * (size_t)n, G);
-    if (!b->flexible.modal || !mbsri_is_zero((size_t)n, b->armature)) {
+    if (!b->flexible.modal || !mbsri_is_zero((size_t)n, b->mass.armature)) {
         mbsri_ab(dim, n, n, 1.0, U, Dinv, G);
         return;
     }

@@ -16,7 +16,7 @@ void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_g
         const int dim = b->d;
         const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
         for (int l = 0; l < b->n; ++l) {
-            double sum = b->armature[l];
+            double sum = b->mass.armature[l];
             for (int k = 0; k < mbsri_upper_rows(b); ++k)
                 sum += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
             if (b->flexible.modal) sum += Mbar[(MBSRI_FRAME_ROWS + l) * (dim + 1)];

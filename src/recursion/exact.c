@@ -132,7 +132,7 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
         const mbsri_body *b = m->body + g->member[k];
         for (int l = 0; l < b->n; ++l) {
             mbsri_two *own = r->D + (b->group.iu - g->ig + l) * (g->n + 1);
-            *own = mbsri_two_add(*own, mbsri_two_of(b->armature[l]));
+            *own = mbsri_two_add(*own, mbsri_two_of(b->mass.armature[l]));
         }
     }
     for (int l = 0; l < head->d * g->n; ++l) d->U[head->dg + (size_t)l] = r->U[l].hi;

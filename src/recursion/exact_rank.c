@@ -40,7 +40,7 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
             const double s = d->s[b->group.iu + l], turned = mbsri_turned_along(d, b, l),
                          size = mbsri_dot(b->d, J, UJ) + arms * turned +
-                                MBSRI_EXACT_SHARE * b->armature[l];
+                                MBSRI_EXACT_SHARE * b->mass.armature[l];
             least[b->group.iu - g->ig + l] = rounding * (1.0 / (s * s) + turned);
             strict[b->group.iu - g->ig + l] = size > 0.0 ? 1.0 / sqrt(size) : d->s[b->group.iu + l];
         }

@@ -47,7 +47,7 @@ static int fill_V(const mbsr_model *m, const mbsr_data *d, int i, double *V, dou
     const int n = b->n, most = n / 2;
     int rows = 0;
     *least = 1.0;
-    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
+    for (int k = b->on.first; k > 0; k = m->body[k].on.next) {
         const mbsri_body *marker = m->body + k;
         const double *A = d->Mbar + marker->dd,
                      *H = d->H + marker->dp + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
@@ -75,7 +75,7 @@ static double scale_modes(const mbsr_model *m, const mbsr_data *d, int i, const 
         for (int a = 0; a < n; ++a) f->diagonal[a] += f->V[r * n + a] * f->V[r * n + a];
     }
     mbsri_copy((size_t)n, f->diagonal, s);
-    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
+    for (int k = b->on.first; k > 0; k = m->body[k].on.next) {
         const double *E = d->W + m->body[k].dd,
                      *H = d->H + m->body[k].dp + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
         if (mbsri_is_zero(36, E)) continue;
@@ -341,7 +341,7 @@ bool mbsri_factors_find_rank(const mbsr_model *m, mbsr_data *d, int i)
     }
     const double left = reduce_massless(&f, s, least, count, order, work);
     const int rank = f.flex->massive + f.kept;
-    const bool usual = b->surveyed_rank == rank + 1;
+    const bool usual = b->survey.rank == rank + 1;
     if (left > (usual ? rule.tolerance : nothing_from(&rule, &f, s, count, order))) return false;
     f.Q = f.V1 + n * f.kept;
     invert_massless(&f, order);

@@ -43,7 +43,7 @@ void mbsri_factors_find(mbsr_model *m)
 {
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
-        b->marker.first = b->marker.next = 0;
+        b->on.first = b->on.next = 0;
         b->flexible.factored = b->flexible.upright && b->n >= LEAST_MODES && b->group.head == i &&
                                b->group.members == 1 && b->inertia.kind == MBSR_INERTIA_FLEXIBLE &&
                                b->inertia.flex->root;
@@ -54,8 +54,8 @@ void mbsri_factors_find(mbsr_model *m)
             pred->flexible.factored = false;
             continue;
         }
-        b->marker.next = pred->marker.first;
-        pred->marker.first = i;
+        b->on.next = pred->on.first;
+        pred->on.first = i;
     }
 }
 
@@ -64,7 +64,7 @@ bool mbsri_factors_open(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     if (!d->factors.allowed) return false;
     const bool serves =
-        b->flexible.factored && !b->added && mbsri_is_zero((size_t)b->n, b->armature);
+        b->flexible.factored && !b->mass.added && mbsri_is_zero((size_t)b->n, b->mass.armature);
     d->factors.rows[i] = serves ? 0 : -1;
     if (!serves) return false;
     const size_t columns = (size_t)MBSRI_FRAME_ROWS * (size_t)b->d;
@@ -225,7 +225,7 @@ static void reduce_errors(const mbsr_model *m, const mbsr_data *d, int i, const 
                 G[j * n + a] * G[j * n + a] * (deficient ? fmax(own, lambda / (s[a] * s[a])) : own);
         }
     }
-    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
+    for (int k = b->on.first; k > 0; k = m->body[k].on.next) {
         const double *own = d->W + m->body[k].dd,
                      *H = d->H + m->body[k].dp + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
         double P[36] = {0.0}, T[36];
@@ -274,7 +274,7 @@ static void make_whole(const mbsr_model *m, mbsr_data *d, int i)
     d->factors.rows[i] = -1;
     mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
     mbsri_zero(dd, d->W + b->dd);
-    for (int k = b->marker.first; k > 0; k = m->body[k].marker.next) {
+    for (int k = b->on.first; k > 0; k = m->body[k].on.next) {
         const mbsri_body *marker = m->body + k;
         const double *H = d->H + marker->dp;
         mbsri_congruence(MBSRI_FRAME_ROWS, b->d, H, d->Mbar + marker->dd, d->Mbar + b->dd,

@@ -41,7 +41,7 @@ void mbsri_null_velocity(const mbsr_model *m, mbsr_data *d, int i, const double 
 {
     const mbsri_body *b = m->body + i;
     double *Az = d->Az + b->v;
-    d->carries[i] = !b->regular;
+    d->carries[i] = !b->mass.regular;
     mbsri_zero((size_t)b->d, Az);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z, Az);
     for (int k = 0; k < b->d; ++k) {

@@ -86,7 +86,8 @@ void mbsri_group_add_armature(const mbsr_model *m, const mbsri_group *g, double 
 {
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        for (int l = 0; l < b->n; ++l) D[(b->group.iu - g->ig + l) * (g->n + 1)] += b->armature[l];
+        for (int l = 0; l < b->n; ++l)
+            D[(b->group.iu - g->ig + l) * (g->n + 1)] += b->mass.armature[l];
     }
 }
 

@@ -26,12 +26,12 @@ static bool is_spatial(const mbsri_body *b)
 /* M += the regularisation. */
 static void add_regularisation(const mbsri_body *b, const double *p, double *M)
 {
-    if (!b->added) return;
+    if (!b->mass.added) return;
     if (is_spatial(b)) {
-        mbsri_turned_mass(b->added, p + MBSR_POSE_R, M);
+        mbsri_turned_mass(b->mass.added, p + MBSR_POSE_R, M);
         return;
     }
-    for (int k = 0; k < b->d * b->d; ++k) M[k] += b->added[k];
+    for (int k = 0; k < b->d * b->d; ++k) M[k] += b->mass.added[k];
 }
 
 void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
@@ -79,7 +79,7 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
 void mbsri_inertia_times(const mbsri_body *b, const double *p, const double *M, double factor,
                          const double *x, double *y)
 {
-    if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->added && is_spatial(b))
+    if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->mass.added && is_spatial(b))
         mbsri_rigid_times(&b->inertia, p + MBSR_POSE_R, factor, x, y);
     else
         mbsri_ax(b->d, b->d, factor, M, x, y);
@@ -120,12 +120,12 @@ void mbsri_inertia_exact(const mbsri_body *b, const double *p, const double *M, 
                rigid = inertia->kind == MBSR_INERTIA_SPATIAL;
     for (int k = 0; k < d * d; ++k) exact[k] = mbsri_two_of(M[k]);
     mbsri_zero((size_t)d, unsure);
-    if (!b->added && (particle || none)) return;
-    if (!b->added && planar) {
+    if (!b->mass.added && (particle || none)) return;
+    if (!b->mass.added && planar) {
         exact_planar(inertia, p[2], exact);
         return;
     }
-    if (!b->added && rigid) {
+    if (!b->mass.added && rigid) {
         mbsri_exact_mass(inertia, p + MBSR_POSE_R, exact);
         const double lost = mbsri_exact_of(inertia).lost;
         for (int k = 0; k < 3; ++k) unsure[k] = lost;
@@ -165,7 +165,7 @@ static void spatial_gyration(const mbsri_body *b, const double *M, const double 
 {
     const mbsr_inertia *inertia = &b->inertia;
     const bool matrix = inertia->kind == MBSR_INERTIA_MATRIX && inertia->matrix;
-    if (b->added || matrix)
+    if (b->mass.added || matrix)
         mbsri_turned_gyration(M, V, h);
     else if (inertia->kind == MBSR_INERTIA_SPATIAL)
         mbsri_rigid_gyration(M, V, h);
@@ -179,9 +179,9 @@ static int by_function(const mbsri_body *b, double t, const double *p, const dou
     mbsri_zero((size_t)b->d * (size_t)b->d, M);
     const int status = inertia->function(inertia->user, t, p, V, M, h);
     add_regularisation(b, p, M);
-    if (!status && b->added && is_spatial(b)) {
+    if (!status && b->mass.added && is_spatial(b)) {
         double added[36] = {0.0};
-        mbsri_turned_mass(b->added, p + MBSR_POSE_R, added);
+        mbsri_turned_mass(b->mass.added, p + MBSR_POSE_R, added);
         mbsri_turned_gyration(added, V, h);
     }
     return status;
@@ -198,7 +198,7 @@ int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const
         mbsri_flex_gyration(inertia->flex, p + MBSR_POSE_R, p + MBSR_POSE_SIZE, V, M, h);
     if (inertia->kind == MBSR_INERTIA_PLANAR) {
         double c[2] = {M[5], -M[2]};
-        if (b->added) first_moment(inertia, p[2], c);
+        if (b->mass.added) first_moment(inertia, p[2], c);
         h[0] = -V[2] * V[2] * c[0];
         h[1] = -V[2] * V[2] * c[1];
     }

@@ -38,9 +38,9 @@ mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i,
                              .n = b->joint.n,
                              .nq = b->joint.nq,
                              .t = d->t,
-                             .q = b->lock.count ? d->q_full + b->full : d->q + b->iq,
+                             .q = b->lock.count ? d->q_full + b->lock.full : d->q + b->iq,
                              .u = !velocities     ? NULL
-                                  : b->lock.count ? d->u_full + b->full
+                                  : b->lock.count ? d->u_full + b->lock.full
                                                   : d->u + b->iu,
                              .pred_space = b->pred.space,
                              .pred_d = b->pred.d,
@@ -142,7 +142,7 @@ static int check_J(const mbsr_model *m, mbsr_data *d, int i)
     double *L = d->scratch, *norm = L + (size_t)n * (size_t)n;
     for (int k = 0; k < n; ++k) norm[k] = sqrt(mbsri_dot(b->d, J + k * b->d, J + k * b->d));
     for (int k = 0; k < n; ++k) {
-        const bool own = b->armature[k] > 0.0;
+        const bool own = b->mass.armature[k] > 0.0;
         for (int j = 0; j <= k && own; ++j) L[k * n + j] = j < k ? 0.0 : INFINITY;
         for (int j = 0; j <= k && !own; ++j) {
             const double scale = norm[j] * norm[k];
@@ -237,7 +237,7 @@ int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     if (is_chain(b)) return place_chain(m, d, i);
-    if (b->lock.count) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
+    if (b->lock.count) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->lock.full);
     mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
     args.p = NULL;
     /* p_i from k(p_i, p_pi, q_i, t) = 0 */
@@ -290,7 +290,7 @@ int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q
 int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    if (b->lock.count) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
+    if (b->lock.count) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->lock.full);
     double *V = d->V + b->v, *kII = d->kII + b->v;
     /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
     mbsri_zero((size_t)b->d, V);

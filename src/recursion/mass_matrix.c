@@ -93,7 +93,7 @@ void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal)
             const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
             mbsri_zero((size_t)b->d, momentum);
             mbsri_ax(b->d, b->d, 1.0, C + b->dd, column, momentum);
-            diagonal[b->u + k] = mbsri_dot(b->d, column, momentum) + b->armature[k];
+            diagonal[b->u + k] = mbsri_dot(b->d, column, momentum) + b->mass.armature[k];
         }
         pass_composite_on(b, d, C, work);
     }

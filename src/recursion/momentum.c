@@ -16,7 +16,7 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
     mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, -1.0, d->V + b->v, imp);
     mbsri_atx_often(b->d, b->pred.d, -1.0, d->H + b->dp, imp, d->imp + b->pred.v);
     /* p_i = J_i^T m_i + a_i u_i */
-    for (int k = 0; k < b->n; ++k) p[k] = b->armature[k] * d->u[b->iu + k];
+    for (int k = 0; k < b->n; ++k) p[k] = b->mass.armature[k] * d->u[b->iu + k];
     mbsri_add_rates(b, d->J + b->dn, imp, p);
 }
 

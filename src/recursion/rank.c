@@ -44,7 +44,7 @@ static double equilibrate_joint(const mbsri_body *b, const mbsr_data *d, const d
     double *WJ = d->scratch, largest = 0.0;
     for (int k = 0; k < b->n; ++k) {
         const double size =
-            mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, WJ) + b->armature[k];
+            mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, WJ) + b->mass.armature[k];
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
         largest = isnan(size) ? size : fmax(size, largest);
@@ -294,8 +294,8 @@ static int usual_rank(const mbsr_model *m, const mbsri_group *g)
 {
     int rank = 0;
     for (int k = 0; k < g->members; ++k) {
-        if (m->body[g->member[k]].surveyed_rank == 0) return -1;
-        rank += m->body[g->member[k]].surveyed_rank - 1;
+        if (m->body[g->member[k]].survey.rank == 0) return -1;
+        rank += m->body[g->member[k]].survey.rank - 1;
     }
     return rank;
 }

@@ -167,7 +167,7 @@ static bool negligible(const mbsr_model *m, const mbsri_group *g, const pivots *
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     const double left = norm_of_remainder(p);
     if (left == 0.0) return true;
-    return m->body[g->member[0]].surveyed_rank == p->rank + 1 && left <= rule.tolerance * noise;
+    return m->body[g->member[0]].survey.rank == p->rank + 1 && left <= rule.tolerance * noise;
 }
 
 /* Null vectors by the order of the joint's rates into N (n x what is dropped), with s of W. */

@@ -111,9 +111,9 @@ void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closur
 static double lost_of(const mbsri_body *b, const double *M)
 {
     if (b->joint.space != MBSR_SPACE_SPATIAL) return 0.0;
-    if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->added)
+    if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->mass.added)
         return mbsri_exact_of(&b->inertia).lost;
-    return b->inertia.kind == MBSR_INERTIA_PARTICLE && !b->added ? 0.0 : M[0] + M[7] + M[14];
+    return b->inertia.kind == MBSR_INERTIA_PARTICLE && !b->mass.added ? 0.0 : M[0] + M[7] + M[14];
 }
 
 /* Inertia of joint rate l of body b, up to which the rank decision has none; C: of all that it

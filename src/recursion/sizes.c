@@ -19,7 +19,7 @@
 static void add_gyration(const mbsri_body *b, const mbsr_data *d, double *own)
 {
     if (b->joint.space != MBSR_SPACE_SPATIAL || b->inertia.kind == MBSR_INERTIA_FUNCTION) return;
-    const bool rigid = b->inertia.kind != MBSR_INERTIA_MATRIX && !b->added;
+    const bool rigid = b->inertia.kind != MBSR_INERTIA_MATRIX && !b->mass.added;
     const double *M = d->M + b->dd, *V = d->V + b->v;
     double spin = 0.0, sweep = 0.0, size[6];
     for (int k = 0; k < 6; ++k) size[k] = sqrt(fabs(M[7 * k]));

@@ -13,8 +13,8 @@
 static const mbsr_inertia *given(const mbsr_model *m, int i)
 {
     const mbsri_body *b = m->body + i;
-    if (b->neglected == 0) return &b->inertia;
-    return &((const mbsri_neglected *)m->given.inertias.data)[b->neglected - 1].given;
+    if (b->mass.neglected == 0) return &b->inertia;
+    return &((const mbsri_neglected *)m->given.inertias.data)[b->mass.neglected - 1].given;
 }
 
 static double trace(const mbsr_model *m, int i, const mbsr_inertia *inertia)
@@ -23,9 +23,9 @@ static double trace(const mbsr_model *m, int i, const mbsr_inertia *inertia)
     const double *matrix = b->inertia.matrix;
     double sum = 0.0;
     if (inertia->kind != MBSR_INERTIA_MATRIX || !inertia->matrix) return 0.0;
-    if (b->neglected > 0)
+    if (b->mass.neglected > 0)
         matrix = (const double *)m->stored.matrices.data +
-                 ((const mbsri_neglected *)m->given.inertias.data)[b->neglected - 1].matrix;
+                 ((const mbsri_neglected *)m->given.inertias.data)[b->mass.neglected - 1].matrix;
     const int first = b->joint.space == MBSR_SPACE_SPATIAL ? 3 : 0;
     for (int k = first; k < b->d; ++k) sum += matrix[k * (b->d + 1)];
     return sum / (b->d - first);
@@ -158,7 +158,7 @@ static void take_found(mbsr_small_masses *s, const double *size, const double *m
     const int first = s->candidates;
     for (int i = 1; i <= m->bodies; ++i) {
         const int parts = mbsri_inertia_parts(given(m, i));
-        if (m->body[i].neglected == 0 && parts && size[i] > 0.0 &&
+        if (m->body[i].mass.neglected == 0 && parts && size[i] > 0.0 &&
             size[i] <= s->opt.ratio * most[i])
             add(s, i, parts, size[i] / most[i]);
     }
@@ -214,8 +214,8 @@ static bool is_dummy(const mbsr_model *m, int i)
 {
     const mbsri_body *b = m->body + i;
     bool armature = false;
-    for (int k = 0; k < b->n; ++k) armature = armature || b->armature[k] > 0.0;
-    return !armature && !b->added && mbsri_inertia_parts(given(m, i)) == 0;
+    for (int k = 0; k < b->n; ++k) armature = armature || b->mass.armature[k] > 0.0;
+    return !armature && !b->mass.added && mbsri_inertia_parts(given(m, i)) == 0;
 }
 
 /* The candidate's own joint, and those of bodies without inertia that carry it. */

@@ -387,7 +387,7 @@ void mbsri_block_react(const mbsri_sweep_run *run, int i, double L[4], double p[
     /* J^T mu; tau is subtracted from all joint forces in the end */
     mbsri_react(run->model, d, i, out);
     for (int k = 0; k < b->n; ++k)
-        out[k] += d->tau[b->iu + k] + b->armature[k] * run->tau[run->tree->body[i].u + k];
+        out[k] += d->tau[b->iu + k] + b->mass.armature[k] * run->tau[run->tree->body[i].u + k];
     memset(L, 0, 4 * sizeof *L);
     memset(p, 0, 4 * sizeof *p);
     if (b->parent == 0 || is_block_body(run->tree, b->parent)) return;

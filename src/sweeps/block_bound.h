@@ -110,7 +110,7 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
     mbsri_ab(d, d, n, 1.0, data->Mbar + b->dd, J, U);
     mbsri_zero((size_t)(n * n), D);
     mbsri_atb(d, n, n, 1.0, J, U, D);
-    for (int l = 0; l < n; ++l) D[l * (n + 1)] += b->armature[l];
+    for (int l = 0; l < n; ++l) D[l * (n + 1)] += b->mass.armature[l];
     const double least = factor_block(n, D, L), *Mbar = data->Mbar + b->dd;
     double turning = 0.0, sliding = 0.0;
     for (int k = 0; k < d; ++k) *(is_angular(d, k) ? &turning : &sliding) += Mbar[k * (d + 1)];
@@ -148,7 +148,7 @@ MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n
             by_G += G[l * d + k] * G[l * d + k] / w;
         }
         norm += sqrt(by_J * by_G);
-        armature += b->armature[l];
+        armature += b->mass.armature[l];
     }
     return beside(armature > 0.0, norm * norm);
 }
@@ -260,7 +260,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
            *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred.v;
     const v4 k_w = three(kII), k_v = three(kII + 3);
     blocks c;
-    column j = {.S_L = three(J), .S_p = three(J + 3), .armature = b->armature[0]};
+    column j = {.S_L = three(J), .S_p = three(J + 3), .armature = b->mass.armature[0]};
     mbsri_symmetrise(6, Mbar);
     matrix_to_blocks(Mbar, &c);
     double kappa = bound[0], spread = bound[1];

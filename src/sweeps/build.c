@@ -19,7 +19,7 @@
 /* Whether body i has a user's joint and is no block all the same. */
 static bool asks(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    return tree->users > 0 && m->body[i].users;
+    return tree->users > 0 && m->body[i].survey.users;
 }
 
 /* Whether the joint is one axis that is not prescribed, or a weld; its step goes to *kind. */
@@ -50,7 +50,8 @@ static bool hides_moment(const mbsr_model *m, int i, bool asks)
 /* Whether body i is none of the blocks. */
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    if (tree->whole && m->body[i].whole && !(tree->massless_on_loop && m->body[i].loop.massless))
+    if (tree->whole && m->body[i].survey.whole &&
+        !(tree->massless_on_loop && m->body[i].loop.massless))
         return false;
     if (tree->with_loops && m->body[i].loop.by_blocks) return false;
     const bool users = asks(tree, m, i);
@@ -265,7 +266,7 @@ static void measure_planes(mbsri_sweeps *tree)
 static mbsr_inertia whole_inertia(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     mbsr_inertia sum = mbsri_embedded_inertia(m->body + i, tree->length);
-    for (int k = m->body[i].welded; k > 0; k = m->stand[k - 1].next) {
+    for (int k = m->body[i].on.welded; k > 0; k = m->stand[k - 1].next) {
         const mbsri_stand *stand = m->stand + (k - 1);
         const mbsr_inertia part = mbsri_embedded_inertia(m->body + m->live + k, tree->length);
         sum = mbsr_inertia_sum(sum, mbsr_inertia_in_frame(&stand->frame, part));
@@ -419,7 +420,7 @@ static void mark_placed(mbsri_sweeps *tree)
 static bool has_inertia(const mbsri_sweep_body *b, const mbsri_body *body)
 {
     bool any = !(b->flags & MBSRI_MASSLESS);
-    for (int k = 0; k < body->n; ++k) any = any || body->armature[k] > 0.0;
+    for (int k = 0; k < body->n; ++k) any = any || body->mass.armature[k] > 0.0;
     return any;
 }
 
@@ -508,7 +509,7 @@ static bool has_modal(const mbsri_sweeps *tree, const mbsr_model *m)
 
 static void place_armature(const mbsri_body *body, mbsri_sweep_body *b)
 {
-    if (b->n > 0) b->armature = body->armature[0];
+    if (b->n > 0) b->armature = body->mass.armature[0];
     b->mixes = b->armature > 0.0;
 }
 
@@ -609,7 +610,7 @@ static bool is_heavy(const mbsri_body *b)
     const mbsr_inertia inertia = mbsri_embedded_inertia(b, 1.0);
     bool any = inertia.mass > 0.0;
     for (int k = 0; k < 6; ++k) any = any || inertia.tensor[k] != 0.0;
-    for (int k = 0; k < b->n; ++k) any = any || b->armature[k] > 0.0;
+    for (int k = 0; k < b->n; ++k) any = any || b->mass.armature[k] > 0.0;
     return any;
 }
 
@@ -689,7 +690,8 @@ static bool carries_loops(const mbsr_model *m)
 static bool any_left_whole(const mbsr_model *m)
 {
     bool any = false;
-    for (int i = 1; i <= m->bodies; ++i) any = any || (m->body[i].whole && !m->body[i].loop.empty);
+    for (int i = 1; i <= m->bodies; ++i)
+        any = any || (m->body[i].survey.whole && !m->body[i].loop.empty);
     return any;
 }
 
@@ -698,8 +700,8 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
     selection s = {0};
     if (!m->tree.plain && m->rows == 0) return true;
     for (int i = 1; i <= m->bodies; ++i) {
-        s.whole = s.whole || m->body[i].whole;
-        s.users += m->body[i].users;
+        s.whole = s.whole || m->body[i].survey.whole;
+        s.users += m->body[i].survey.users;
     }
     selection eliminated = {.whole = s.whole, .open = m->rows > 0, .light = true};
     if (m->rows > 0) {

@@ -30,7 +30,7 @@ static bool in_plane(const mbsri_body *b)
 
 bool mbsri_embeds_inertia(const mbsri_body *b)
 {
-    if (b->added) return false;
+    if (b->mass.added) return false;
     switch (b->inertia.kind) {
     case MBSR_INERTIA_NOT_GIVEN:
     case MBSR_INERTIA_PARTICLE: return true;

@@ -38,7 +38,7 @@ static void every_body_of_the_beam_is_deficient_and_every_joint_regular(void **u
         const mbsri_body *b = m->body + i;
         const double *M = d->M + b->dd,
                      mass = b->id < BEAM_RODS - 1 ? 1.0 / BEAM_RODS : 0.5 / BEAM_RODS;
-        assert_false(b->regular);
+        assert_false(b->mass.regular);
         for (int k = 0; k < 9; ++k) assert_close(M[k], k == 0 || k == 4 ? mass : 0.0, 0.0);
         mbsr_rank_info rank;
         assert_ok(mbsr_body_rank(m, d, b->id, &rank), mbsr_data_error(d));

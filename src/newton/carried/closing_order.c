@@ -19,13 +19,15 @@ enum { FEW = 4 }; /* loops that close in one front in any case */
 typedef struct plan {
     mbsr_newton *w;
     const mbsri_closure *closure;
-    int *first_loop, *next_loop;           /* bodies, closures: that meet there */
-    int *first_branch;                     /* closures + 1: of `branch`, each once */
-    int *branch;                           /* ends */
-    int *first_at, *next_at, *closure_at;  /* bodies, ends, ends: the loops of a branch */
-    int *order, *position, *seen, ordered; /* branches of a component */
-    int *group_of, *mark;                  /* closures: position of their last branch; scratch */
-    int *loop, loops;                      /* closures: of a component, group by group */
+    int *first_loop, *next_loop;          /* bodies, closures: that meet there */
+    int *first_branch;                    /* closures + 1: of `branch`, each once */
+    int *branch;                          /* ends */
+    int *first_at, *next_at, *closure_at; /* bodies, ends, ends: the loops of a branch */
+    int *group_of, *mark;                 /* closures: position of their last branch; scratch */
+    struct {
+        int *order, *position, *seen, ordered; /* its branches */
+        int *loop, loops;                      /* closures: its loops, group by group */
+    } component;
     int *first_of, *into, *rest_at,
         *rests;                    /* groups: first of `loop`; merged into; rest; how many */
     int *first_child, *next_child; /* groups: which hand on to it */
@@ -72,10 +74,10 @@ static bool open_plan(plan *p, size_t bodies, size_t closures, size_t ends)
     p->first_branch = take_list(&at, closures + 1), p->branch = take_list(&at, ends);
     p->first_at = take_list(&at, bodies), p->next_at = take_list(&at, ends);
     p->closure_at = take_list(&at, ends);
-    p->order = take_list(&at, bodies), p->position = take_list(&at, bodies),
-    p->seen = take_list(&at, bodies);
+    p->component.order = take_list(&at, bodies), p->component.position = take_list(&at, bodies),
+    p->component.seen = take_list(&at, bodies);
     p->group_of = take_list(&at, closures), p->mark = take_list(&at, closures);
-    p->loop = take_list(&at, closures);
+    p->component.loop = take_list(&at, closures);
     p->first_of = take_list(&at, groups + 1), p->into = take_list(&at, groups);
     p->rest_at = take_list(&at, groups), p->rests = take_list(&at, groups);
     p->first_child = take_list(&at, groups), p->next_child = take_list(&at, groups);
@@ -91,7 +93,7 @@ static void list_branches(plan *p)
     const mbsr_model *m = p->w->model;
     const int bodies = m->bodies, closures = (int)m->closures.count;
     int used = 0;
-    for (int i = 0; i <= bodies; ++i) p->first_loop[i] = p->first_at[i] = p->seen[i] = -1;
+    for (int i = 0; i <= bodies; ++i) p->first_loop[i] = p->first_at[i] = p->component.seen[i] = -1;
     for (int k = closures - 1; k >= 0; --k) {
         p->next_loop[k] = p->first_loop[p->closure[k].meets];
         p->first_loop[p->closure[k].meets] = k;
@@ -119,18 +121,18 @@ static void list_branches(plan *p)
 static void spread(plan *p, int from)
 {
     const int stamp = ++p->stamp;
-    p->ordered = 0;
-    p->order[p->ordered++] = from;
-    p->seen[from] = stamp;
-    for (int l = 0; l < p->ordered; ++l) {
-        p->position[p->order[l]] = l;
-        for (int e = p->first_at[p->order[l]]; e >= 0; e = p->next_at[e]) {
+    p->component.ordered = 0;
+    p->component.order[p->component.ordered++] = from;
+    p->component.seen[from] = stamp;
+    for (int l = 0; l < p->component.ordered; ++l) {
+        p->component.position[p->component.order[l]] = l;
+        for (int e = p->first_at[p->component.order[l]]; e >= 0; e = p->next_at[e]) {
             const int k = p->closure_at[e];
             for (int n = p->first_branch[k]; n < p->first_branch[k + 1]; ++n) {
                 const int i = p->branch[n];
-                if (p->seen[i] == stamp) continue;
-                p->seen[i] = stamp;
-                p->order[p->ordered++] = i;
+                if (p->component.seen[i] == stamp) continue;
+                p->component.seen[i] = stamp;
+                p->component.order[p->component.ordered++] = i;
             }
         }
     }
@@ -141,23 +143,23 @@ static void spread(plan *p, int from)
 /* The loops of each branch that is the last of theirs. */
 static void group_loops(plan *p)
 {
-    p->loops = 0;
-    for (int g = 0; g < p->ordered; ++g) {
-        p->first_of[g] = p->loops;
-        for (int e = p->first_at[p->order[g]]; e >= 0; e = p->next_at[e]) {
+    p->component.loops = 0;
+    for (int g = 0; g < p->component.ordered; ++g) {
+        p->first_of[g] = p->component.loops;
+        for (int e = p->first_at[p->component.order[g]]; e >= 0; e = p->next_at[e]) {
             const int k = p->closure_at[e];
             int last = 0;
             for (int n = p->first_branch[k]; n < p->first_branch[k + 1]; ++n) {
-                const int at = p->position[p->branch[n]];
+                const int at = p->component.position[p->branch[n]];
                 last = at > last ? at : last;
             }
             p->group_of[k] = last;
-            if (last == g) p->loop[p->loops++] = k;
+            if (last == g) p->component.loop[p->component.loops++] = k;
         }
         p->first_child[g] = p->first_given[g] = -1;
         p->into[g] = g;
     }
-    p->first_of[p->ordered] = p->loops;
+    p->first_of[p->component.ordered] = p->component.loops;
 }
 
 /* Loop k to what group g leaves, if it closes later; false: all of these are too many. */
@@ -174,10 +176,10 @@ static bool leave(plan *p, int g, int k)
 static bool find_rests(plan *p)
 {
     p->used = 0;
-    for (int l = 0; l < p->loops; ++l) p->mark[p->loop[l]] = -1;
-    for (int l = 0; l < p->ordered; ++l) {
-        int first = p->ordered;
-        const int i = p->order[l];
+    for (int l = 0; l < p->component.loops; ++l) p->mark[p->component.loop[l]] = -1;
+    for (int l = 0; l < p->component.ordered; ++l) {
+        int first = p->component.ordered;
+        const int i = p->component.order[l];
         for (int e = p->first_at[i]; e >= 0; e = p->next_at[e]) {
             const int g = p->group_of[p->closure_at[e]];
             first = g < first ? g : first;
@@ -185,7 +187,7 @@ static bool find_rests(plan *p)
         p->next_given[i] = p->first_given[first];
         p->first_given[first] = i;
     }
-    for (int g = 0; g < p->ordered; ++g) {
+    for (int g = 0; g < p->component.ordered; ++g) {
         bool fits = true;
         p->rest_at[g] = p->used;
         for (int i = p->first_given[g]; i >= 0; i = p->next_given[i]) {
@@ -197,13 +199,13 @@ static bool find_rests(plan *p)
                 fits = fits && leave(p, g, p->rest[p->rest_at[h] + l]);
         }
         if (!fits) return false;
-        int up = p->ordered;
+        int up = p->component.ordered;
         p->rests[g] = p->used - p->rest_at[g];
         for (int l = 0; l < p->rests[g]; ++l) {
             const int h = p->group_of[p->rest[p->rest_at[g] + l]];
             up = h < up ? h : up;
         }
-        if (up == p->ordered) continue;
+        if (up == p->component.ordered) continue;
         p->next_child[g] = p->first_child[up];
         p->first_child[up] = g;
     }
@@ -213,7 +215,7 @@ static bool find_rests(plan *p)
 /* Groups that know no other loops than the next front does go there. */
 static void merge(plan *p)
 {
-    for (int h = 0; h < p->ordered; ++h) {
+    for (int h = 0; h < p->component.ordered; ++h) {
         const int known = p->first_of[h + 1] - p->first_of[h] + p->rests[h];
         for (int g = p->first_child[h]; g >= 0; g = p->next_child[g]) {
             if (p->rests[g] == known) p->into[g] = h;
@@ -235,17 +237,17 @@ static double cube(double x)
 static bool divides(plan *p)
 {
     double all = 0.0, sum = 0.0, *size = p->size;
-    for (int g = 0; g < p->ordered; ++g) size[g] = 0.0;
-    for (int g = 0; g < p->ordered; ++g) {
+    for (int g = 0; g < p->component.ordered; ++g) size[g] = 0.0;
+    for (int g = 0; g < p->component.ordered; ++g) {
         const int h = find(p->into, g);
         for (int l = p->first_of[g]; l < p->first_of[g + 1]; ++l) {
-            size[h] += unknowns(p, p->loop[l]);
-            all += unknowns(p, p->loop[l]);
+            size[h] += unknowns(p, p->component.loop[l]);
+            all += unknowns(p, p->component.loop[l]);
         }
         if (h != g) continue;
         for (int l = 0; l < p->rests[g]; ++l) size[g] += unknowns(p, p->rest[p->rest_at[g] + l]);
     }
-    for (int g = 0; g < p->ordered; ++g) sum += cube(size[g]);
+    for (int g = 0; g < p->component.ordered; ++g) sum += cube(size[g]);
     return sum < 0.5 * cube(all);
 }
 
@@ -271,17 +273,18 @@ static void add_fronts(plan *p, int body, bool several)
     mbsri_carried *v = &p->w->carried;
     if (!several) {
         const int k = add_front(p, body);
-        for (int l = 0; l < p->loops; ++l) v->loop[p->loop[l]].pool = k;
-        for (int l = 0; l < p->ordered; ++l) v->pool[p->order[l]].up = k;
+        for (int l = 0; l < p->component.loops; ++l) v->loop[p->component.loop[l]].pool = k;
+        for (int l = 0; l < p->component.ordered; ++l) v->pool[p->component.order[l]].up = k;
         return;
     }
-    for (int g = 0; g < p->ordered; ++g) {
+    for (int g = 0; g < p->component.ordered; ++g) {
         const bool own = find(p->into, g) == g && p->first_of[g] < p->first_of[g + 1];
         p->front_of[g] = own ? add_front(p, body) : 0;
     }
-    for (int g = 0; g < p->ordered; ++g) {
+    for (int g = 0; g < p->component.ordered; ++g) {
         const int k = p->front_of[find(p->into, g)];
-        for (int l = p->first_of[g]; l < p->first_of[g + 1]; ++l) v->loop[p->loop[l]].pool = k;
+        for (int l = p->first_of[g]; l < p->first_of[g + 1]; ++l)
+            v->loop[p->component.loop[l]].pool = k;
         for (int i = p->first_given[g]; i >= 0; i = p->next_given[i]) v->pool[i].up = k;
         for (int h = p->first_child[g]; h >= 0; h = p->next_child[h]) {
             if (find(p->into, h) == h) v->pool[p->front_of[h]].up = k;
@@ -302,9 +305,9 @@ static void close_on(plan *p, int body)
     for (int k = p->first_loop[body]; k >= 0; k = p->next_loop[k]) {
         if (p->first_branch[k] == p->first_branch[k + 1] || v->loop[k].pool != body) continue;
         spread(p, p->branch[p->first_branch[k]]);
-        spread(p, p->order[p->ordered - 1]);
+        spread(p, p->component.order[p->component.ordered - 1]);
         group_loops(p);
-        bool several = p->loops > FEW && none_by_blocks(p->w->model) && find_rests(p);
+        bool several = p->component.loops > FEW && none_by_blocks(p->w->model) && find_rests(p);
         if (several) {
             merge(p);
             several = divides(p);

@@ -32,7 +32,7 @@ static bool waits(const mbsri_front *f, int i)
 static void add_rows(build *b, int first, int count)
 {
     for (int l = 0; l < count; ++l) {
-        b->f->row_at[first + l] = b->all_rows;
+        b->f->rows.at[first + l] = b->all_rows;
         b->row[b->all_rows++] = first + l;
     }
 }
@@ -40,7 +40,7 @@ static void add_rows(build *b, int first, int count)
 static void add_columns(build *b, int first, int count)
 {
     for (int l = 0; l < count; ++l) {
-        b->f->column_at[first + l] = b->all_columns;
+        b->f->columns.at[first + l] = b->all_columns;
         b->column[b->all_columns++] = first + l;
     }
 }
@@ -51,8 +51,8 @@ static void sort_body(mbsri_front *f, int i, bool pending)
     const mbsri_front_names *at = f->names + i;
     const unsigned char own = pending ? MBSRI_FRONT_PENDING : MBSRI_FRONT_OWN;
     for (int l = 0; l < f->model->body[i].n; ++l) {
-        f->row_kind[at->a + l] = f->row_kind[at->b + l] = f->column_kind[at->u + l] = own;
-        f->column_kind[at->rates + l] = MBSRI_FRONT_PENDING;
+        f->rows.kind[at->a + l] = f->rows.kind[at->b + l] = f->columns.kind[at->u + l] = own;
+        f->columns.kind[at->rates + l] = MBSRI_FRONT_PENDING;
     }
 }
 
@@ -102,13 +102,13 @@ static bool gives_way(const build *b, int owner, int first, int number)
 
 static bool row_gives_way(const build *b, int row)
 {
-    const int owner = b->f->owner_row[row];
+    const int owner = b->f->rows.owner[row];
     return gives_way(b, owner, b->f->names[owner > 0 ? owner : 0].a, row);
 }
 
 static bool column_gives_way(const build *b, int column)
 {
-    const int owner = b->f->owner_column[column];
+    const int owner = b->f->columns.owner[column];
     return gives_way(b, owner, b->f->names[owner > 0 ? owner : 0].rates, column);
 }
 
@@ -158,11 +158,11 @@ static void list_multipliers(build *b)
         const mbsri_closure *c = closure_of(f, element);
         for (int r = 0; r < c->rows; ++r) {
             if (!counts(f, c, r)) continue;
-            add_rows(b, f->row_count + c->row + r, 1);
-            add_columns(b, f->column_count + c->row + r, 1);
+            add_rows(b, f->rows.count + c->row + r, 1);
+            add_columns(b, f->columns.count + c->row + r, 1);
             if (!holds(f, c, r)) continue;
-            add_rows(b, f->row_count + f->model->rows + c->position_row + r, 1);
-            add_columns(b, f->column_count + f->model->rows + c->position_row + r, 1);
+            add_rows(b, f->rows.count + f->model->rows + c->position_row + r, 1);
+            add_columns(b, f->columns.count + f->model->rows + c->position_row + r, 1);
         }
     }
 }
@@ -245,7 +245,7 @@ static void list_all(build *b)
 /* All to zero that is added to. */
 static void clear(build *b)
 {
-    const int first = b->f->column_at[b->at.x],
+    const int first = b->f->columns.at[b->at.x],
               behind = first + mbsri_linear_motions(b->f->linear, b->i);
     if (!b->plain) {
         mbsri_zero((size_t)b->all_rows * (size_t)b->all_columns, b->M);
@@ -253,7 +253,7 @@ static void clear(build *b)
     }
     for (int j = 0; j < b->all_columns; ++j) {
         const bool motion = j >= first && j < behind;
-        const int row = motion ? b->f->row_at[b->at.y] : 0,
+        const int row = motion ? b->f->rows.at[b->at.y] : 0,
                   rows = motion ? mbsri_linear_actions(b->f->linear, b->i) : b->all_rows;
         mbsri_zero((size_t)rows, M_at(b, row, j));
     }
@@ -264,7 +264,7 @@ static void add_plain(build *b, const double *from)
 {
     const int x = mbsri_linear_motions(b->f->linear, b->i),
               y = mbsri_linear_actions(b->f->linear, b->i);
-    double *to = M_at(b, b->f->row_at[b->at.y], b->f->column_at[b->at.x]);
+    double *to = M_at(b, b->f->rows.at[b->at.y], b->f->columns.at[b->at.x]);
     for (int l = 0; l < x; ++l, from += y, to += b->all_rows) {
         for (int r = 0; r < y; ++r) to[r] += from[r];
     }
@@ -283,8 +283,8 @@ static void add_children(build *b)
             continue;
         }
         for (int j = left->done; j < left->columns; ++j) {
-            double *to = M_at(b, 0, f->column_at[column[j]]);
-            for (int r = left->done; r < left->rows; ++r) to[f->row_at[row[r]]] += *from++;
+            double *to = M_at(b, 0, f->columns.at[column[j]]);
+            for (int r = left->done; r < left->rows; ++r) to[f->rows.at[row[r]]] += *from++;
         }
     }
 }
@@ -301,13 +301,13 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
     const mbsri_front *f = b->f;
     const mbsri_body *body = f->model->body + on;
     const mbsri_front_names *at = f->names + on;
-    const int d = body->d, sigma = f->row_at[at->y + d];
+    const int d = body->d, sigma = f->rows.at[at->y + d];
     for (int l = 0; l < column.count; ++l) {
-        double *to = M_at(b, 0, f->column_at[column.first + l]);
+        double *to = M_at(b, 0, f->columns.at[column.first + l]);
         const double *force = from + (size_t)l * (size_t)stride;
         for (int r = 0; r < d; ++r) to[sigma + r] -= force[r];
         for (int r = 0; r < d && f->linear->below_massless[on]; ++r) to[sigma + d + r] += force[r];
-        for (int r = 0; r < body->n && joint; ++r) to[f->row_at[at->tau] + r] += force[d + r];
+        for (int r = 0; r < body->n && joint; ++r) to[f->rows.at[at->tau] + r] += force[d + r];
     }
 }
 
@@ -369,28 +369,30 @@ static void add_row(build *b, const mbsri_closure *c, int r, int l, const double
     const mbsri_body *body = f->model->body + i;
     const mbsri_front_names *at = f->names + i;
     const bool joint = mbsri_reads_joints(c), held = holds(f, c, r);
-    const int velocity = f->row_at[f->row_count + c->row + r],
-              lambda = f->column_count + c->row + r,
-              position = held ? f->row_at[f->row_count + f->model->rows + c->position_row + r] : 0,
-              eta = held ? f->column_at[f->column_count + f->model->rows + c->position_row + r] : 0;
-    double *to = M_at(b, 0, f->column_at[lambda]);
+    const int velocity = f->rows.at[f->rows.count + c->row + r],
+              lambda = f->columns.count + c->row + r,
+              position =
+                  held ? f->rows.at[f->rows.count + f->model->rows + c->position_row + r] : 0,
+              eta =
+                  held ? f->columns.at[f->columns.count + f->model->rows + c->position_row + r] : 0;
+    double *to = M_at(b, 0, f->columns.at[lambda]);
     const int count = body->d + (joint ? body->n : 0);
     for (int j = 0; j < count; ++j) {
         const double read = C[(size_t)(first + j) * (size_t)rows + (size_t)r],
                      turn = slope[(size_t)(first + j) * (size_t)rows + (size_t)r];
         const bool own = j >= body->d;
-        const int place = f->column_at[own ? at->q + j - body->d : at->x + j],
-                  rate = f->column_at[own ? at->u + j - body->d : at->x + f->linear->e[i] + j];
+        const int place = f->columns.at[own ? at->q + j - body->d : at->x + j],
+                  rate = f->columns.at[own ? at->u + j - body->d : at->x + f->linear->e[i] + j];
         *M_at(b, velocity, rate) += read;
         *M_at(b, velocity, place) += turn;
         if (held) *M_at(b, position, place) += read;
-        if (held) *M_at(b, f->row_at[own ? at->push + j - body->d : at->kappa + j], eta) += read;
+        if (held) *M_at(b, f->rows.at[own ? at->push + j - body->d : at->kappa + j], eta) += read;
         if (own) {
-            to[f->row_at[at->tau] + j - body->d] += read;
+            to[f->rows.at[at->tau] + j - body->d] += read;
             continue;
         }
-        to[f->row_at[at->y + body->d] + j] -= read;
-        if (f->linear->below_massless[i]) to[f->row_at[at->y + body->d] + body->d + j] += read;
+        to[f->rows.at[at->y + body->d] + j] -= read;
+        if (f->linear->below_massless[i]) to[f->rows.at[at->y + body->d] + body->d + j] += read;
     }
 }
 
@@ -425,10 +427,10 @@ static void add_closure(build *b, int element)
     for (int r = 0; r < c->position_rows; ++r) {
         if (!mbsri_is_stiff(c, r)) continue;
         const double compliance = 1.0 / (c->def.stiffness[r] + f->c * c->def.damping[r]);
-        const int lambda = f->column_at[f->column_count + c->row + r];
-        *M_at(b, f->row_at[f->row_count + c->row + r], lambda) += f->c * compliance;
+        const int lambda = f->columns.at[f->columns.count + c->row + r];
+        *M_at(b, f->rows.at[f->rows.count + c->row + r], lambda) += f->c * compliance;
         if (holds(f, c, r))
-            *M_at(b, f->row_at[f->row_count + f->model->rows + c->position_row + r], lambda) +=
+            *M_at(b, f->rows.at[f->rows.count + f->model->rows + c->position_row + r], lambda) +=
                 compliance;
     }
 }
@@ -439,7 +441,7 @@ static void add_own(build *b)
     mbsri_front *f = b->f;
     const int x = mbsri_linear_motions(f->linear, b->i), y = mbsri_linear_actions(f->linear, b->i);
     for (int l = 0; l < x; ++l) {
-        double *to = M_at(b, f->row_at[b->at.y], f->column_at[b->at.x + l]);
+        double *to = M_at(b, f->rows.at[b->at.y], f->columns.at[b->at.x + l]);
         for (int r = 0; r < y; ++r) to[r] += b->terms.P[l * y + r];
     }
 }
@@ -448,8 +450,8 @@ static void add_own(build *b)
  * (src/newton/sweeps/reaction.h). */
 static void place_masses(build *b)
 {
-    const int d = b->b->d, mu = b->f->row_at[b->at.y] + 2 * d,
-              A = b->f->column_at[b->at.x] + b->f->linear->e[b->i] + d;
+    const int d = b->b->d, mu = b->f->rows.at[b->at.y] + 2 * d,
+              A = b->f->columns.at[b->at.x] + b->f->linear->e[b->i] + d;
     const double *Mbar = b->d->Mbar + b->b->dd;
     for (int l = 0; l < d; ++l) {
         double *to = M_at(b, mu, A + l);
@@ -489,10 +491,10 @@ int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsr
     b->terms = mbsri_linear_terms(f->linear, i);
     b->below_massless = f->linear->below_massless[i];
     b->closes = b->below_massless && !waits(f, i);
-    b->row = f->row;
-    b->column = f->column;
-    b->M = f->M;
-    b->N = f->N;
+    b->row = f->now.row;
+    b->column = f->now.column;
+    b->M = f->now.M;
+    b->N = f->now.N;
     list_all(b);
     clear(b);
     add_children(b);

@@ -5,9 +5,9 @@
 
 #include "newton/front/front.h"
 
-/* The front of step k in f->M before its body is passed (pass.h): `size` unknowns and equations,
- * then the border (`rows`, `columns` in all), then what the step takes away: y and loads of the
- * joint, x, and what is pending of a group that closes. */
+/* The front of step k in f->now.M before its body is passed (pass.h): `size` unknowns and
+ * equations, then the border (`rows`, `columns` in all), then what the step takes away: y and loads
+ * of the joint, x, and what is pending of a group that closes. */
 typedef struct mbsri_front_build {
     mbsri_front *f;
     mbsr_data *d;

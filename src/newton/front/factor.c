@@ -49,14 +49,14 @@ static int singular(const mbsri_front *f, mbsr_data *d, const mbsri_front_pivots
     const mbsr_model *m = f->model;
     int joint = 0, joint_row = 0, closure = 0, number = 0, joint_kind = MBSRI_FRONT_NONE;
     for (int l = p->done; l < p->size; ++l) {
-        const int owner = f->owner_column[p->column[l]], row = f->owner_row[p->row[l]],
-                  kind = f->column_kind[p->column[l]];
+        const int owner = f->columns.owner[p->column[l]], row = f->rows.owner[p->row[l]],
+                  kind = f->columns.kind[p->column[l]];
         if (kind == MBSRI_FRONT_PENDING) continue;
         if (owner > joint || (owner == joint && kind == MBSRI_FRONT_PLACE))
             joint = owner, joint_kind = kind;
         if (row > joint_row) joint_row = row;
-        if (owner < closure) closure = owner, number = p->column[l] - f->column_count;
-        if (row < closure) closure = row, number = p->row[l] - f->row_count;
+        if (owner < closure) closure = owner, number = p->column[l] - f->columns.count;
+        if (row < closure) closure = row, number = p->row[l] - f->rows.count;
     }
     if (joint > 0 && (joint_row > 0 || closure == 0))
         return singular_joint(f, d, joint, joint_kind);
@@ -81,9 +81,9 @@ static int not_finite(const mbsri_front *f, mbsr_data *d, int i)
 static void keep_momentum(const mbsri_front *f, const mbsri_front_build *b,
                           const mbsri_front_pivots *p, double *to)
 {
-    const int n = b->b->n, momentum = f->row_at[b->at.momentum], rate = f->row_at[b->at.rate];
+    const int n = b->b->n, momentum = f->rows.at[b->at.momentum], rate = f->rows.at[b->at.rate];
     for (int l = 0; l < p->columns && n > 0; ++l) {
-        const double *from = p->M + (size_t)f->column_at[p->column[l]] * (size_t)p->stride;
+        const double *from = p->M + (size_t)f->columns.at[p->column[l]] * (size_t)p->stride;
         mbsri_copy((size_t)n, from + momentum, to + 2 * l * n);
         mbsri_copy((size_t)n, from + rate, to + (2 * l + 1) * n);
     }
@@ -140,11 +140,11 @@ static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pi
                               .N = b->N,
                               .row = b->row,
                               .column = b->column,
-                              .row_kind = f->row_kind,
-                              .column_kind = f->column_kind,
-                              .row_scale = f->row_scale,
-                              .column_scale = f->column_scale,
-                              .largest = f->largest};
+                              .row_kind = f->rows.kind,
+                              .column_kind = f->columns.kind,
+                              .row_scale = f->now.row_scale,
+                              .column_scale = f->now.column_scale,
+                              .largest = f->now.largest};
     return mbsri_front_eliminate(p, b->step->borders > 0 ? b->step->held : 0);
 }
 

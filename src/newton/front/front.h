@@ -36,6 +36,14 @@ typedef struct mbsri_front_left {
     bool plain;
 } mbsri_front_left;
 
+/* Rows or columns of all fronts, by number. */
+typedef struct mbsri_front_numbers {
+    int count;
+    int *owner; /* the body, or -1 - closure */
+    unsigned char *kind;
+    int *at; /* its place in the present front */
+} mbsri_front_numbers;
+
 /* Memory that plans are made in, one after the other. */
 typedef struct mbsri_front_arena {
     unsigned char *memory; /* NULL: the one plan is made once, by the model's allocator */
@@ -53,17 +61,16 @@ typedef struct mbsri_front {
     mbsri_vectors vectors;
     double c;
     mbsri_front_names *names; /* N + 1 */
-    int row_count, column_count,
-        multipliers;               /* numbers; of the first multiplier, as row and as column */
-    int *owner_row, *owner_column; /* by number: the body, or -1 - closure */
-    unsigned char *row_kind, *column_kind;
-    int *row_at, *column_at; /* by number: places in the present front */
-    int *row, *column;       /* of that, the numbers */
-    mbsri_front_left *left;  /* by step */
-    int *numbers;            /* of rows, then columns, of the steps */
+    mbsri_front_numbers rows, columns;
+    int multipliers;        /* number of the first multiplier, as row and as column */
+    mbsri_front_left *left; /* by step */
+    int *numbers;           /* of rows, then columns, of the steps */
     double *LU, *matrices;
-    double *M, *N; /* the present front, and what was added up in its entries */
-    double *row_scale, *column_scale, *largest;
+    struct {
+        int *row, *column; /* numbers of its rows and columns */
+        double *M, *N;     /* its matrix, and what was added up in its entries */
+        double *row_scale, *column_scale, *largest;
+    } now;             /* the present front */
     double *value, *h; /* by number: of a solution */
     double *local;     /* of one step */
     double *rates;     /* 4 nu: L (1 - P) r_u, then scratch */

@@ -54,39 +54,40 @@ static void number(mbsri_front *f)
         at.rate = next(&rows, b->n);
         if (!f->memory) continue;
         f->names[i] = at;
-        for (int k = row; k < rows; ++k) f->owner_row[k] = i;
-        for (int k = column; k < columns; ++k) f->owner_column[k] = i;
+        for (int k = row; k < rows; ++k) f->rows.owner[k] = i;
+        for (int k = column; k < columns; ++k) f->columns.owner[k] = i;
     }
-    f->row_count = rows;
-    f->column_count = columns;
+    f->rows.count = rows;
+    f->columns.count = columns;
 }
 
 /* What the numbers of a body, and those of closures, are. */
 static void sort(mbsri_front *f)
 {
     const mbsr_model *m = f->model;
-    for (int k = 0; k < f->row_count; ++k) f->row_kind[k] = MBSRI_FRONT_NONE;
-    for (int k = 0; k < f->column_count; ++k) f->column_kind[k] = MBSRI_FRONT_NONE;
+    for (int k = 0; k < f->rows.count; ++k) f->rows.kind[k] = MBSRI_FRONT_NONE;
+    for (int k = 0; k < f->columns.count; ++k) f->columns.kind[k] = MBSRI_FRONT_NONE;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const mbsri_front_names *at = f->names + i;
         if (f->served && !f->served[i]) continue;
         const int range = b->group.head == i ? b->group.n : b->n;
         for (int k = 0; k < b->nq; ++k)
-            f->row_kind[at->place + k] = f->column_kind[at->q + k] = MBSRI_FRONT_PLACE;
+            f->rows.kind[at->place + k] = f->columns.kind[at->q + k] = MBSRI_FRONT_PLACE;
         for (int k = 0; k < b->n; ++k)
-            f->row_kind[at->b + k] = f->column_kind[at->u + k] = MBSRI_FRONT_OWN;
+            f->rows.kind[at->b + k] = f->columns.kind[at->u + k] = MBSRI_FRONT_OWN;
         for (int k = 0; k < range; ++k)
-            f->row_kind[at->range_of_a + k] = f->column_kind[at->range + k] = MBSRI_FRONT_OWN;
+            f->rows.kind[at->range_of_a + k] = f->columns.kind[at->range + k] = MBSRI_FRONT_OWN;
     }
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int r = 0; r < c->rows + c->position_rows; ++r) {
             const int at = r < c->rows ? c->row + r : m->rows + c->position_row + r - c->rows,
                       kind = r < c->rows ? MBSRI_FRONT_LAMBDA : MBSRI_FRONT_ETA;
-            f->row_kind[f->row_count + at] = f->column_kind[f->column_count + at] =
+            f->rows.kind[f->rows.count + at] = f->columns.kind[f->columns.count + at] =
                 (unsigned char)kind;
-            f->owner_row[f->row_count + at] = f->owner_column[f->column_count + at] = -1 - (int)k;
+            f->rows.owner[f->rows.count + at] = f->columns.owner[f->columns.count + at] =
+                -1 - (int)k;
         }
     }
 }
@@ -105,18 +106,18 @@ static size_t place_fixed(mbsri_front *f, unsigned char *base)
 {
     const mbsr_model *m = f->model;
     const size_t multipliers = (size_t)(m->rows + m->position_rows),
-                 rows = (size_t)f->row_count + multipliers,
-                 columns = (size_t)f->column_count + multipliers, bodies = (size_t)m->bodies + 1;
+                 rows = (size_t)f->rows.count + multipliers,
+                 columns = (size_t)f->columns.count + multipliers, bodies = (size_t)m->bodies + 1;
     size_t used = 0;
     f->names = take(base, &used, bodies, sizeof *f->names);
     f->left = take(base, &used, bodies, sizeof *f->left);
     f->planned = take(base, &used, f->arena ? (size_t)m->elements.pairs : 0, sizeof *f->planned);
-    int **const ints[] = {&f->owner_row, &f->owner_column, &f->row_at, &f->column_at};
+    int **const ints[] = {&f->rows.owner, &f->columns.owner, &f->rows.at, &f->columns.at};
     const size_t int_count[] = {rows, columns, rows, columns};
     for (size_t k = 0; k < sizeof ints / sizeof ints[0]; ++k)
         *ints[k] = take(base, &used, int_count[k], sizeof(int));
-    f->row_kind = take(base, &used, rows, 1);
-    f->column_kind = take(base, &used, columns, 1);
+    f->rows.kind = take(base, &used, rows, 1);
+    f->columns.kind = take(base, &used, columns, 1);
     double **const doubles[] = {&f->value, &f->h, &f->rates, &f->wbar, &f->left_over};
     const size_t count[] = {columns, rows, 5 * (size_t)m->nu, m->size.v,
                             2 * (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM)};
@@ -135,11 +136,12 @@ static size_t place_plan(mbsri_front *f, const mbsri_front_plan *plan, unsigned 
     const size_t most_rows = (size_t)plan->most_rows, most_columns = (size_t)plan->most_columns,
                  front = most_rows * most_columns;
     size_t used = 0;
-    f->row = take(base, &used, most_rows, sizeof(int));
-    f->column = take(base, &used, most_columns, sizeof(int));
+    f->now.row = take(base, &used, most_rows, sizeof(int));
+    f->now.column = take(base, &used, most_columns, sizeof(int));
     f->numbers = take(base, &used, plan->ints, sizeof(int));
-    double **const doubles[] = {&f->LU,        &f->matrices,     &f->M,       &f->N,
-                                &f->row_scale, &f->column_scale, &f->largest, &f->local};
+    double **const doubles[] = {&f->LU,          &f->matrices,      &f->now.M,
+                                &f->now.N,       &f->now.row_scale, &f->now.column_scale,
+                                &f->now.largest, &f->local};
     const size_t count[] = {plan->doubles, plan->matrices, front,     front,
                             most_rows,     most_columns,   most_rows, most_rows + most_columns};
     for (size_t k = 0; k < sizeof doubles / sizeof doubles[0]; ++k)

@@ -249,14 +249,14 @@ MBSRI_INLINE void pass_z(const passing *p, const sizes s, int first, int count, 
 MBSRI_INLINE void pass_rates(const passing *p, const sizes s)
 {
     const mbsri_front_build *b = p->b;
-    const int column = b->f->column_at[b->at.rates], first = b->f->linear->e[b->i] + s.d;
+    const int column = b->f->columns.at[b->at.rates], first = b->f->linear->e[b->i] + s.d;
     for (int l = 0; l < b->b->n; ++l) {
         double *M = M_at(b, 0, column + l), *N = sums(b, column + l);
         move(p, s, -1.0, b->terms.J + l * s.d, s.d, first, M, N);
         make_rows(p, s, M, N);
         combine(p, M);
-        M[p->react + l] += b->b->armature[l];
-        if (N) N[p->react + l] += b->b->armature[l];
+        M[p->react + l] += b->b->mass.armature[l];
+        if (N) N[p->react + l] += b->b->mass.armature[l];
     }
 }
 
@@ -299,7 +299,7 @@ MBSRI_INLINE void pass_all(passing *p, const sizes s)
         *M_at(b, p->place + l, l) += p->c;
         *N_at(b, p->place + l, l) += fabs(p->c);
     }
-    if (parent > 0) pass_z(p, s, 0, motions, f->column_at[f->names[parent].x]);
+    if (parent > 0) pass_z(p, s, 0, motions, f->columns.at[f->names[parent].x]);
     if (s.below_massless) pass_rates(p, s);
     if (!s.plain) pass_others(p, s);
 }
@@ -312,13 +312,13 @@ static void take_range_columns(mbsri_front_build *b, mbsri_group g)
     const mbsri_front *f = b->f;
     const mbsri_terms *k = &b->terms;
     for (int r = 0; r < f->linear->rank[b->i]; ++r) {
-        double *M = M_at(b, 0, f->column_at[b->at.range + r]),
-               *N = N_at(b, 0, f->column_at[b->at.range + r]);
+        double *M = M_at(b, 0, f->columns.at[b->at.range + r]),
+               *N = N_at(b, 0, f->columns.at[b->at.range + r]);
         for (int l = 0; l < g.members; ++l) {
             const mbsri_body *of = f->model->body + g.member[l];
             for (int j = 0; j < of->n; ++j) {
                 const int at = of->group.iu - b->b->group.iu + j,
-                          column = f->column_at[f->names[g.member[l]].rates + j];
+                          column = f->columns.at[f->names[g.member[l]].rates + j];
                 const double weight = k->X[r * g.n + at] * k->s[at], *from = M_at(b, 0, column),
                              *size = N_at(b, 0, column);
                 for (int row = 0; row < b->all_rows; ++row) M[row] += weight * from[row];
@@ -339,14 +339,14 @@ static void take_range_rows(mbsri_front_build *b, mbsri_group g, double *M, doub
             const mbsri_body *of = f->model->body + g.member[l];
             for (int j = 0; j < of->n; ++j) {
                 const int at = of->group.iu - b->b->group.iu + j,
-                          row = f->row_at[f->names[g.member[l]].a] + j;
+                          row = f->rows.at[f->names[g.member[l]].a] + j;
                 const double weight = k->X[r * g.n + at] * k->s[at];
                 value += weight * M[row];
                 if (N) size += fabs(weight) * N[row];
             }
         }
-        M[f->row_at[b->at.range_of_a] + r] = value;
-        if (N) N[f->row_at[b->at.range_of_a] + r] = size;
+        M[f->rows.at[b->at.range_of_a] + r] = value;
+        if (N) N[f->rows.at[b->at.range_of_a] + r] = size;
     }
 }
 
@@ -424,7 +424,7 @@ static void choose_pass(passing *p, const sizes s)
 /* Sizes of what is there before, along the unknowns. */
 static void take_sizes(const mbsri_front_build *b)
 {
-    const int x = b->f->column_at[b->at.x], behind = x + mbsri_linear_motions(b->f->linear, b->i);
+    const int x = b->f->columns.at[b->at.x], behind = x + mbsri_linear_motions(b->f->linear, b->i);
     for (int j = 0; j < b->all_columns; ++j) {
         double *N = j < x || j >= behind ? sums(b, j) : NULL;
         const double *M = M_at(b, 0, j);
@@ -441,15 +441,15 @@ static void expect_masses(const mbsri_front_build *b)
     for (int k = 0; k < b->step->borders; ++k) {
         const int i = f->plan.border[b->step->first_border + k].body, d = f->model->body[i].d,
                   x = mbsri_linear_motions(f->linear, i), y = mbsri_linear_actions(f->linear, i),
-                  e = f->linear->e[i], row = f->row_at[f->names[i].y + d],
-                  column = f->column_at[f->names[i].x];
+                  e = f->linear->e[i], row = f->rows.at[f->names[i].y + d],
+                  column = f->columns.at[f->names[i].x];
         const bool held = f->model->position_rows > 0 && !b->plain && e == d;
         const double *P = mbsri_linear_terms(f->linear, i).P;
         for (int l = 0; l < x; ++l, P += y) {
             double *N = N_at(b, row, column + l);
             for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]) + fabs(P[d + r]);
             if (!held || l < e || l >= e + d) continue; /* P over V is the mass */
-            N = N_at(b, f->row_at[f->names[i].kappa], column + l - e);
+            N = N_at(b, f->rows.at[f->names[i].kappa], column + l - e);
             for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]);
         }
     }
@@ -462,19 +462,19 @@ void mbsri_front_pass(mbsri_front_build *b)
     const bool grounded = b->b->parent == 0, held = f->model->position_rows > 0 && !b->plain;
     passing p = {.b = b,
                  .c = f->c,
-                 .motion = f->column_at[b->at.x],
+                 .motion = f->columns.at[b->at.x],
                  .reach = b->all_rows,
-                 .y = f->row_at[b->at.y],
-                 .place = f->row_at[b->at.place],
-                 .a = f->row_at[b->at.a],
-                 .react = f->row_at[b->at.b],
-                 .momentum = f->row_at[b->at.momentum],
-                 .rate = f->row_at[b->at.rate],
-                 .tau = b->plain ? -1 : f->row_at[b->at.tau],
-                 .push = f->row_at[b->at.push],
-                 .kappa = held ? f->row_at[b->at.kappa] : -1,
-                 .below = grounded ? -1 : f->row_at[above->y],
-                 .kappa_below = grounded || !held ? -1 : f->row_at[above->kappa]};
+                 .y = f->rows.at[b->at.y],
+                 .place = f->rows.at[b->at.place],
+                 .a = f->rows.at[b->at.a],
+                 .react = f->rows.at[b->at.b],
+                 .momentum = f->rows.at[b->at.momentum],
+                 .rate = f->rows.at[b->at.rate],
+                 .tau = b->plain ? -1 : f->rows.at[b->at.tau],
+                 .push = f->rows.at[b->at.push],
+                 .kappa = held ? f->rows.at[b->at.kappa] : -1,
+                 .below = grounded ? -1 : f->rows.at[above->y],
+                 .kappa_below = grounded || !held ? -1 : f->rows.at[above->kappa]};
     if (b->plain) p.first = p.y, p.reach = mbsri_linear_actions(f->linear, b->i);
     take_sizes(b);
     choose_pass(&p, (sizes){.d = b->b->d,

@@ -296,7 +296,7 @@ static void measure_border(draft *d, int k)
     }
     const mbsri_body *b = d->m->body + s->body;
     int rows, carried = 0, groups = b->group.head == s->body ? b->n - b->group.n : b->n,
-              light = !b->regular;
+              light = !b->mass.regular;
     const int more = multipliers_of(d, s, &rows);
     int waiting = more;
     s->border_columns = s->border_rows = 0;

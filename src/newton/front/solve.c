@@ -104,9 +104,9 @@ static void load_closures(mbsri_front *f, const double *r)
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int l = 0; l < c->rows; ++l)
-            f->h[f->row_count + c->row + l] = (mbsri_is_stiff(c, l) ? -1.0 : 1.0) * r[c->row + l];
+            f->h[f->rows.count + c->row + l] = (mbsri_is_stiff(c, l) ? -1.0 : 1.0) * r[c->row + l];
         for (int l = 0; l < c->position_rows; ++l)
-            f->h[f->row_count + m->rows + c->position_row + l] = r[m->rows + c->position_row + l];
+            f->h[f->rows.count + m->rows + c->position_row + l] = r[m->rows + c->position_row + l];
     }
 }
 
@@ -281,11 +281,11 @@ static void take_multipliers(const mbsri_front *f, const double *r, double *delt
             const bool dropped = f->linear->dropped[lambda], stiff = mbsri_is_stiff(c, l);
             const double K = c->def.stiffness[l], damping = c->def.damping[l];
             if (stiff)
-                delta[lambda] = -f->value[f->column_count + lambda] * K / (K + f->c * damping);
+                delta[lambda] = -f->value[f->columns.count + lambda] * K / (K + f->c * damping);
             else
-                delta[lambda] = dropped ? r[lambda] : f->value[f->column_count + lambda] / f->c;
+                delta[lambda] = dropped ? r[lambda] : f->value[f->columns.count + lambda] / f->c;
             if (l < c->position_rows)
-                delta[eta] = dropped ? r[eta] : f->value[f->column_count + eta] / f->c;
+                delta[eta] = dropped ? r[eta] : f->value[f->columns.count + eta] / f->c;
         }
     }
 }
@@ -336,7 +336,7 @@ static void take_momenta(mbsri_front *f, double *delta)
 
 void mbsri_front_start(mbsri_front *f)
 {
-    mbsri_zero((size_t)f->row_count, f->h);
+    mbsri_zero((size_t)f->rows.count, f->h);
     mbsri_zero(f->model->size.v, f->wbar);
 }
 

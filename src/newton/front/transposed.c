@@ -29,7 +29,7 @@ static void take_multipliers(const mbsri_front *f, const double *v, double *x)
             const int lambda = c->row + l, eta = m->rows + c->position_row + l;
             const bool dropped = f->linear->dropped[lambda], stiff = mbsri_is_stiff(c, l);
             const double K = c->def.stiffness[l], damping = c->def.damping[l];
-            double *of = f->value + f->column_count;
+            double *of = f->value + f->columns.count;
             x[lambda] = dropped && !stiff ? v[lambda] : 0.0;
             of[lambda] =
                 stiff ? -v[lambda] * K / (K + f->c * damping) : (dropped ? 0.0 : v[lambda] / f->c);
@@ -53,8 +53,8 @@ static void take_momentum(mbsri_front *f, int i)
 static void take_all(mbsri_front *f, const double *v)
 {
     const mbsr_model *m = f->model;
-    mbsri_zero((size_t)(f->column_count + m->rows + m->position_rows), f->value);
-    mbsri_zero((size_t)(f->row_count + m->rows + m->position_rows), f->h);
+    mbsri_zero((size_t)(f->columns.count + m->rows + m->position_rows), f->value);
+    mbsri_zero((size_t)(f->rows.count + m->rows + m->position_rows), f->h);
     mbsri_zero(5 * (size_t)m->nu, f->rates);
     mbsri_zero(m->size.v, f->wbar);
     for (int i = 1; i <= m->bodies; ++i) {
@@ -250,9 +250,9 @@ static void load_closures(const mbsri_front *f, double *x)
     for (size_t k = 0; k < m->closures.count; ++k) {
         const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
         for (int l = 0; l < c->rows; ++l)
-            x[c->row + l] += (mbsri_is_stiff(c, l) ? -1.0 : 1.0) * f->h[f->row_count + c->row + l];
+            x[c->row + l] += (mbsri_is_stiff(c, l) ? -1.0 : 1.0) * f->h[f->rows.count + c->row + l];
         for (int l = 0; l < c->position_rows; ++l)
-            x[m->rows + c->position_row + l] += f->h[f->row_count + m->rows + c->position_row + l];
+            x[m->rows + c->position_row + l] += f->h[f->rows.count + m->rows + c->position_row + l];
     }
 }
 

@@ -235,7 +235,7 @@ void mbsri_axes_slopes(const mbsri_body *b, const mbsr_data *d, double *x, doubl
     for (size_t k = 0; k < n; ++k) {
         own_columns(&a, (int)k, x + 12 * outside, outside > 0 ? below + 144 : NULL,
                     own + 2 * n * outside);
-        own[2 * n * (outside + n + k) + k] += b->armature[k];
+        own[2 * n * (outside + n + k) + k] += b->mass.armature[k];
         qdot[n * (outside + n + k) + k] = 1.0;
     }
 }

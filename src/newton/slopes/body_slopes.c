@@ -187,7 +187,8 @@ static void constant_columns(const mbsri_body *b, const mbsr_data *d, bool accel
 static void planar_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P)
 {
     const double *M = d->M + b->dd, *V = d->V + b->v, *A = d->A + b->v, omega = V[2],
-                 still[2] = {b->added ? b->added[5] : 0.0, b->added ? b->added[2] : 0.0},
+                 still[2] = {b->mass.added ? b->mass.added[5] : 0.0,
+                             b->mass.added ? b->mass.added[2] : 0.0},
                  c[2] = {M[5] - still[0], still[1] - M[2]}, none[3] = {0.0};
     const size_t rows = accelerated ? 9 : 6;
     const double dMV[3] = {-omega * c[0], -omega * c[1], -c[0] * V[0] - c[1] * V[1]},

@@ -397,9 +397,9 @@ static void add_armature(const mbsri_body *b, bool accelerated, mbsri_joint_slop
 {
     const size_t rows = (size_t)(3 * b->n);
     for (int k = 0; k < b->n; ++k) {
-        s->own[(size_t)(s->u + k) * rows + (size_t)k] += b->armature[k];
+        s->own[(size_t)(s->u + k) * rows + (size_t)k] += b->mass.armature[k];
         if (accelerated)
-            s->own[(size_t)(s->a + k) * rows + (size_t)(2 * b->n + k)] += b->armature[k];
+            s->own[(size_t)(s->a + k) * rows + (size_t)(2 * b->n + k)] += b->mass.armature[k];
     }
 }
 

@@ -23,7 +23,7 @@ static bool hands_over(const mbsri_newton_sweeps *newton, int i)
 
 static bool is_below_massless(const mbsri_newton_sweeps *newton, int i)
 {
-    return newton->below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
+    return newton->last.below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
 }
 
 /* Where number k of V, or of forces, of a body with d numbers stands among three axes; *linear:
@@ -147,7 +147,7 @@ static void give_matrix(int d, bool below_massless, const mbsri_newton_carry *c,
 
 static meeting meet(const mbsri_newton_sweeps *newton, int i)
 {
-    const mbsri_newton_own *own = newton->own + i;
+    const mbsri_newton_own *own = newton->acting.own + i;
     return (meeting){.d = newton->model->body[i].d, .omega = own->omega, .v = own->v};
 }
 

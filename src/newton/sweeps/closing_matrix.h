@@ -22,7 +22,7 @@ enum { CLOSED_MOTIONS = 12, CLOSED_ACTIONS = 12 };
 /* below_massless: of a body with psi. */
 MBSRI_INLINE bool is_below_massless(const mbsri_newton_sweeps *newton, int i)
 {
-    return newton->below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
+    return newton->last.below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
 }
 
 MBSRI_INLINE closing closing_of(const mbsri_carried *v, int k, int size, bool below_massless)

@@ -69,14 +69,14 @@ MBSRI_OUTLINE void add_elements(const mbsri_sweep_run *run, int i,
                                 const mbsri_newton_sweeps *newton, slab *y, bool below_massless)
 {
     const mbsri_sweep_load *on = run->load + i;
-    const mbsri_newton_own *own = newton->own + i;
+    const mbsri_newton_own *own = newton->acting.own + i;
     const v4 e[3] = {{1.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0}};
     const v4 f = load(on->p), arm = load(own->arm), product = splat(sum3(arm * f));
     slopes by;
-    if (newton->number[i] < 0) { /* closures: see ends.h */
+    if (newton->acting.number[i] < 0) { /* closures: see ends.h */
         memset(&by, 0, sizeof by);
     } else {
-        place_slopes(newton->at + newton->number[i], own, own, &by);
+        place_slopes(newton->acting.at + newton->acting.number[i], own, own, &by);
         add_slopes(&by, y);
     }
     /* the arm turns: (dtheta x arm) x f */
@@ -101,7 +101,8 @@ MBSRI_OUTLINE void place_by_predecessor(const mbsri_sweep_run *run, int i,
 {
     const int pred = run->tree->body[i].parent;
     const v4 to_h = -load(run->state[i].rho);
-    place_slopes(newton->by_pred + newton->pair[i], newton->own + pred, newton->own + i, by);
+    place_slopes(newton->acting.by_pred + newton->acting.pair[i], newton->acting.own + pred,
+                 newton->acting.own + i, by);
     add_turned(by->by[DISPLACEMENT], to_h, by->by[ROTATION]);
     add_turned(by->by[DRIFT], to_h, by->by[SPIN]);
 }
@@ -112,7 +113,8 @@ MBSRI_OUTLINE void place_on_predecessor(const mbsri_sweep_run *run, int i,
 {
     const int pred = run->tree->body[i].parent;
     const v4 rho = load(run->state[i].rho);
-    place_slopes(newton->on_pred + newton->pair[i], newton->own + i, newton->own + pred, by);
+    place_slopes(newton->acting.on_pred + newton->acting.pair[i], newton->acting.own + i,
+                 newton->acting.own + pred, by);
     for (int g = 0; g < 4; ++g) {
         for (int j = 0; j < 3; ++j) by->by[g][j][0] -= cross(rho, by->by[g][j][1]);
     }
@@ -133,7 +135,7 @@ MBSRI_INLINE void apply_slopes(const slopes *by, const v4 x[4], v4 forces[4])
 /* Whether elements act between body i and its predecessor. */
 MBSRI_INLINE bool is_pair(const mbsri_newton_sweeps *newton, int i, bool full)
 {
-    return full && newton->pair[i] >= 0;
+    return full && newton->acting.pair[i] >= 0;
 }
 
 #endif

@@ -75,9 +75,9 @@ static void clear_slopes(mbsri_newton_sweeps *w)
         memset(w->block[k].tau_q, 0, sizeof w->block[k].tau_q);
         memset(w->block[k].tau_u, 0, sizeof w->block[k].tau_u);
     }
-    memset(w->at, 0, w->acted * sizeof *w->at);
-    memset(w->by_pred, 0, w->pairs * sizeof *w->by_pred);
-    memset(w->on_pred, 0, w->pairs * sizeof *w->on_pred);
+    memset(w->acting.at, 0, w->acting.acted * sizeof *w->acting.at);
+    memset(w->acting.by_pred, 0, w->acting.pairs * sizeof *w->acting.by_pred);
+    memset(w->acting.on_pred, 0, w->acting.pairs * sizeof *w->acting.on_pred);
 }
 
 /* dtau of body i with respect to its own q and u. */
@@ -160,14 +160,14 @@ static bool add_block(mbsri_newton_sweeps *w, const mbsri_force *force, int i, i
     switch (relation) {
     case MBSRI_SAME:
         add_joint_slopes(w, i, by, row, column);
-        add_body_slopes(by, on, row, of, column, w->at + w->number[i]);
+        add_body_slopes(by, on, row, of, column, w->acting.at + w->acting.number[i]);
         return apart || (is_zero(by, row, d, column + motion, joint) &&
                          is_zero(by, row + d, n, column, motion));
     case MBSRI_BELOW:
-        add_body_slopes(by, on, row, of, column, w->by_pred + w->pair[i]);
+        add_body_slopes(by, on, row, of, column, w->acting.by_pred + w->acting.pair[i]);
         return apart || is_zero(by, row + d, n, column, motion);
     case MBSRI_ABOVE:
-        add_body_slopes(by, on, row, of, column, w->on_pred + w->pair[j]);
+        add_body_slopes(by, on, row, of, column, w->acting.on_pred + w->acting.pair[j]);
         return apart || is_zero(by, row, d, column + motion, joint);
     case MBSRI_APART: break;
     }
@@ -270,8 +270,8 @@ void mbsri_newton_add_joint_slopes(mbsri_newton_sweeps *newton)
     const mbsr_model *m = newton->model;
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_closure *c = m->closures.data;
-    if (newton->joint_slopes || !newton->tau_q) return;
-    newton->joint_slopes = true;
+    if (newton->last.joint_slopes || !newton->tau_q) return;
+    newton->last.joint_slopes = true;
     for (size_t k = 0; k < m->closures.count; ++k, ++c) {
         for (int l = 0; l < c->def.bodies && is_bent(c); ++l) {
             const int i = c->body[l];

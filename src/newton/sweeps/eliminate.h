@@ -114,7 +114,7 @@ MBSRI_INLINE void start_elimination(const mbsri_sweep_run *run, mbsri_newton_swe
 {
     clear_slab(&at->y, full);
     at->top = newton->carry;
-    for (int i = 1; i <= run->tree->bodies && full; ++i) place_own(run, i, newton->own + i);
+    for (int i = 1; i <= run->tree->bodies && full; ++i) place_own(run, i, newton->acting.own + i);
 }
 
 /* Both in one sweep, while the body is at hand. */
@@ -154,9 +154,9 @@ MBSRI_INLINE int below_massless_sweep(const mbsri_sweep_run *run, mbsri_newton_s
 static int newton_factor_below_massless(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     if (!backward(run) || !find_below_massless(run, newton)) return MBSRI_NOT_CLEAR;
-    newton->unclear = true;
-    if (newton->below_massless) forward(run);
-    if (newton->below_massless) find_reactions(run, newton);
+    newton->last.unclear = true;
+    if (newton->last.below_massless) forward(run);
+    if (newton->last.below_massless) find_reactions(run, newton);
     return run->load ? below_massless_sweep(run, newton, true)
                      : below_massless_sweep(run, newton, false);
 }
@@ -168,12 +168,12 @@ MBSRI_OUTLINE bool eliminate_block(const mbsri_sweep_run *run, int i, mbsri_newt
                                    elimination *at)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    const bool below_massless = newton->below_massless;
+    const bool below_massless = newton->last.below_massless;
     _Alignas(32) mbsri_newton_carry carry;
     newton->status = mbsri_border_eliminate(run, newton, i, &carry);
     if (newton->status) return false;
     if (b->parent == 0 || b->flags & MBSRI_TO_BLOCK) return true;
-    const v4 arm = load(newton->own[b->parent].arm);
+    const v4 arm = load(newton->acting.own[b->parent].arm);
     slab *y = &at->y;
     clear_slab(y, true);
     clear_reaction(y);
@@ -190,7 +190,7 @@ MBSRI_OUTLINE void give_slab(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 {
     _Alignas(32) mbsri_newton_carry carry;
     slab_to_memory(&at->y, &carry, true);
-    if (newton->below_massless) reaction_to_memory(&at->y, &carry);
+    if (newton->last.below_massless) reaction_to_memory(&at->y, &carry);
     mbsri_border_give(run, newton, i, &carry);
 }
 
@@ -205,7 +205,7 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
             if (!eliminate_block(run, i, newton, &of)) return MBSRI_BLOCK_FAILED;
             continue;
         }
-        if (!eliminate_body(run, i, newton, &of, true, newton->below_massless)) return i;
+        if (!eliminate_body(run, i, newton, &of, true, newton->last.below_massless)) return i;
         if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
     }
     return 0;
@@ -215,7 +215,7 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     if (!backward(run) || !find_below_massless(run, newton)) return MBSRI_NOT_CLEAR;
-    if (newton->below_massless) {
+    if (newton->last.below_massless) {
         forward(run);
         memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
         find_reactions(run, newton);

@@ -138,11 +138,11 @@ MBSRI_OUTLINE void take_ends(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 {
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
-    const mbsri_newton_own *own = newton->own + i;
+    const mbsri_newton_own *own = newton->acting.own + i;
     loop_end e;
     if (v->first_end[i] < 0) return;
     e.below_massless =
-        newton->below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
+        newton->last.below_massless && newton->step[i].below_massless & MBSRI_BELOW_MASSLESS;
     e.arm = load(own->arm);
     e.omega = load(own->omega);
     e.v = load(own->v);

@@ -69,7 +69,7 @@ MBSRI_INLINE void leave_narrow(const mbsri_sweep_run *run, int i, mbsri_newton_s
         for (int r = 0; r < 4; ++r) y->P[DISPLACEMENT][j][r] = none;
     }
     clear_reaction(y);
-    queue(b->flags, at, true, newton->below_massless);
+    queue(b->flags, at, true, newton->last.below_massless);
 }
 
 /* Past body i, which is wide; false: its rows are singular, or see newton->status. */
@@ -80,17 +80,17 @@ MBSRI_OUTLINE bool eliminate_wide(const mbsri_sweep_run *run, int i, mbsri_newto
     const int flags = b->flags;
     const bool below_massless = is_light(flags);
     slab *y = &at->y;
-    place_own(run, i, newton->own + i);
-    if (is_pair(newton, i, true)) place_own(run, b->parent, newton->own + b->parent);
+    place_own(run, i, newton->acting.own + i);
+    if (is_pair(newton, i, true)) place_own(run, b->parent, newton->acting.own + b->parent);
     if (below_massless) add_reaction_of(run, i, newton);
-    gather_body(run, i, newton, at, true, newton->below_massless);
+    gather_body(run, i, newton, at, true, newton->last.below_massless);
     if (flags & (MBSRI_FRONT | MBSRI_CLOSES)) newton->status = meet_loops(run, i, newton, y);
     if (newton->status) return false;
     if (flags & MBSRI_WIDE_JOINT) {
         const bool passed = flags & MBSRI_FRONT
                                 ? pass_open(run, i, newton, y, below_massless)
                                 : eliminate_joint(run, i, newton, y, true, below_massless);
-        if (passed) leave_body(run, i, newton, at, true, newton->below_massless);
+        if (passed) leave_body(run, i, newton, at, true, newton->last.below_massless);
         return passed;
     }
     if (!eliminate_joint(run, i, newton, y, false, false)) return false;
@@ -112,8 +112,8 @@ MBSRI_OUTLINE bool eliminate_narrow(const mbsri_sweep_run *run, int i, mbsri_new
  * state. */
 static void mark_below_massless(mbsri_newton_sweeps *newton)
 {
-    newton->below_massless = newton->light;
-    if (newton->marked) return;
+    newton->last.below_massless = newton->last.light;
+    if (newton->last.marked) return;
     for (int i = 0; i <= newton->tree->bodies; ++i) {
         const mbsri_sweep_body *b = newton->tree->body + i;
         const bool below_massless = is_light(b->flags);
@@ -121,7 +121,7 @@ static void mark_below_massless(mbsri_newton_sweeps *newton)
             below_massless ? MBSRI_BELOW_MASSLESS | (b->n > 0 ? MBSRI_NO_INERTIA : 0) : 0;
         newton->blocks->node[i].below_massless = below_massless;
     }
-    newton->marked = true;
+    newton->last.marked = true;
 }
 
 /* Past body i, which is light, on a joint of several axes: no inertia is handed on. */

@@ -16,7 +16,7 @@ MBSRI_INLINE void leave_narrow_loads(const mbsri_newton_sweeps *newton, const mb
         return;
     }
     f->b[FORCE] = f->psi[PSI_L] = f->psi[PSI_P] = splat(0.0);
-    hand_loads_over(s, f, top, true, newton->below_massless);
+    hand_loads_over(s, f, top, true, newton->last.below_massless);
 }
 
 /* Past body i, which is wide. */
@@ -25,7 +25,7 @@ MBSRI_INLINE void wide_loads(mbsri_newton_sweeps *newton, int i, right_sides by,
 {
     const mbsri_newton_step *s = newton->step + i;
     const int flags = s->flags;
-    const bool below_massless = newton->below_massless;
+    const bool below_massless = newton->last.below_massless;
     if (flags & MBSRI_LEAF) clear_loads(f);
     if (flags & MBSRI_BRANCHES) add_loads(--*top, f, true, below_massless);
     if (by.load_of_body) add_load(newton, i, by.load_of_body, f, below_massless);
@@ -131,11 +131,11 @@ MBSRI_OUTLINE void solve_looped(mbsri_newton_sweeps *newton, const double *r,
 static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const double *load_of_body,
                          double *delta, double *motion)
 {
-    if (newton->looped)
+    if (newton->last.looped)
         solve_looped(newton, r, load_of_body, delta, motion);
     else if (newton->mixed)
         solve_mixed(newton, r, delta);
-    else if (newton->own)
+    else if (newton->acting.own)
         solve_system(newton, r, load_of_body, delta, motion, true);
     else
         solve_system(newton, r, load_of_body, delta, NULL, false);

@@ -179,8 +179,8 @@ static bool lacks_rank(const mbsri_sweep_run *run, int i, bool *as_one)
  * is no memory for them, or a group needs to be taken apart. */
 static bool find_below_massless(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    newton->below_massless = false;
-    newton->marked = false;
+    newton->last.below_massless = false;
+    newton->last.marked = false;
     newton->step[0].below_massless = 0;
     bool as_one = true;
     for (int i = 1; i <= run->tree->bodies; ++i) {
@@ -191,10 +191,10 @@ static bool find_below_massless(const mbsri_sweep_run *run, mbsri_newton_sweeps 
         *below_massless = above || deficient ? MBSRI_BELOW_MASSLESS : 0;
         if (deficient) *below_massless |= MBSRI_NO_INERTIA;
         if (!(*below_massless & MBSRI_BELOW_MASSLESS)) continue;
-        newton->below_massless = true;
+        newton->last.below_massless = true;
         if (b->flags & MBSRI_MULTI) return false;
     }
-    return as_one && (!newton->below_massless || newton->below);
+    return as_one && (!newton->last.below_massless || newton->below);
 }
 
 #endif

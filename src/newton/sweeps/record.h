@@ -122,13 +122,14 @@ struct mbsri_newton_sweeps {
     size_t column_size;        /* bytes from one to the next */
     mbsri_newton_step *step;   /* bodies + 1 */
     mbsri_newton_block *block; /* tree->multi */
-    /* Of elements on bodies: slopes of the forces on a body over its own motion, over that of its
-     * predecessor, and of the forces on the predecessor over the body's; the numbers of the body
-     * among those with such elements, or -1. */
-    mbsri_newton_slopes *at, *by_pred, *on_pred;
-    int *number, *pair;        /* bodies + 1 */
-    size_t acted, pairs;       /* how many of these there are */
-    mbsri_newton_own *own;     /* bodies + 1, with elements on bodies */
+    struct {
+        /* slopes of the forces on a body over its own motion, over that of its predecessor, and of
+         * the forces on the predecessor over the body's */
+        mbsri_newton_slopes *at, *by_pred, *on_pred;
+        int *number, *pair;    /* bodies + 1: among those with such elements, or -1 */
+        size_t acted, pairs;   /* how many of these there are */
+        mbsri_newton_own *own; /* bodies + 1 */
+    } acting;                  /* elements on bodies */
     double *k, *p;             /* of the last solution, by coordinate */
     double (*x)[16];           /* motions of the bodies where the tree branches */
     mbsri_newton_flow *said;   /* of their loads, in transposed solutions; likewise */
@@ -138,14 +139,16 @@ struct mbsri_newton_sweeps {
                                   less c times armature, which adds to the same pivot */
     mbsri_slopes slopes;
     double least_pivot; /* of joints of several axes; below, the front takes over */
-    bool
-        unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
-    bool below_massless; /* some joint block was zero; below: NULL where none is expected to be */
-    bool light;          /* and has bodies without inertia that count as such */
-    bool large;          /* the model does not fit into a cache */
-    bool looped;         /* the last factorisation is of that kind */
-    bool marked;         /* its bodies below massless joints are, and no others since */
-    bool joint_slopes;   /* at this factorisation: see mbsri_newton_add_joint_slopes */
+    bool large;         /* the model does not fit into a cache */
+    struct {
+        bool unclear;        /* the bound of rounding errors did not tell once: not tried again */
+        bool below_massless; /* some joint block was zero; below: NULL where none is expected to be
+                              */
+        bool light;          /* and has bodies without inertia that count as such */
+        bool looped;         /* it has closures */
+        bool marked;         /* its bodies below massless joints are, and no others since */
+        bool joint_slopes;   /* are added: see mbsri_newton_add_joint_slopes */
+    } last;                  /* factorisation */
     struct mbsr_newton *blocks;         /* has what is carried; NULL: there are no loops */
     struct mbsri_front *mixed;          /* passes the joints of blocks; NULL: there are none */
     int status;                         /* what it said last */

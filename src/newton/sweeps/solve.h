@@ -137,7 +137,7 @@ MBSRI_INLINE void add_wrench(const mbsri_newton_sweeps *newton, int i, const dou
     double x[6];
     mbsri_lift(newton->model->body[i].d, wrench, x);
     const v4 force = {x[3], x[4], x[5], 0.0},
-             moment = (v4){x[0], x[1], x[2], 0.0} + cross(load(newton->own[i].arm), force);
+             moment = (v4){x[0], x[1], x[2], 0.0} + cross(load(newton->acting.own[i].arm), force);
     f->b[MOMENT] += moment;
     f->b[FORCE] += force;
     if (!below_massless || !(newton->step[i].below_massless & MBSRI_BELOW_MASSLESS)) return;
@@ -180,7 +180,7 @@ MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double 
     _Alignas(32) mbsri_newton_flow flow;
     mbsri_border_reduce(newton, i, r, &flow);
     if (s->parent == 0 || s->flags & MBSRI_TO_BLOCK) return;
-    const v4 arm = load(newton->own[s->parent].arm);
+    const v4 arm = load(newton->acting.own[s->parent].arm);
     clear_loads(f);
     add_loads(&flow, f, true, below_massless);
     f->b[CHI_L] += cross(arm, f->b[CHI_P]);
@@ -267,7 +267,7 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
 MBSRI_OUTLINE void report_motion(const mbsri_newton_sweeps *newton, int i, const v4 x[4],
                                  double *motion)
 {
-    const mbsri_newton_own *own = newton->own + i;
+    const mbsri_newton_own *own = newton->acting.own + i;
     const int d = newton->model->body[i].d;
     const v4 arm = load(own->arm), theta = x[ROTATION];
     const v4 out[4] = {theta, x[DISPLACEMENT] + cross(theta, arm),
@@ -379,7 +379,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, do
 MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
                                const double *load_of_body, double *delta, double *motion, bool full)
 {
-    if (newton->below_massless)
+    if (newton->last.below_massless)
         solve_back(newton, r, load_of_body, full, true, false);
     else if (r && !load_of_body) /* mostly so: without questions at every body */
         solve_back(newton, r, NULL, full, false, false);
@@ -395,7 +395,7 @@ MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
 MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r, double *delta)
 {
     mbsri_front_start(newton->mixed);
-    solve_back(newton, r, NULL, true, newton->below_massless, true);
+    solve_back(newton, r, NULL, true, newton->last.below_massless, true);
     solve_forward(newton, r, delta, NULL, true, true);
     mbsri_front_finish(newton->mixed, delta);
 }

@@ -375,10 +375,10 @@ MBSRI_INLINE void loads_back(mbsri_newton_sweeps *newton, double *to, bool full,
 
 static void newton_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x)
 {
-    if (newton->own) {
+    if (newton->acting.own) {
         motions_back(newton, v, x, true);
-        loads_back(newton, x, true, newton->below_massless);
-    } else if (newton->below_massless) {
+        loads_back(newton, x, true, newton->last.below_massless);
+    } else if (newton->last.below_massless) {
         motions_back(newton, v, x, false);
         loads_back(newton, x, false, true);
     } else {

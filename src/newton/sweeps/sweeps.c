@@ -64,15 +64,15 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
         mbsri_take_bytes(base, &used, nu * w->column_size + sizeof(mbsri_newton_column) - narrow);
     w->step = mbsri_take_bytes(base, &used, bodies * sizeof *w->step);
     w->block = mbsri_take_bytes(base, &used, (size_t)tree->multi * sizeof *w->block);
-    w->own = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->own : 0);
+    w->acting.own = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->acting.own : 0);
     mbsri_newton_count(m, tree, &loaded, &pairs, NULL, NULL);
-    w->acted = loaded;
-    w->pairs = pairs;
-    w->at = mbsri_take_bytes(base, &used, loaded * sizeof *w->at);
-    w->by_pred = mbsri_take_bytes(base, &used, pairs * sizeof *w->by_pred);
-    w->on_pred = mbsri_take_bytes(base, &used, pairs * sizeof *w->on_pred);
-    w->number = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->number : 0);
-    w->pair = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->pair : 0);
+    w->acting.acted = loaded;
+    w->acting.pairs = pairs;
+    w->acting.at = mbsri_take_bytes(base, &used, loaded * sizeof *w->acting.at);
+    w->acting.by_pred = mbsri_take_bytes(base, &used, pairs * sizeof *w->acting.by_pred);
+    w->acting.on_pred = mbsri_take_bytes(base, &used, pairs * sizeof *w->acting.on_pred);
+    w->acting.number = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->acting.number : 0);
+    w->acting.pair = mbsri_take_bytes(base, &used, full ? bodies * sizeof *w->acting.pair : 0);
     w->k = mbsri_take_bytes(base, &used, nu * sizeof *w->k);
     w->p = mbsri_take_bytes(base, &used, nu * sizeof *w->p);
     w->x = mbsri_take_bytes(base, &used, branching(tree) * sizeof *w->x);
@@ -96,11 +96,11 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->tree = tree;
     w->kernels = kernels_of(tree);
     w->large = m->bodies > MBSRI_LARGE;
-    if (!full) w->own = NULL;
+    if (!full) w->acting.own = NULL;
     if (!below_massless) w->below = NULL;
-    w->below_massless = w->unclear = w->light = w->marked = false;
-    w->looped = m->rows > 0;
-    if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
+    w->last.below_massless = w->last.unclear = w->last.light = w->last.marked = false;
+    w->last.looped = m->rows > 0;
+    if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->acting.number, w->acting.pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
     mbsri_slopes_place(m, MBSRI_SLOPES_BY_PAIRS, &w->slopes, work, places);
     *newton = w;
@@ -161,7 +161,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
         branch += (b->flags & MBSRI_BRANCHES) != 0;
     }
     for (int k = 0; k < tree->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
-    if (m->rows > 0) (void)finds_light(tree, &w->light);
+    if (m->rows > 0) (void)finds_light(tree, &w->last.light);
     return w;
 }
 
@@ -172,10 +172,10 @@ static int factor_sweeps(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton
 {
     const mbsri_newton_kernels *kernels = newton->kernels;
     int singular = MBSRI_DEFICIENT;
-    newton->below_massless = false;
-    if (newton->looped) return kernels->factor_looped(run, newton);
+    newton->last.below_massless = false;
+    if (newton->last.looped) return kernels->factor_looped(run, newton);
     if (newton->mixed) return kernels->factor_mixed(run, newton);
-    if (!newton->unclear) singular = kernels->factor(run, newton);
+    if (!newton->last.unclear) singular = kernels->factor(run, newton);
     return singular == MBSRI_DEFICIENT ? kernels->factor_below_massless(run, newton) : singular;
 }
 
@@ -188,7 +188,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     if (opened) return opened;
     newton->c = c;
     newton->by_c = 1.0 / c;
-    newton->joint_slopes = false;
+    newton->last.joint_slopes = false;
     if (newton->tau_q) {
         /* elements look into the data */
         if (run.q != d->q) mbsri_copy((size_t)m->nq, run.q, d->q);

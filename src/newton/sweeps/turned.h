@@ -17,7 +17,7 @@ MBSRI_OUTLINE void add_turned_loads(const mbsri_newton_sweeps *newton, int i, lo
         const mbsri_loop *loop = v->loop + v->end[k].closure;
         if (!loop->turned || v->end[k].slot != 1) continue;
         add_wrench(newton, i, mbsri_turn_of(v, c, loop).load + c->column[1], f,
-                   newton->below_massless);
+                   newton->last.below_massless);
     }
 }
 

@@ -162,7 +162,7 @@ static int decide_with(chain *c, double small, int usual, int *rank)
     const int i = c->mount[0];
     mbsri_body *b = c->model->body + i;
     mbsr_data *d = c->data;
-    const int n = b->n, kept = b->surveyed_rank;
+    const int n = b->n, kept = b->survey.rank;
     const mbsri_group g = mbsri_group_of(c->model, d, i);
     double noise;
     mbsri_equilibrate(c->model, d, &g, &noise);
@@ -171,14 +171,14 @@ static int decide_with(chain *c, double small, int usual, int *rank)
             d->D[b->nn + (size_t)(j * n + k)] =
                 ((j == k) - (1.0 - small) / n) / (d->s[b->group.iu + j] * d->s[b->group.iu + k]);
     }
-    b->surveyed_rank = usual + 1;
+    b->survey.rank = usual + 1;
     const bool told = mbsri_rank_by_pivots(c->model, d, &g);
     *rank = d->rank[i];
     if (told) { /* as eigenvalues say */
         assert_int_equal(mbsri_rank_decision(c->model, d, &g, false), MBSR_OK);
         assert_int_equal(d->rank[i], *rank);
     }
-    b->surveyed_rank = kept;
+    b->survey.rank = kept;
     return told;
 }
 

@@ -471,7 +471,7 @@ static double check_settled(mbsr_model *model, mbsr_data *data, double t, const 
     if (settle(&s)) {
         error = check(&s, 1);
         assert_true(error >= 0.0);
-        *deficient += s.newton->below_massless;
+        *deficient += s.newton->last.below_massless;
         if (has_load(model)) check_load(&s, true);
     }
     close_system(&s);
