@@ -13,7 +13,7 @@ export class Browser {
         this.folder = mkdtempSync(join(tmpdir(), "mbsrank-"));
         this.process = spawn(program, [
             "--headless", "--no-sandbox", "--disable-gpu-sandbox", "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader", "--hide-scrollbars", "--disable-extensions", "--disable-dev-shm-usage",
+            "--enable-unsafe-swiftshader", "--disable-gpu-compositing", "--hide-scrollbars", "--disable-extensions", "--disable-dev-shm-usage",
             `--user-data-dir=${this.folder}`, `--window-size=${width},${height}`, "--remote-debugging-pipe",
         ], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
         this.messages = []; // errors that the page has told

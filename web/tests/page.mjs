@@ -96,6 +96,23 @@ try {
     await mouse("mouseReleased", [at[0], at[1] - 64], 0);
     assert.equal(await browser.ask(`${live}.hand.held`), null);
 
+    // ten frames a second, and sixty: fewer pixels along each axis, and all of them again
+    const widths = await browser.ask(`(() => {
+        const { simulation } = ${live}, canvas = document.getElementById("view"), { viewer } = simulation;
+        const after = (count, gap) => {
+            for (let k = 0; k < count; ++k) simulation.frame((now += gap));
+            return canvas.width;
+        };
+        let now = performance.now();
+        Object.assign(simulation, { last: now, sum: undefined, playing: true });
+        viewer.stage.sharpness = 1, viewer.fit();
+        const all = [canvas.width, after(30, 100), after(2400, 16)];
+        simulation.last = undefined, simulation.reset();
+        return all;
+    })()`);
+    assert.equal(widths[1], Math.floor(widths[0] / 2));
+    assert.equal(widths[2], widths[0]);
+
     // without the mass of the wheel one direction more is damped
     assert.equal(await browser.ask(`${live}.simulation.report().damped`), 1);
     await slide('input[aria-label="bodies.wheel.mass"]', -0.1);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 import {
     BoxGeometry,
+    CapsuleGeometry,
     CylinderGeometry,
     DoubleSide,
     Group,
@@ -19,19 +20,29 @@ export const VISUAL = 1, COLLISION = 2, LINKS = 4;
 
 const upright = (geometry) => geometry.rotateX(Math.PI / 2); // along z
 const many = 40; // bodies, from which on round shapes have fewer faces
+// Faces around a round shape, and from its pole to its equator.
+const faces = (bodies, coarse) => (bodies < many ? [32, 8] : coarse ? [8, 2] : [14, 4]);
 const unit = {
     box: () => new BoxGeometry(2, 2, 2),
-    sphere: (bodies) => (bodies < many ? new SphereGeometry(1, 24, 16) : new SphereGeometry(1, 14, 8)),
-    cylinder: (bodies) => upright(new CylinderGeometry(1, 1, 2, bodies < many ? 32 : 14)),
-    rod: (bodies) => upright(new CylinderGeometry(1, 1, 1, bodies < 2000 ? 10 : 5)).translate(0, 0, 0.5),
-    ball: (bodies) => (bodies < 2000 ? new SphereGeometry(1, 16, 12) : new IcosahedronGeometry(1, 1)),
+    sphere: ([around, up]) => new SphereGeometry(1, around, 2 * up),
+    cylinder: ([around]) => upright(new CylinderGeometry(1, 1, 2, around)),
+    capsule: ([around, up], length) => upright(new CapsuleGeometry(1, length, up, around)),
+    rod: (_, bodies) => upright(new CylinderGeometry(1, 1, 1, bodies < 2000 ? 10 : 5)).translate(0, 0, 0.5),
+    ball: (_, bodies) => (bodies < 2000 ? new SphereGeometry(1, 16, 12) : new IcosahedronGeometry(1, 1)),
     plane: () => new BoxGeometry(2, 2, 1e-6),
 };
 
+// The nearest of capsules whose lengths differ by 5 %, so that many are of one kind, and how it is stretched: radius and
+// whole length are right, the round ends longer or shorter by 3 % at most.
+function capsule(r, h) {
+    const length = 2 * 1.05 ** Math.round(Math.log(h / r) / Math.log(1.05));
+    return [`capsule ${length}`, [r, r, (h + r) / (1 + length / 2)]];
+}
+
 export class Drawing {
-    // meshes: parts by name (meshes.js)
-    constructor(data, meshes, motion, unitLength) {
-        Object.assign(this, { data, meshes, motion, unitLength, batches: new Map(), picked: -1 });
+    // meshes: parts by name (meshes.js); coarse: round shapes of many bodies have few faces
+    constructor(data, meshes, motion, unitLength, coarse) {
+        Object.assign(this, { data, meshes, motion, unitLength, coarse, batches: new Map(), picked: -1 });
         this.hidden = new Set(); // bodies
         this.group = new Group();
         this.#addShapes();
@@ -49,9 +60,14 @@ export class Drawing {
             const material = new MeshLambertMaterial({ transparent: opacity < 1, opacity });
             if (opacity < 1) material.depthWrite = false;
             if (geometry) material.side = DoubleSide;
-            this.batches.set(key, new Batch(geometry ?? unit[kind](this.data.bodies.length), material));
+            this.batches.set(key, new Batch(geometry ?? this.#geometry(...kind.split(" ")), material));
         }
         return this.batches.get(key);
+    }
+
+    #geometry(kind, length) {
+        const count = this.data.bodies.length;
+        return unit[kind](faces(count, this.coarse), kind === "capsule" ? Number(length) : count);
     }
 
     // Massless bodies shine through what they are inside of.
@@ -80,20 +96,19 @@ export class Drawing {
     #addShape({ body, kind, at, turn, size, colour, coloured, mesh }, sets) {
         const place = new Vector3(...at), q = new Quaternion(turn[1], turn[2], turn[3], turn[0]);
         const paint = coloured ? colour.slice(0, 3) : this.#colour(body), opacity = Math.min(1, colour[3]), [r, h] = size;
-        const put = (name, scale, where = place) =>
-            this.#batch(name, opacity).add(body, matrixOf(where, q, new Vector3(...scale)), paint, sets);
-        const along = (z) => new Vector3(0, 0, z).applyQuaternion(q).add(place);
+        const put = (name, scale) =>
+            this.#batch(name, opacity).add(body, matrixOf(place, q, new Vector3(...scale)), paint, sets);
         if (opacity === 0) return true;
         if (kind === "box") put("box", size);
         else if (kind === "sphere") put("sphere", [r, r, r]);
         else if (kind === "ellipsoid") put("sphere", size);
-        else if (kind === "cylinder" || kind === "capsule") put("cylinder", [r, r, h]);
+        else if (kind === "cylinder") put("cylinder", [r, r, h]);
+        else if (kind === "capsule") put(...capsule(r, h));
         else if (kind === "plane") return this.#addPlane(body, place, q, put, size);
         else {
             const scaled = matrixOf(place, q, new Vector3(...size));
             return this.#addMesh(mesh, body, scaled, coloured ? paint : null, opacity, sets);
         }
-        if (kind === "capsule") for (const end of [-h, h]) put("sphere", [r, r, r], along(end));
         return true;
     }
 

@@ -4,11 +4,12 @@ import { $ } from "./dom.js";
 
 const lengths = [1 / 480, 1 / 240, 1 / 120, 1 / 60]; // of steps, s: longer ones where they take too long
 const most = 0.05; // of real time in a frame, s
-const few = 45; // frames a second below which fewer pixels are drawn
+const few = 50, enough = 57; // frames a second below which fewer pixels are drawn, and above which more may be
+const blunt = 0.5; // least share of the screen's pixels along each axis
 
 export class Simulation {
     constructor(model, viewer) {
-        Object.assign(this, { model, viewer, given: model, playing: false, length: 1, behind: 0, drawn: 0 });
+        Object.assign(this, { model, viewer, given: model, playing: false, length: 1, behind: 0, drawn: 0, calm: 0, patience: 1 });
         this.changed = () => {};
         this.poses = new Float64Array(12 * model.bodies);
         const { q, u } = model.start();
@@ -109,17 +110,28 @@ export class Simulation {
         this.show();
     }
 
-    // Longer steps where real time is not kept, fewer pixels where frames are few though steps are fast; says how fast it is.
+    // Fewer pixels where frames are few though steps are fast, more again after a while with enough of them: that while is
+    // twice as long after each time that they were few.
+    #sharpen(rate, passed, busy) {
+        const { stage } = this.viewer, before = stage.sharpness;
+        this.calm = rate > enough ? this.calm + passed : 0;
+        if (rate < few && !busy && before > blunt) {
+            stage.sharpness = Math.max(blunt, 0.7 * before);
+            this.patience = Math.min(64, 2 * this.patience);
+        } else if (this.calm > this.patience && before < 1) {
+            stage.sharpness = Math.min(1, before / 0.7);
+            this.calm = 0;
+        }
+        if (stage.sharpness !== before) this.viewer.fit();
+    }
+
+    // Longer steps where real time is not kept, fewer pixels where frames are few; says how fast it is.
     #judge(frame) {
         this.sum ??= { done: 0, wanted: 0, taken: 0, whole: 0, frames: 0 };
         for (const [name, x] of Object.entries(frame)) this.sum[name] += x;
         if (this.sum.whole < 0.5) return;
         const { done, wanted, taken, whole, frames } = this.sum, share = done / wanted, busy = taken > 500 * whole;
-        const { stage } = this.viewer;
-        if (frames < few * whole && !busy && stage.sharpness > 0.5) {
-            stage.sharpness = Math.max(0.5, 0.7 * stage.sharpness);
-            this.viewer.fit();
-        }
+        this.#sharpen(frames / whole, whole, busy);
         $("rate").textContent = share < 0.95 ? `${(share * Number($("speed").value)).toFixed(2)} × real time` : "";
         this.rate = { share, load: taken / (1000 * whole), frames: frames / whole, h: lengths[this.length] };
         this.sum = undefined;

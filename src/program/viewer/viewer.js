@@ -19,7 +19,7 @@ export class Viewer {
         Object.assign(this, { data, motion, start: data.times[0], end: data.times.at(-1) });
         Object.assign(this, { playing: false, changed: true, moved: true, following: false, script: [] });
         this.stage = new Stage($("view"), smooth);
-        this.drawing = new Drawing(data, meshes, motion, link);
+        this.drawing = new Drawing(data, meshes, motion, link, !smooth);
         this.batches = [...this.drawing.batches.values()];
         this.extras = this.#extras(link, whole);
         this.stage.scene.add(this.drawing.group, ...Object.values(this.extras).map((e) => e.group));
