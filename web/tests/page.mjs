@@ -113,6 +113,19 @@ try {
     assert.equal(widths[1], Math.floor(widths[0] / 2));
     assert.equal(widths[2], widths[0]);
 
+    // a step that is refused: the motion goes on from there by shorter ones, for good
+    const refused = await browser.ask(`(() => {
+        const { simulation } = ${live}, { longest } = simulation, now = performance.now();
+        const refuse = () => { throw new Error("refused"); };
+        Object.assign(simulation, { last: now, behind: 0, length: 1, playing: true });
+        simulation.stepper.step = refuse;
+        simulation.frame(now + 30);
+        const { length, playing } = simulation, step = simulation.stepper.step === refuse;
+        Object.assign(simulation, { last: undefined, longest }), simulation.reset();
+        return [length, playing, step];
+    })()`);
+    assert.deepEqual(refused, [0, true, false]);
+
     // without the mass of the wheel one direction more is damped
     assert.equal(await browser.ask(`${live}.simulation.report().damped`), 1);
     await slide('input[aria-label="bodies.wheel.mass"]', -0.1);

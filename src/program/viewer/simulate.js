@@ -9,7 +9,7 @@ const blunt = 0.5; // least share of the screen's pixels along each axis
 
 export class Simulation {
     constructor(model, viewer) {
-        Object.assign(this, { model, viewer, given: model, playing: false, length: 1, behind: 0, drawn: 0, calm: 0, patience: 1 });
+        Object.assign(this, { model, viewer, given: model, playing: false, length: 1, longest: lengths.length - 1, behind: 0, drawn: 0, calm: 0, patience: 1 });
         this.changed = () => {};
         this.poses = new Float64Array(12 * model.bodies);
         const { q, u } = model.start();
@@ -103,11 +103,19 @@ export class Simulation {
         try {
             for (; this.behind >= h && performance.now() - begin < 14; this.behind -= h) this.stepper.step();
         } catch (error) {
-            this.fail(error.message);
+            if (!this.#shorten()) this.fail(error.message);
         }
         const taken = performance.now() - begin;
         this.#judge({ done: this.stepper.t - from, wanted: whole * speed, taken, whole, frames: 1 });
         this.show();
+    }
+
+    // Shorter steps from where one was refused, and no longer ones from now on; false: these are the shortest.
+    #shorten() {
+        if (this.length === 0) return false;
+        this.longest = --this.length;
+        this.behind = 0;
+        return this.begin(this.state, this.pull);
     }
 
     // Fewer pixels where frames are few though steps are fast, more again after a while with enough of them: that while is
@@ -135,7 +143,7 @@ export class Simulation {
         $("rate").textContent = share < 0.95 ? `${(share * Number($("speed").value)).toFixed(2)} × real time` : "";
         this.rate = { share, load: taken / (1000 * whole), frames: frames / whole, h: lengths[this.length] };
         this.sum = undefined;
-        if (share < 0.9 && busy && this.length < lengths.length - 1 && !this.pulled) {
+        if (share < 0.9 && busy && this.length < this.longest && !this.pulled) {
             ++this.length;
             this.begin(this.state);
         }
@@ -144,16 +152,20 @@ export class Simulation {
     // Takes hold of a point of a body; release() lets it go.
     grab(pull) {
         this.pulled = this.begin(this.state, pull);
+        this.pull = this.pulled ? pull : undefined;
         return this.pulled;
     }
 
     drag(target) {
-        if (this.pulled) this.stepper.drag(target);
+        if (!this.pulled) return;
+        this.pull.at = target;
+        this.stepper.drag(target);
     }
 
     release() {
         if (this.pulled) this.begin(this.state);
         this.pulled = false;
+        this.pull = undefined;
     }
 
     end() {
