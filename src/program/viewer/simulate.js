@@ -152,7 +152,7 @@ export class Simulation {
     // Takes hold of a point of a body; release() lets it go.
     grab(pull) {
         this.pulled = this.begin(this.state, pull);
-        this.pull = this.pulled ? pull : undefined;
+        this.pull = this.pulled ? { ...pull } : undefined; // with where it is dragged to
         return this.pulled;
     }
 
