@@ -167,7 +167,8 @@ try {
     const showing = await timeOf("(s) => { for (let k = 0; k < 60; ++k) s.show(); }");
     console.log(`100 bodies, a second of motion: 240 steps ${steps.toFixed(0)} ms, 60 frames ${(drawing + showing).toFixed(0)} ms`);
     await keep("hundred");
-    assert.ok(steps > 0 && drawing > 0 && steps + drawing + showing < 1000, "not in real time");
+    const most = process.env.MBSR_WEB_UNOPTIMISED ? 10000 : 1000;
+    assert.ok(steps > 0 && drawing > 0 && steps + drawing + showing < most, "not in real time");
 
     // others
     for (const name of ["suspension.xml", "gripper.xml", "wiper.sdf"]) {
