@@ -360,7 +360,7 @@ static int check_product(mbsr_derivatives *w, const char *name, bool arguments,
     return MBSR_OK;
 }
 
-static bool finite_or_null(size_t n, const double *x)
+bool mbsri_finite_or_null(size_t n, const double *x)
 {
     return !x || mbsri_finite(n, x);
 }
@@ -411,7 +411,8 @@ int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, co
     if (status) return status;
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
-    if (!finite_or_null(nu, dq) || !finite_or_null(nu, du) || !finite_or_null(nu, dload))
+    if (!mbsri_finite_or_null(nu, dq) || !mbsri_finite_or_null(nu, du) ||
+        !mbsri_finite_or_null(nu, dload))
         return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
     double *rates = w->load, *given = rates + m->nu, *load = given + m->nu, *forces = w->weight;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
@@ -488,7 +489,7 @@ int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
     if (status) return status;
     const mbsr_model *m = w->model;
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
-    if (!finite_or_null(nu, w_out) || !finite_or_null(rows, w_lambda))
+    if (!mbsri_finite_or_null(nu, w_out) || !mbsri_finite_or_null(rows, w_lambda))
         return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name, "w or w_lambda is not finite");
     double *weights = w->load, *du = weights + m->nu, *dudot = du + m->nu;
     const bool forward = w->at == MBSRI_LINEARISED_FORWARD;

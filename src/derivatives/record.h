@@ -63,6 +63,9 @@ int mbsri_derivatives_take_error(mbsr_derivatives *w, int status);
 int mbsri_derivatives_refuse(mbsr_derivatives *w, int status, const char *function,
                              const char *text);
 
+/* Whether all of x (n) are finite, or there is none: NULL. */
+bool mbsri_finite_or_null(size_t n, const double *x);
+
 /* dq of q = G x, or with `back` x = G^T dq, of the state linearised. */
 void mbsri_derivatives_turn(const mbsr_derivatives *w, bool back, const double *from, double *to);
 

@@ -107,11 +107,6 @@ static void add_places(mbsr_derivatives *w, const double *dy, const double *thet
     for (size_t k = 0; k < size; ++k) z->result[k] += z->other[k];
 }
 
-static bool all_finite(size_t n, const double *x)
-{
-    return !x || mbsri_finite(n, x);
-}
-
 int mbsr_derivatives_residual_tangent(mbsr_derivatives *derivatives, const double *dy,
                                       const double *dyp, const double *dtheta, double *dF)
 {
@@ -123,8 +118,8 @@ int mbsr_derivatives_residual_tangent(mbsr_derivatives *derivatives, const doubl
     if (status) return status;
     mbsri_residual *z = &w->residual;
     const size_t size = length_of_y(w);
-    if (!all_finite(size, dy) || !all_finite(size, dyp) ||
-        !all_finite((size_t)z->seeds.count, dtheta))
+    if (!mbsri_finite_or_null(size, dy) || !mbsri_finite_or_null(size, dyp) ||
+        !mbsri_finite_or_null((size_t)z->seeds.count, dtheta))
         return mbsri_derivatives_refuse(w, MBSR_NOT_FINITE, name,
                                         "dy, dyp or dtheta is not finite");
     if (dyp)
