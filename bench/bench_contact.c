@@ -162,7 +162,7 @@ static void rolling(const char *name, double tolerance)
                                   2.0 * (l % 5) - 4.0, 1.5 - deep - 9.81 / (0.5 * k));
         add_shape_to(&w, ball, sphere(0.5, law));
     }
-    mbsr_simulation_add_force(&w.s, mbsr_force_applied(body, mbsr_held_force, wrench));
+    mbsr_simulation_add_force(&w.s, mbsr_force_applied(body, mbsr_stored_force, wrench));
     start_world(&w, tolerance);
     run_world(&w, name, tolerance, 4.0, rolling_error, way);
 }

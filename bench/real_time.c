@@ -219,7 +219,7 @@ static void add_corner(mbsr_model *m, int chassis, double x, double side, double
             box(20.0, 0.4, 0.2, 0.4));
     load(m, mbsr_force_joint_spring(wheel, 1, 1e7, 5e3, 0.0));
     add_tyre(m, wheel);
-    if (x > 0.0) load(m, mbsr_force_joint_applied(upright, mbsr_held_force, steer));
+    if (x > 0.0) load(m, mbsr_force_joint_applied(upright, mbsr_stored_force, steer));
 }
 
 real_time_scene real_time_vehicle(void)

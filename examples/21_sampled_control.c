@@ -26,7 +26,7 @@ static long run(double tolerance, int sampled, double q[2])
         mbsr_simulation_add_body(&s, k ? "forearm" : "arm", k - 1,
                                  mbsr_joint_revolute(&at, NULL, y_axis),
                                  mbsr_inertia_point_mass(k ? 2.0 : 4.0, middle));
-        mbsr_simulation_add_force(&s, mbsr_force_joint_applied(k, mbsr_held_force, held + k));
+        mbsr_simulation_add_force(&s, mbsr_force_joint_applied(k, mbsr_stored_force, held + k));
     }
     mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
     opt.rtol = opt.atol = tolerance;

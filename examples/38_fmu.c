@@ -16,7 +16,7 @@ int main(void)
     const int mass = mbsr_simulation_add_body(
         &s, "mass", MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, z), mbsr_inertia_particle(2.0));
     mbsr_force_def spring = mbsr_force_joint_spring(mass, 0, 50.0, 1.0, 0.0);
-    mbsr_force_def hand = mbsr_force_joint_applied(mass, mbsr_held_force, &pull);
+    mbsr_force_def hand = mbsr_force_joint_applied(mass, mbsr_stored_force, &pull);
     spring.name = "spring", hand.name = "hand";
     mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
     mbsr_simulation_add_force(&s, spring);

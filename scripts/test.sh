@@ -117,7 +117,7 @@ repeated+=$(names contact contact_motion contact_ragdoll contact_round)
 repeated+=$(names ida cuts driver flexible grid groups index1 jumps kinked_forces kinks loops_elastic loops_more massless \
     no_start outputs paper small_swings static_modes stiff_pins stiffening tolerances)
 repeated+=$(names unit changed_fields far_starts finite_forms finite_stepper fronts index1 joint_tangents joint_twins loops_tree_start \
-    newton_flexible newton_loop_joints newton_loops newton_turned ode_undetermined parallel plane refined slender survey sweeps)
+    newton_flexible newton_loop_joints newton_loops newton_follower ode_undetermined parallel plane refined slender survey sweeps)
 repeated+=$(names property flexible_chains fresh_data kept_rates loops_invariance loops_mobility loops_motors loops_ranks newton_loops \
     random_trees space space_equivalence verdicts)
 repeated+=$(names reference index_added index_joints index_models index_points index_report tree_files validation)

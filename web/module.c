@@ -219,7 +219,7 @@ web_model *web_pulled(const web_model *w, int body, const double point[3], const
         memcpy(from.x, anchor, sizeof from.x);
         memcpy(to.x, point, sizeof to.x);
         mbsr_force_def spring = mbsr_force_bushing(MBSR_GROUND, &from, body, &to, k, c),
-                       hand = mbsr_force_wrench(body, point, 0, mbsr_held_force, pulled->held);
+                       hand = mbsr_force_wrench(body, point, 0, mbsr_stored_force, pulled->held);
         spring.name = "spring of the hand";
         hand.name = "hand";
         status = mbsr_model_add_force(made, &spring, NULL);

@@ -113,10 +113,10 @@ typedef struct mbsr_closure_table {
     int (*tangent)(const mbsr_closure_args *args, const double *lambda,
                    const mbsr_closure_tangent *out);
 
-    /* Optional: how many rows there are, of which the first *held are position rows. Called when
+    /* Optional: how many rows there are, of which the first *position_rows are such. Called when
      * the model is finished; of the bodies id, space, d, np, n and nq are set. Without it those of
      * the definition count. */
-    int (*count)(const mbsr_closure_args *args, int *rows, int *held);
+    int (*count)(const mbsr_closure_args *args, int *rows, int *position_rows);
 
     /* Optional: called when the model is finished, as count. On refusal returns a status and may
      * write a text. */
@@ -141,7 +141,7 @@ struct mbsr_closure_def {
     int cookie;                      /* set by the constructors */
     const char *name;                /* copied; NULL: none */
     const mbsr_closure_table *table; /* must outlive the model */
-    int rows, held;                  /* velocity rows, position rows (the first of them); for
+    int rows, position_rows;         /* velocity rows, position rows (the first of them); for
                                         tables without `count` */
     int bodies;                      /* how many it reads, 1 .. MBSR_CLOSURE_BODIES */
     int body[MBSR_CLOSURE_BODIES];   /* their ids, MBSR_GROUND allowed */
@@ -230,9 +230,10 @@ MBSR_API mbsr_closure_def mbsr_closure_rolling_ball(int a, const double centre[3
 MBSR_API mbsr_closure_def mbsr_closure_rolling_disc(int a, const mbsr_frame *frame_a, double radius,
                                                     int b, const mbsr_frame *frame_b);
 
-/* A closure of the caller's own: bodies copied, rows and held as in mbsr_closure_def. */
+/* A closure of the caller's own: bodies copied, rows and position_rows as in mbsr_closure_def. */
 MBSR_API mbsr_closure_def mbsr_closure_custom(const mbsr_closure_table *table, int bodies,
-                                              const int *body, int rows, int held, void *user);
+                                              const int *body, int rows, int position_rows,
+                                              void *user);
 
 /* ---- building ---- */
 
@@ -264,7 +265,7 @@ MBSR_API int mbsr_model_position_rows(const mbsr_model *model); /* position rows
  * MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
 MBSR_API int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows,
                                   int *position_row, int *position_rows);
-/* How the position rows (held) of a closure follow from those of its table: T (held x held,
+/* How the h position rows of a closure follow from those of its table: T (h x h,
  * column-major), the identity but for those with a compliance matrix, which have rows of length 1.
  * Loop forces along the table's rows are T^T lambda. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
  * MBSR_ERR_ID. */

@@ -13,8 +13,8 @@
  *   mbsr_fmu_destroy(fmu);
  *
  * Of a model go into an FMU all parts of the library and of files, with tables and modal data; of
- * functions of the caller's own only those that hold numbers, which become inputs: mbsr_held_force
- * and mbsr_fmu_held_motion. docs/fmu.md has the variables. */
+ * functions of the caller's own only those that hold numbers, which become inputs:
+ * mbsr_stored_force and mbsr_fmu_stored_motion. docs/fmu.md has the variables. */
 #ifndef MBSRANK_FMU_H
 #define MBSRANK_FMU_H
 
@@ -99,7 +99,7 @@ typedef struct mbsr_fmu_motion {
 /* As mbsr_motion_fn (joint.h), with an mbsr_fmu_motion as `user`: gives its numbers whatever the
  * time. In an FMU they are inputs, and between two settings the motion goes on by their parabola.
  * MBSR_ERR_NULL, MBSR_ERR_VALUE (count). */
-MBSR_API int mbsr_fmu_held_motion(void *motion, double t, double *s, double *sdot, double *sddot);
+MBSR_API int mbsr_fmu_stored_motion(void *motion, double t, double *s, double *sdot, double *sddot);
 
 #ifdef __cplusplus
 }

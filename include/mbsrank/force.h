@@ -31,7 +31,7 @@ typedef struct mbsr_force_body {
     double *tau; /* n,  conjugate to u; add to it.  NULL for the ground */
     /* values of the coordinates that the joint has as it was given, NaN for those left, which q, u
      * and tau have; NULL: none is locked (mbsr_model_lock) */
-    const double *held;
+    const double *locked_at;
 } mbsr_force_body;
 
 typedef struct mbsr_force_def mbsr_force_def;
@@ -374,10 +374,10 @@ MBSR_API mbsr_force_def mbsr_force_wrench(int body, const double point[3], int b
  * conjugate to u. */
 MBSR_API mbsr_force_def mbsr_force_joint_applied(int body, mbsr_force_fn function, void *user);
 
-/* Numbers that the caller holds, as mbsr_force_fn: the n numbers at `held`, which is the `user` of
+/* Numbers that the caller keeps, as mbsr_force_fn: the n numbers at `stored`, the `user` of
  * the element and not NULL. They may change where the driver is told: before mbsr_ida_sample, which
  * holds them for a period, and before mbsr_ida_jump. */
-MBSR_API int mbsr_held_force(void *held, double t, int n, double *value);
+MBSR_API int mbsr_stored_force(void *stored, double t, int n, double *value);
 
 /* Contact of a sphere on body a with a plane on body b; either may be in the plane (z = 0), where
  * the sphere is a circle. The sphere is pressed in by x = radius - distance of its centre from the

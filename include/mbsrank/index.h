@@ -43,7 +43,7 @@ typedef struct mbsr_index_report {
     int dynamic, damped, elastic, undetermined; /* how many directions of each kind */
     int index; /* differential index of the DAE: 0 (no algebraic direction), 1 (damped ones, or
                   closures), 2 (elastic ones too), or -1 with undetermined directions */
-    int held;  /* closures: further directions without mass, held by rigid rows */
+    int loop_supported;  /* further directions without mass, which rigid rows of closures support */
     double conditioning; /* smallest over largest singular value of d gamma / d zeta, scaled to unit
                             rows and columns, over the damped directions; 1 without any */
     int directions;      /* damped + elastic + undetermined */

@@ -13,7 +13,7 @@
  *   mbsr_stepper_create(model, data, &opt, &stepper, &error);
  *   mbsr_stepper_start(stepper, 0.0, q, u);
  *   for (;;) {
- *       torque = ...;                             (held over the step, see mbsr_held_force)
+ *       torque = ...;                             (held over the step, see mbsr_stored_force)
  *       if (mbsr_stepper_step(stepper)) ...     the state is as it was, mbsr_stepper_error says why
  *       mbsr_body_pose(model, data, body, ...);   data is at mbsr_stage_velocities of the new state
  *   }
@@ -92,7 +92,7 @@ MBSR_API int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q
 
 /* One step: by opt.h, to the start (or the last mbsr_stepper_to) and a multiple of it, so that
  * rounding of t does not add up; or to t_end (s). Functions of time are read in between, inputs
- * that the caller holds (mbsr_held_force) may be set before. A step that fails is halved, its
+ * that the caller holds (mbsr_stored_force) may be set before. A step that fails is halved, its
  * halves likewise. Afterwards data is at mbsr_stage_velocities of the state, whose quaternions have
  * length 1. The same state, inputs and options give the same bits.
  *

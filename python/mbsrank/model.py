@@ -594,7 +594,7 @@ class Direction:
 class IndexReport:
     """Which joint directions move no mass, and what determines them. index: differential index of
     the equations of motion (0, 1, 2; -1 with undetermined directions); dynamic, damped, elastic,
-    undetermined, held: how many there are of each kind; directions: those without mass;
+    undetermined, loop_supported: how many there are of each kind; directions: those without mass;
     conditioning; text: what to do about undetermined ones."""
 
     def __init__(self, model: Model, q: np.ndarray, u: np.ndarray, t: float = 0.0):

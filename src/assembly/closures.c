@@ -6,7 +6,7 @@
 #include "base/memory.h"
 #include "closures/coupling.h"
 #include "closures/springs.h"
-#include "model/held.h"
+#include "model/locked.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 
@@ -165,7 +165,7 @@ static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_
                                     .np = b->np,
                                     .n = b->n,
                                     .nq = b->nq,
-                                    .held = b->lock.given_at};
+                                    .locked_at = b->lock.given_at};
         if (named && c->body[k] > 0) body[k].n = entry[b->id].joint.n;
     }
 }
@@ -178,7 +178,7 @@ static int check_rows_of_table(mbsr_model *m, mbsri_closure *c, const char *labe
     char text[MBSR_TEXT_SIZE] = "";
     view_bodies(m, c, body);
     c->rows = c->def.rows;
-    c->position_rows = c->def.held;
+    c->position_rows = c->def.position_rows;
     int status = table->check ? table->check(&args, text) : MBSR_OK;
     if (!status && table->count) status = table->count(&args, &c->rows, &c->position_rows);
     if (status)

@@ -4,7 +4,7 @@
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "model/held.h"
+#include "model/locked.h"
 
 #include <string.h>
 

@@ -12,7 +12,7 @@
 #include "base/memory.h"
 #include "forces/drive.h"
 #include "joints/flexible.h"
-#include "model/held.h"
+#include "model/locked.h"
 #include "model/query.h"
 #include "recursion/flexible_factors.h"
 #include "recursion/rates.h"
@@ -141,7 +141,7 @@ static void number_body(mbsr_model *m, int i, int id, const mbsri_welds *w)
         b->inertia.matrix = (const double *)m->stored.matrices.data + entry->matrix;
     }
     if (entry->added > 0) b->mass.added = (const double *)m->stored.matrices.data + entry->added;
-    b->lock.given_at = mbsri_held_values(m, id);
+    b->lock.given_at = mbsri_locked_values(m, id);
     if (locks > 0) b->lock.at = (const double *)m->stored.matrices.data + entry->locked_at;
     if (joint->d > m->most.d) m->most.d = joint->d;
     if (b->n > m->most.n) m->most.n = b->n;
@@ -176,7 +176,7 @@ static int place_coordinates(mbsr_model *m, int N)
     return MBSR_OK;
 }
 
-/* That of the coordinates of body i that are not held. */
+/* That of the coordinates of body i that are not locked. */
 static void place_armature(mbsr_model *m, int i)
 {
     mbsri_body *b = m->body + i;
@@ -184,11 +184,11 @@ static void place_armature(mbsr_model *m, int i)
     const double *given = entry->armature > 0
                               ? (const double *)m->stored.matrices.data + entry->armature
                               : NULL,
-                 *held = mbsri_held_values(m, b->id);
+                 *locked_at = mbsri_locked_values(m, b->id);
     double *to = m->armature + b->iu;
     b->mass.armature = to;
     for (int k = 0; k < entry->joint.n; ++k) {
-        if (held && !isnan(held[k])) continue;
+        if (locked_at && !isnan(locked_at[k])) continue;
         *to++ = given ? given[k] : 0.0;
     }
 }
@@ -293,7 +293,7 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
                                       .np = b->np,
                                       .n = b->n,
                                       .nq = b->nq,
-                                      .held = b->lock.given_at};
+                                      .locked_at = b->lock.given_at};
         if (!named || b->id == MBSR_GROUND) continue;
         bodies[k].n = entry[b->id].joint.n;
         bodies[k].nq = entry[b->id].joint.nq;

@@ -4,7 +4,7 @@
 
 #include "base/error.h"
 #include "forces/coordinate_laws.h"
-#include "model/held.h"
+#include "model/locked.h"
 
 /* The first body a force element acts on, by index; 0 for none but the ground. */
 static int first_body(const mbsr_model *m, size_t id)

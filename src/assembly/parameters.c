@@ -83,7 +83,7 @@ static bool add_parameter(lister *l, mbsr_parameter_part part, int place, const 
     at += mbsri_print(at, size - (size_t)(at - first), ".%s", name);
     if (number > 0) at += mbsri_print(at, size - (size_t)(at - first), "[%d]", number);
     ((mbsri_parameter *)list->all.data)[list->all.count++] =
-        (mbsri_parameter){.told = {.unit = unit,
+        (mbsri_parameter){.info = {.unit = unit,
                                    .description = description,
                                    .owner = l->owner,
                                    .id = l->id,
@@ -111,7 +111,7 @@ static bool add_inertia(lister *l, const mbsri_body_entry *entry)
     for (int k = 0; k < 6 && rigid && good; ++k) {
         good = add_parameter(l, MBSR_PARAMETER_TENSOR, k, tensor[k], 0, "kg.m2",
                              "tensor about the centre of mass", i->tensor[k]);
-        if (good) ((mbsri_parameter *)l->list->all.data)[l->list->all.count - 1].told.index = k;
+        if (good) ((mbsri_parameter *)l->list->all.data)[l->list->all.count - 1].info.index = k;
     }
     if (flat && good)
         good = add_parameter(l, MBSR_PARAMETER_MOMENT, 0, "I", 0, "kg.m2",
@@ -366,7 +366,7 @@ int mbsr_parameter_get(const mbsr_parameters *list, int parameter, mbsr_paramete
     if (!list || !out) return MBSR_ERR_NULL;
     if (parameter < 0 || (size_t)parameter >= list->all.count) return MBSR_ERR_ID;
     const mbsri_parameter *p = (const mbsri_parameter *)list->all.data + parameter;
-    *out = p->told;
+    *out = p->info;
     out->name = (const char *)list->text.data + p->name;
     return MBSR_OK;
 }

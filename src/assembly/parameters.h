@@ -9,7 +9,7 @@
 
 /* One of the list; texts by their offsets in `text`. */
 typedef struct mbsri_parameter {
-    mbsr_parameter told; /* name is not used */
+    mbsr_parameter info; /* name is not used */
     size_t name;
     int place; /* in the array where it stands, such as param of its joint */
 } mbsri_parameter;

@@ -14,9 +14,9 @@
 
 double *mbsri_parameter_place(mbsr_model *m, const mbsri_parameter *p)
 {
-    mbsri_body_entry *body = (mbsri_body_entry *)m->entries.data + p->told.id;
+    mbsri_body_entry *body = (mbsri_body_entry *)m->entries.data + p->info.id;
     double *numbers = m->stored.matrices.data;
-    switch (p->told.part) {
+    switch (p->info.part) {
     case MBSR_PARAMETER_MASS: return &body->inertia.mass;
     case MBSR_PARAMETER_COM: return body->inertia.com + p->place;
     case MBSR_PARAMETER_TENSOR: return body->inertia.tensor + p->place;
@@ -25,11 +25,11 @@ double *mbsri_parameter_place(mbsr_model *m, const mbsri_parameter *p)
         return body->armature > 0 ? numbers + body->armature + p->place : NULL;
     case MBSR_PARAMETER_JOINT: return numbers + body->param + p->place;
     case MBSR_PARAMETER_LAW:
-        return ((mbsri_force *)m->forces.data)[p->told.id].def.param + p->place;
+        return ((mbsri_force *)m->forces.data)[p->info.id].def.param + p->place;
     case MBSR_PARAMETER_STIFFNESS:
-        return ((mbsri_closure *)m->closures.data)[p->told.id].def.stiffness + p->place;
+        return ((mbsri_closure *)m->closures.data)[p->info.id].def.stiffness + p->place;
     case MBSR_PARAMETER_DAMPING:
-        return ((mbsri_closure *)m->closures.data)[p->told.id].def.damping + p->place;
+        return ((mbsri_closure *)m->closures.data)[p->info.id].def.damping + p->place;
     case MBSR_PARAMETER_POINT:
     case MBSR_PARAMETER_TABLE_VALUE: break;
     }
@@ -49,16 +49,16 @@ static bool differs(double a, double b)
 /* Puts a number into the definition; what tables have is for put_tables. */
 static int put_value(mbsr_model *m, const mbsri_parameter *p, double value)
 {
-    mbsri_body_entry *body = (mbsri_body_entry *)m->entries.data + p->told.id;
+    mbsri_body_entry *body = (mbsri_body_entry *)m->entries.data + p->info.id;
     double *place = mbsri_parameter_place(m, p);
-    if (p->told.part == MBSR_PARAMETER_ARMATURE && !place && value != 0.0) {
+    if (p->info.part == MBSR_PARAMETER_ARMATURE && !place && value != 0.0) {
         const double none[MBSR_MAX_D] = {0.0};
-        const int status = mbsr_model_armature(m, p->told.id, body->joint.n, none);
+        const int status = mbsr_model_armature(m, p->info.id, body->joint.n, none);
         if (status) return status;
         place = mbsri_parameter_place(m, p);
     }
     if (!place) return MBSR_OK;
-    const bool digits = p->told.part == MBSR_PARAMETER_COM || p->told.part == MBSR_PARAMETER_TENSOR;
+    const bool digits = p->info.part == MBSR_PARAMETER_COM || p->info.part == MBSR_PARAMETER_TENSOR;
     if (digits && differs(*place, value)) body->inertia.exact = 0;
     *place = value;
     return MBSR_OK;
@@ -90,8 +90,8 @@ static int put_table(mbsr_model *m, const mbsr_parameters *list, int id, int cou
     memcpy(entry, def.value, entries * sizeof *entry);
     for (int k = 0; k < count; ++k) {
         const mbsri_parameter *p = parameter_of(list, which[k]);
-        if (p->told.owner != MBSR_PARAMETER_TABLE || p->told.id != id) continue;
-        (p->told.part == MBSR_PARAMETER_POINT ? x : entry)[p->place] = value[k];
+        if (p->info.owner != MBSR_PARAMETER_TABLE || p->info.id != id) continue;
+        (p->info.part == MBSR_PARAMETER_POINT ? x : entry)[p->place] = value[k];
     }
     def.x = x, def.value = entry;
     const int status = mbsri_table_replace(m, old, &def, &m->error);
@@ -108,18 +108,18 @@ static const char *text_at(const mbsr_model *m, size_t name)
 
 static int recheck_body(mbsr_model *m, const mbsri_parameter *p)
 {
-    mbsri_body_entry *entry = (mbsri_body_entry *)m->entries.data + p->told.id;
+    mbsri_body_entry *entry = (mbsri_body_entry *)m->entries.data + p->info.id;
     const double *numbers = m->stored.matrices.data;
-    const int n = entry->joint.n, d = entry->joint.d, id = p->told.id;
+    const int n = entry->joint.n, d = entry->joint.d, id = p->info.id;
     char label[MBSRI_LABEL];
     mbsri_label(label, "body", id, text_at(m, entry->name));
-    if (p->told.part == MBSR_PARAMETER_ARMATURE) {
+    if (p->info.part == MBSR_PARAMETER_ARMATURE) {
         double values[MBSR_MAX_D];
         if (entry->armature == 0) return MBSR_OK;
         memcpy(values, numbers + entry->armature, (size_t)n * sizeof *values);
         return mbsr_model_armature(m, id, n, values);
     }
-    if (p->told.part == MBSR_PARAMETER_JOINT) {
+    if (p->info.part == MBSR_PARAMETER_JOINT) {
         mbsr_joint joint = {MBSRI_JOINT_FIELDS(&entry->joint)};
         memcpy(joint.param, numbers + entry->param, (size_t)joint.params * sizeof *joint.param);
         memcpy(joint.option, entry->joint.option, sizeof joint.option);
@@ -160,10 +160,10 @@ static int recheck_closure(mbsr_model *m, int id)
 /* The owner of a parameter with all numbers that are given. */
 static int check_owner(mbsr_model *m, const mbsri_parameter *p)
 {
-    switch (p->told.owner) {
+    switch (p->info.owner) {
     case MBSR_PARAMETER_BODY: return recheck_body(m, p);
-    case MBSR_PARAMETER_FORCE: return recheck_force(m, p->told.id);
-    case MBSR_PARAMETER_CLOSURE: return recheck_closure(m, p->told.id);
+    case MBSR_PARAMETER_FORCE: return recheck_force(m, p->info.id);
+    case MBSR_PARAMETER_CLOSURE: return recheck_closure(m, p->info.id);
     case MBSR_PARAMETER_TABLE: break;
     }
     return MBSR_OK;
@@ -196,10 +196,10 @@ static int check_values(const mbsr_parameters *list, int count, const int *which
 /* Whether the table of parameter k has been made for an earlier one. */
 static bool table_is_made(const mbsr_parameters *list, const int *which, int k)
 {
-    const int id = parameter_of(list, which[k])->told.id;
+    const int id = parameter_of(list, which[k])->info.id;
     for (int l = 0; l < k; ++l) {
         const mbsri_parameter *p = parameter_of(list, which[l]);
-        if (p->told.owner == MBSR_PARAMETER_TABLE && p->told.id == id) return true;
+        if (p->info.owner == MBSR_PARAMETER_TABLE && p->info.id == id) return true;
     }
     return false;
 }
@@ -221,10 +221,10 @@ int mbsr_parameters_model(const mbsr_parameters *list, int count, const int *whi
     if (status) return status;
     for (int k = 0; k < count && !status; ++k) {
         const mbsri_parameter *p = parameter_of(list, which[k]);
-        if (p->told.owner != MBSR_PARAMETER_TABLE)
+        if (p->info.owner != MBSR_PARAMETER_TABLE)
             status = put_value(made, p, value[k]);
         else if (!table_is_made(list, which, k))
-            status = put_table(made, list, p->told.id, count, which, value);
+            status = put_table(made, list, p->info.id, count, which, value);
     }
     for (int k = 0; k < count && !status; ++k)
         status = check_owner(made, parameter_of(list, which[k]));

@@ -2,11 +2,11 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "assembly/welds.h"
 
-#include "assembly/held_joints.h"
+#include "assembly/locked_joints.h"
 #include "base/memory.h"
 #include "forces/gravity.h"
 #include "inertias/exact.h"
-#include "model/held.h"
+#include "model/locked.h"
 #include "sweeps/embed.h"
 #include "sweeps/tree.h"
 
@@ -47,16 +47,16 @@ static bool may_change(const mbsr_model *m, int id)
     return pred->joint.n == pred->locks;
 }
 
-/* Joints without the coordinates that are held; *param: room for those that may change. */
+/* Joints without the coordinates that are locked; *param: room for those that may change. */
 static void hold_joints(const mbsr_model *m, int N, double *param, mbsri_welds *w)
 {
     for (int id = 0; id < N; ++id) {
-        const double *held = mbsri_held_values(m, id);
+        const double *locked_at = mbsri_locked_values(m, id);
         const mbsri_joint given = joint_of(m, id);
         w->joint[id] = given;
-        w->left[id] = held && !mbsri_hold_joint(&given, held, param, w->joint + id);
+        w->left[id] = locked_at && !mbsri_lock_joint(&given, locked_at, param, w->joint + id);
         if (w->left[id]) w->joint[id] = given;
-        if (may_change(m, id)) param += MBSRI_HELD_PARAMS;
+        if (may_change(m, id)) param += MBSRI_LOCKED_PARAMS;
     }
 }
 
@@ -73,7 +73,7 @@ static void carry_joints(const mbsr_model *m, int N, double *param, mbsri_welds 
             joint->param = param;
             mbsri_carry_joint(joint, w->stand + parent, param);
         }
-        param += MBSRI_HELD_PARAMS;
+        param += MBSRI_LOCKED_PARAMS;
     }
 }
 
@@ -201,8 +201,8 @@ static bool weld_bodies(mbsr_model *m, int N, mbsri_welds *w)
     *w = (mbsri_welds){mbsri_allocate(&m->allocator, bodies * sizeof *w->joint),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->stand),
                        mbsri_allocate(&m->allocator, bodies * sizeof *w->left)};
-    m->stored.joint_param =
-        mbsri_allocate(&m->allocator, changed * MBSRI_HELD_PARAMS * sizeof *m->stored.joint_param);
+    m->stored.joint_param = mbsri_allocate(&m->allocator, changed * MBSRI_LOCKED_PARAMS *
+                                                              sizeof *m->stored.joint_param);
     m->stand = mbsri_allocate(&m->allocator, rigid * sizeof *m->stand);
     return w->joint && w->stand && w->left && m->stored.joint_param && m->stand;
 }

@@ -15,7 +15,7 @@
 typedef struct mbsri_welds {
     mbsri_joint *joint;
     mbsri_stand *stand; /* host: the body that it is welded to; itself: to none */
-    bool *left;         /* some coordinates of `joint` are still to be held */
+    bool *left;         /* some coordinates of `joint` are still to be locked */
 } mbsri_welds;
 
 /* first, next: children as in finish.c; order: ids in depth-first order, of which those welded are

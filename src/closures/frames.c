@@ -49,11 +49,12 @@ static bool has_turn(const mbsr_closure_args *args)
            args->body[1].space != MBSR_SPACE_POINT;
 }
 
-static int count(const mbsr_closure_args *args, int *rows, int *held)
+static int count(const mbsr_closure_args *args, int *rows, int *position_rows)
 {
     const bool flat = mbsri_flat(args);
     const int places = flat ? 2 : 3, turns = has_turn(args) ? flat ? 1 : 3 : 0;
-    *rows = *held = args->closure->option[0] == ROWS ? args->closure->option[1] : places + turns;
+    *rows = *position_rows =
+        args->closure->option[0] == ROWS ? args->closure->option[1] : places + turns;
     return MBSR_OK;
 }
 
@@ -377,9 +378,9 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
 static int drift(const mbsr_closure_args *args, double *gt)
 {
     double ignored[2][MBSR_CLOSURE_ROWS], sdot[MBSR_CLOSURE_ROWS];
-    int rows, held;
+    int rows, position_rows;
     const int status = mbsri_closure_motion(args, ignored[0], sdot, ignored[1]);
-    count(args, &rows, &held);
+    count(args, &rows, &position_rows);
     for (int k = 0; k < rows; ++k) gt[k] = -sdot[k];
     return status;
 }

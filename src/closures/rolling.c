@@ -43,9 +43,9 @@ static int slip_axis(const mbsr_closure_args *args)
     return fabs(R[2]) > 0.5 ? 1 : 0;
 }
 
-static int count(const mbsr_closure_args *args, int *rows, int *held)
+static int count(const mbsr_closure_args *args, int *rows, int *position_rows)
 {
-    *held = 1;
+    *position_rows = 1;
     *rows = mbsri_flat(args) ? 2 : 3;
     return MBSR_OK;
 }

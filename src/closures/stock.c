@@ -16,28 +16,28 @@ mbsr_closure_def mbsr_default_closure_def(void)
 }
 
 mbsr_closure_def mbsr_closure_custom(const mbsr_closure_table *table, int bodies, const int *body,
-                                     int rows, int held, void *user)
+                                     int rows, int position_rows, void *user)
 {
     mbsr_closure_def def = mbsr_default_closure_def();
     def.table = table;
     def.bodies = bodies;
     for (int k = 0; k < bodies && k < MBSR_CLOSURE_BODIES && body; ++k) def.body[k] = body[k];
     def.rows = rows;
-    def.held = held;
+    def.position_rows = position_rows;
     def.user = user;
     return def;
 }
 
-int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *held)
+int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *position_rows)
 {
     (void)args;
-    *rows = *held = 1;
+    *rows = *position_rows = 1;
     return MBSR_OK;
 }
 
-int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *held)
+int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *position_rows)
 {
-    *rows = *held = args->closure->option[0];
+    *rows = *position_rows = args->closure->option[0];
     return MBSR_OK;
 }
 

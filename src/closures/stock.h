@@ -44,8 +44,8 @@ bool mbsri_flat(const mbsr_closure_args *args);
 
 /* For tables: one position row; as many as option[0] says; rows whose derivatives do not move;
  * drifts and biases that are zero. */
-int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *held);
-int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *held);
+int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *position_rows);
+int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *position_rows);
 int mbsri_constant_rows(const mbsr_closure_args *args, const double *lambda,
                         const mbsr_closure_tangent *out);
 int mbsri_no_numbers(const mbsr_closure_args *args, double *out);

@@ -30,7 +30,7 @@ typedef struct visit {
 
 static const mbsr_force_body *touching_body(const visit *v, const mbsri_touch *t, bool of_a)
 {
-    return v->on[t->turned == of_a];
+    return v->on[t->exchanged == of_a];
 }
 
 static void push_touching(const mbsr_force_body *body, double sign, const double arm[3],
@@ -76,7 +76,7 @@ static int add_slopes(void *user, const mbsri_touch *t)
     const mbsr_force_body *a = touching_body(v, t, true), *b = touching_body(v, t, false);
     mbsri_touch here = *t;
     mbsri_action f;
-    here.turned = t->turned != v->swapped;
+    here.exchanged = t->exchanged != v->swapped;
     mbsri_act(&v->law, t, a, b, &f);
     mbsri_action_slopes(&v->law, &here, a, b, &f, v->out);
     return MBSR_OK;
@@ -261,7 +261,7 @@ const mbsr_force_table mbsri_contacts_table = {
 static int report(void *user, const mbsri_touch *t)
 {
     visit *v = user;
-    const double sign = t->turned ? -1.0 : 1.0;
+    const double sign = t->exchanged ? -1.0 : 1.0;
     mbsri_action f;
     if (v->count++ >= v->most) return MBSR_OK;
     mbsr_contact_point *to = v->point + v->count - 1;

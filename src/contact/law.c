@@ -127,7 +127,7 @@ double mbsri_action_heat(const mbsri_action *f)
 
 /* Changes of what the law reads, and of what it gives. */
 typedef struct change {
-    mbsri_moved moved;
+    mbsri_touch_change along;
     double xa[3], xb[3], v[3], w[3]; /* of the origins; of v and w */
     double force[3], moment[3];
 } change;
@@ -135,7 +135,7 @@ typedef struct change {
 static void slope_of_moment(const mbsr_contact_law *law, const mbsri_touch *t,
                             const mbsri_action *f, double dN, change *c)
 {
-    const double *dn = c->moved.n;
+    const double *dn = c->along.n;
     const double dwn = mbsri_dot3(dn, f->w) + mbsri_dot3(t->n, c->w);
     double dwt[3];
     for (int k = 0; k < 3; ++k) dwt[k] = c->w[k] - dwn * t->n[k] - f->wn * dn[k];
@@ -158,22 +158,22 @@ static void slope_of_moment(const mbsr_contact_law *law, const mbsri_touch *t,
 static void slope_of_share(const mbsr_contact_law *law, const mbsri_touch *t, change *c)
 {
     const double energy = full_energy(law, t),
-                 denergy = law->stiffness * pow(t->depth, law->exponent) * c->moved.depth;
+                 denergy = law->stiffness * pow(t->depth, law->exponent) * c->along.depth;
     double about[3], dabout[3];
     mbsri_cross3(t->ta, t->n, about);
-    mbsri_cross3(c->moved.axis, t->n, dabout);
-    mbsri_add_cross3(t->ta, c->moved.n, dabout);
-    mbsri_add3(-denergy * t->by_cosine - energy * t->curve * c->moved.cosine, about, c->moment);
+    mbsri_cross3(c->along.axis, t->n, dabout);
+    mbsri_add_cross3(t->ta, c->along.n, dabout);
+    mbsri_add3(-denergy * t->by_cosine - energy * t->curve * c->along.cosine, about, c->moment);
     mbsri_add3(-energy * t->by_cosine, dabout, c->moment);
 }
 
 static void slope_of_force(const mbsr_contact_law *law, const mbsri_touch *t, const mbsri_action *f,
                            change *c)
 {
-    const double *dn = c->moved.n;
+    const double *dn = c->along.n;
     const double drate = -mbsri_dot3(dn, f->v) - mbsri_dot3(t->n, c->v);
     const double dN =
-        f->normal * (law->exponent * c->moved.depth / t->depth + c->moved.weight / t->weight) +
+        f->normal * (law->exponent * c->along.depth / t->depth + c->along.weight / t->weight) +
         (f->normal > 0.0 ? f->elastic * law->damping * drate : 0.0);
     double dsliding[3];
     for (int k = 0; k < 3; ++k) {
@@ -204,11 +204,11 @@ static void move_pose(const mbsri_touch *t, const mbsr_force_body *a, const mbsr
     } else {
         v[r - 3] = (of_a ? c->xa : c->xb)[r - 3] = 1.0;
     }
-    mbsri_touch_moves(t, &by, &c->moved);
+    mbsri_touch_moves(t, &by, &c->along);
     double arm_a[3], arm_b[3], turned[3];
     for (int k = 0; k < 3; ++k) {
-        arm_a[k] = c->moved.p[k] - c->xa[k];
-        arm_b[k] = c->moved.p[k] - c->xb[k];
+        arm_a[k] = c->along.p[k] - c->xa[k];
+        arm_b[k] = c->along.p[k] - c->xb[k];
     }
     mbsri_add_cross3(body_twist(a), arm_a, c->v);
     mbsri_cross3(body_twist(b), arm_b, turned);
@@ -245,7 +245,7 @@ void mbsri_action_slopes(const mbsr_contact_law *law, const mbsri_touch *t,
                          const mbsr_force_body *a, const mbsr_force_body *b, const mbsri_action *f,
                          const mbsr_force_derivatives *out)
 {
-    const int ia = t->turned ? 1 : 0, ib = 1 - ia;
+    const int ia = t->exchanged ? 1 : 0, ib = 1 - ia;
     if (!(f->normal > 0.0) && t->by_cosine == 0.0) return;
     for (int l = 0; l < 24; ++l) {
         const bool of_a = l < 12;
@@ -259,8 +259,8 @@ void mbsri_action_slopes(const mbsr_contact_law *law, const mbsri_touch *t,
             move_rate(f, of_a, r - 6, &c);
         slope_of_force(law, t, f, &c);
         for (int k = 0; k < 3; ++k) {
-            darm_a[k] = c.moved.p[k] - c.xa[k];
-            darm_b[k] = c.moved.p[k] - c.xb[k];
+            darm_a[k] = c.along.p[k] - c.xa[k];
+            darm_b[k] = c.along.p[k] - c.xb[k];
         }
         double *column = out->matrix + (ptrdiff_t)(first + r) * out->rows;
         if (out->row[ia] >= 0) put(1.0, f->arm_a, darm_a, f, &c, column + out->row[ia]);

@@ -226,7 +226,7 @@ static void over_surface(const mbsri_touch *t, const mbsri_motion *by, const dou
     c->weight = t->by_distance * c->s + mbsri_dot3(t->by_place, q);
 }
 
-void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved *moved)
+void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_touch_change *moved)
 {
     change c = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0};
     double between[3];

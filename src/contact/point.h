@@ -28,11 +28,11 @@ typedef enum mbsri_features {
     MBSRI_ELLIPSOID_SURFACE
 } mbsri_features;
 
-/* One point. Where the features were found the other way round, a and b are exchanged (`turned`),
- * so that the names of the features fit. */
+/* One point. Where the features were found the other way round, a and b are exchanged
+ * (`exchanged`), so that the names of the features fit. */
 typedef struct mbsri_touch {
     mbsri_features features;
-    bool turned;
+    bool exchanged;
     double n[3];         /* unit, from b to a */
     double s;            /* n . (pa - pb) */
     double pa[3], pb[3]; /* of the cores */

@@ -59,7 +59,7 @@ static void inward(const mbsri_placed *p, const double x[3], double in_shape[3])
 static int give(const search *w, mbsri_touch *t)
 {
     t->depth = t->ra + t->rb + w->margin - t->s;
-    t->turned = w->turned;
+    t->exchanged = w->turned;
     return t->depth > 0.0 && t->weight > 0.0 ? w->touch(w->user, t) : 0;
 }
 

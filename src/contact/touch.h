@@ -26,13 +26,13 @@ typedef struct mbsri_motion {
     double wa[3], va[3], wb[3], vb[3];
 } mbsri_motion;
 
-typedef struct mbsri_moved {
+typedef struct mbsri_touch_change {
     double n[3], p[3]; /* changes of normal and point, p the middle of both surfaces, */
     double depth, weight;
     double axis[3], cosine; /* of ta and n . ta, where the weight depends on it */
-} mbsri_moved;
+} mbsri_touch_change;
 
-void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_moved *moved);
+void mbsri_touch_moves(const mbsri_touch *t, const mbsri_motion *by, mbsri_touch_change *moved);
 
 /* The middle of both surfaces. */
 void mbsri_touch_point(const mbsri_touch *t, double p[3]);

@@ -134,8 +134,8 @@ int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivati
 
 void mbsri_derivatives_forget(mbsr_derivatives *w)
 {
-    if (w->open) mbsri_fronts_close(&w->fronts);
-    w->open = w->redundant = false;
+    if (w->factored) mbsri_fronts_close(&w->fronts);
+    w->factored = w->redundant = false;
     w->at = MBSRI_LINEARISED_NOT;
     w->by_sweeps = false;
 }
@@ -278,7 +278,7 @@ static int factor_loops(mbsr_derivatives *w)
 {
     mbsri_fronts *s = &w->fronts;
     int status = mbsri_fronts_open(s, w->model, w->data, true, forward_name);
-    w->open = true;
+    w->factored = true;
     if (!status) status = mbsri_fronts_factor(s, NULL, forward_name);
     for (int k = 0; k < s->plan->steps && !status; ++k)
         w->redundant = w->redundant || (s->pivots[k] && s->pivots[k]->left > 0);

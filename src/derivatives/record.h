@@ -40,7 +40,7 @@ struct mbsr_derivatives {
     mbsri_residual residual;
     mbsri_linearised at;
     bool by_sweeps; /* of `rigid` */
-    bool open;      /* `fronts` have been factored */
+    bool factored;  /* `fronts` have been */
     bool redundant; /* and some rows depend on others */
     mbsri_fronts fronts;
     double *memory;

@@ -101,7 +101,7 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
                  count = r->elements ? nu : 0;
     r->own = mbsri_take_bytes(base, &used, loaded * sizeof *r->own);
-    r->seen = mbsri_take_bytes(base, &used, (loaded > 0 ? loaded : 1) * sizeof *r->seen);
+    r->motion = mbsri_take_bytes(base, &used, (loaded > 0 ? loaded : 1) * sizeof *r->motion);
     r->load = mbsri_take_bytes(base, &used, 8 * loaded * sizeof *r->load);
     if (loaded == 0) r->load = NULL;
     r->G = mbsri_take_bytes(base, &used, r->elements ? rates_size(m) * sizeof *r->G : 0);

@@ -100,9 +100,9 @@ static void move_seen(const mbsri_rigid *r, int i, const double *dq, const doubl
 {
     const mbsri_rigid_body *b = r->body + i;
     const mbsri_rigid_seeds *s = r->seeds;
-    const double *pred = r->seen[b->parent], *v_pred = r->own[b->parent].v;
-    double *to = r->seen[i];
-    memcpy(to, pred, sizeof r->seen[i]);
+    const double *pred = r->motion[b->parent], *v_pred = r->own[b->parent].v;
+    double *to = r->motion[i];
+    memcpy(to, pred, sizeof r->motion[i]);
     mbsri_add_cross3(pred, b->r, to + 3);
     mbsri_add_cross3(pred + 6, b->r, to + 9);
     for (int k = 0; k < b->n; ++k) {
@@ -119,10 +119,10 @@ static void move_seen(const mbsri_rigid *r, int i, const double *dq, const doubl
     }
     if (!s || !s->active || s->frame[i] < 0) return;
     const mbsri_rigid_frame *frame = s->sum + s->frame[i];
-    mbsri_add3(1.0, frame->seen[0], to);
-    mbsri_add3(1.0, frame->seen[1], to + 3);
+    mbsri_add3(1.0, frame->motion[0], to);
+    mbsri_add3(1.0, frame->motion[1], to + 3);
     mbsri_add3(1.0, frame->x[0], to + 6);
-    mbsri_add3(1.0, frame->seen[2], to + 9);
+    mbsri_add3(1.0, frame->motion[2], to + 9);
 }
 
 /* Pose and V of body i as elements see them. */
@@ -131,7 +131,7 @@ static void show_seen(const mbsr_derivatives *w, int i)
     const mbsri_rigid *r = w->rigid;
     const mbsri_body *b = w->model->body + i;
     const mbsri_rigid_own *own = r->own + i;
-    const double *x = r->seen[i], *omega = r->body[i].omega;
+    const double *x = r->motion[i], *omega = r->body[i].omega;
     double pose[6], V[6], *to = w->motion + w->linear->motion[i];
     memcpy(pose, x, sizeof pose);
     memcpy(V, x + 6, sizeof V);
@@ -148,7 +148,7 @@ static void take_load(const mbsr_derivatives *w, int i)
     const mbsri_rigid *r = w->rigid;
     const mbsri_body *b = w->model->body + i;
     const mbsri_rigid_own *own = r->own + i;
-    const double *x = r->seen[i];
+    const double *x = r->motion[i];
     double f[6], turned[3], *load = r->load + 8 * i;
     mbsri_lift(b->d, w->mu + b->v, f);
     for (int half = 0; half < 6; half += 3) {
@@ -166,7 +166,7 @@ void mbsri_rigid_elements_along(mbsr_derivatives *w, const double *dq, const dou
     mbsri_rigid *r = w->rigid;
     const mbsri_sweeps *tree = r->tree;
     turn_rates(w, false, dq, w->dq);
-    memset(r->seen[0], 0, sizeof r->seen[0]); /* the way back adds to what the root sees */
+    memset(r->motion[0], 0, sizeof r->motion[0]); /* the way back adds to what the root sees */
     for (int i = 1; i <= tree->bodies && tree->body_forces; ++i) {
         move_seen(r, i, dq, du);
         if (!(tree->body[i].flags & MBSRI_LOADED)) continue;
@@ -190,7 +190,7 @@ static void weigh_load(const mbsr_derivatives *w, int i)
     double by[6] = {-Y[0], -Y[1], -Y[2], -Y[4], -Y[5], -Y[6]};
     mbsri_add_cross3(by, r->own[i].arm, by + 3);
     mbsri_lower(b->d, by, w->mu + b->v);
-    double *x = r->seen[i]; /* of theta: by . (-theta x f) */
+    double *x = r->motion[i]; /* of theta: by . (-theta x f) */
     mbsri_add_cross3(by, r->own[i].f, x);
     mbsri_add_cross3(by + 3, r->own[i].f + 3, x);
     mbsri_zero((size_t)(w->linear->e[i] + b->d), w->motion + w->linear->motion[i]);
@@ -203,7 +203,7 @@ static void take_gradient(const mbsr_derivatives *w, int i)
     const mbsri_body *b = w->model->body + i;
     const mbsri_rigid_own *own = r->own + i;
     const double *from = w->motion + w->linear->motion[i];
-    double pose[6], V[6], *x = r->seen[i];
+    double pose[6], V[6], *x = r->motion[i];
     mbsri_lift(b->d, from, pose);
     mbsri_lift(b->d, from + w->linear->e[i], V);
     for (int k = 0; k < 6; ++k) {
@@ -219,13 +219,13 @@ static void take_gradient(const mbsr_derivatives *w, int i)
 static void unmove_seen(const mbsri_rigid *r, int i)
 {
     const mbsri_rigid_body *b = r->body + i;
-    const double *x = r->seen[i], *v_pred = r->own[b->parent].v;
-    double *pred = r->seen[b->parent];
+    const double *x = r->motion[i], *v_pred = r->own[b->parent].v;
+    double *pred = r->motion[b->parent];
     if (r->seeds && r->seeds->frame[i] >= 0) {
         mbsri_rigid_frame *frame = r->seeds->by + r->seeds->frame[i];
-        memcpy(frame->seen[0], x, 3 * sizeof *x);
-        memcpy(frame->seen[1], x + 3, 3 * sizeof *x);
-        memcpy(frame->seen[2], x + 9, 3 * sizeof *x);
+        memcpy(frame->motion[0], x, 3 * sizeof *x);
+        memcpy(frame->motion[1], x + 3, 3 * sizeof *x);
+        memcpy(frame->motion[2], x + 9, 3 * sizeof *x);
     }
     for (int k = 0; k < b->n; ++k) {
         const mbsri_rigid_column *c = r->column + b->first + k;
@@ -250,7 +250,7 @@ void mbsri_rigid_elements_back(mbsr_derivatives *w, const double *by)
     mbsri_rigid *r = w->rigid;
     const mbsri_sweeps *tree = r->tree;
     const int bodies = tree->body_forces ? tree->bodies : 0;
-    memset(r->seen, 0, ((size_t)bodies + 1) * sizeof *r->seen);
+    memset(r->motion, 0, ((size_t)bodies + 1) * sizeof *r->motion);
     for (int i = 1; i <= bodies; ++i) {
         if (tree->body[i].flags & MBSRI_LOADED) weigh_load(w, i);
     }

@@ -68,7 +68,7 @@ MBSRI_CHECK_LAYOUT(mbsri_rigid_composite);
 /* What the frame of a joint changes of the body: omega, alpha, a; C before and behind the joint's
  * axes; what elements see: turn, displacement of the point, its velocity. Or gradients by them. */
 typedef struct mbsri_rigid_frame {
-    double x[3][4], C[2][8], seen[3][4];
+    double x[3][4], C[2][8], motion[3][4];
 } mbsri_rigid_frame;
 MBSRI_CHECK_LAYOUT(mbsri_rigid_frame);
 
@@ -150,7 +150,7 @@ struct mbsri_rigid {
     /* with other elements than gravity and those on one coordinate */
     bool elements;
     mbsri_rigid_own *own;     /* bodies + 1, of those with loads */
-    double (*seen)[12];       /* bodies + 1 */
+    double (*motion)[12];     /* bodies + 1 */
     double *load;             /* 8 a body: changes of loads, about its point; NULL: none */
     double *G;                /* of joints with q' = G u, by columns */
     double *by_q, *by_u;      /* nu: gradients by elements */

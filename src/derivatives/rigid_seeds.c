@@ -20,7 +20,7 @@ enum { FRAME = sizeof(mbsri_rigid_frame) / sizeof(double) };
 
 static bool reaches_weld(const mbsri_seeded *p, const mbsr_model *m)
 {
-    const mbsr_parameter_owner owner = p->parameter.told.owner;
+    const mbsr_parameter_owner owner = p->parameter.info.owner;
     if (owner == MBSR_PARAMETER_BODY) return p->index > m->live;
     if (owner != MBSR_PARAMETER_FORCE || p->index < 0) return false;
     const mbsri_force *force = mbsri_force_at(m, (size_t)p->index);
@@ -105,19 +105,19 @@ static void see_frame(const mbsri_sweep_state *s, const double arm[3], const dou
 {
     const double *theta = x, *omega = s->omega, *alpha = s->A_w;
     double swing[3], turn[3], still[3];
-    memcpy(to->seen[0], theta, 3 * sizeof *theta);
-    memcpy(to->seen[1], x + 3, 3 * sizeof *x);
+    memcpy(to->motion[0], theta, 3 * sizeof *theta);
+    memcpy(to->motion[1], x + 3, 3 * sizeof *x);
     memcpy(to->x[0], x + 6, 3 * sizeof *x);
-    memcpy(to->seen[2], x + 9, 3 * sizeof *x);
+    memcpy(to->motion[2], x + 9, 3 * sizeof *x);
     memcpy(to->x[1], x + 12, 3 * sizeof *x);
     memcpy(to->x[2], x + 15, 3 * sizeof *x);
-    less_cross(theta, arm, to->seen[1]);
+    less_cross(theta, arm, to->motion[1]);
     less_cross(theta, omega, to->x[0]);
     less_cross(theta, alpha, to->x[1]);
-    less_cross(theta, v, to->seen[2]);
+    less_cross(theta, v, to->motion[2]);
     less_cross(theta, a, to->x[2]);
     /* v - omega x arm, a - alpha x arm - omega x (omega x arm), arm fixed in the body */
-    less_cross(to->x[0], arm, to->seen[2]);
+    less_cross(to->x[0], arm, to->motion[2]);
     less_cross(to->x[1], arm, to->x[2]);
     mbsri_cross3(omega, arm, swing);
     mbsri_cross3(to->x[0], arm, turn);
@@ -187,7 +187,7 @@ int mbsri_rigid_seeds_find(mbsr_derivatives *w, double t, const double *q, const
     for (int k = 0; k < s->count && !status; ++k) {
         const mbsri_seeded *p = s->of + k;
         if (p->first == p->last) continue;
-        if (p->parameter.told.part != MBSR_PARAMETER_JOINT) {
+        if (p->parameter.info.part != MBSR_PARAMETER_JOINT) {
             status = mbsri_seed_values(s, p, w->linear, d);
             continue;
         }

@@ -72,7 +72,7 @@ static int sample_element(const mbsri_seeds *s, const mbsr_model *m, mbsr_data *
 /* The size of changes of a law's parameter. */
 static double span_of_law(const mbsr_model *m, const mbsri_parameter *p, double value)
 {
-    const bool way = strcmp(p->told.unit, "m") == 0;
+    const bool way = strcmp(p->info.unit, "m") == 0;
     return value != 0.0 ? fabs(value) : way && m->typical.length > 0.0 ? m->typical.length : 1.0;
 }
 
@@ -190,7 +190,7 @@ static double size_of_inertia(const mbsr_model *m, const mbsr_inertia *inertia,
 
 static double *number_of_inertia(mbsr_inertia *inertia, const mbsri_parameter *p)
 {
-    switch (p->told.part) {
+    switch (p->info.part) {
     case MBSR_PARAMETER_MASS: return &inertia->mass;
     case MBSR_PARAMETER_COM: return inertia->com + p->place;
     case MBSR_PARAMETER_TENSOR: return inertia->tensor + p->place;
@@ -233,7 +233,7 @@ static int inertia_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_mode
 {
     mbsri_body like = m->body[p->index];
     double *x = number_of_inertia(&like.inertia, &p->parameter);
-    const double at = *x, h = size_of_inertia(m, &like.inertia, p->parameter.told.part);
+    const double at = *x, h = size_of_inertia(m, &like.inertia, p->parameter.info.part);
     double *value = s->value + s->seed[p->first].value;
     int status = MBSR_OK;
     like.inertia.exact = 0;
@@ -346,7 +346,7 @@ static void move_riding(const shift *by, const riding *j, double dr[3], double x
 static int find_frame_shift(const mbsri_seeded *p, const mbsr_model *m, mbsr_data *d, shift *by)
 {
     const mbsri_body_entry *entry =
-        (const mbsri_body_entry *)m->entries.data + p->parameter.told.id;
+        (const mbsri_body_entry *)m->entries.data + p->parameter.info.id;
     const double *param = (const double *)m->stored.matrices.data + entry->param;
     int free, place = p->parameter.place;
     const bool flat = mbsri_planar_coordinates(entry->joint.table, entry->joint.option, &free);
@@ -493,7 +493,7 @@ static void rows_of_spring(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_cl
     const double k = c->def.stiffness[place], rate = s->loops_rate[row];
     size_t seed = p->first;
     double *lambda = next_value(s, &seed);
-    if (p->parameter.told.part == MBSR_PARAMETER_DAMPING) {
+    if (p->parameter.info.part == MBSR_PARAMETER_DAMPING) {
         *lambda = -rate / k;
         return;
     }
@@ -512,7 +512,7 @@ static int spring_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_model
     int status = MBSR_OK;
     if (s->use == MBSRI_SEED_RESIDUAL) {
         rows_of_spring(s, p, c, d);
-    } else if (p->parameter.told.part == MBSR_PARAMETER_STIFFNESS) {
+    } else if (p->parameter.info.part == MBSR_PARAMETER_STIFFNESS) {
         status = mbsri_closure_gaps(m, d, rate);
         *value = -rate[c->position_row + row];
     } else {
@@ -538,7 +538,7 @@ int mbsri_seed_values(mbsri_seeds *s, const mbsri_seeded *p, const mbsri_linear 
     double *value = s->value + s->seed[p->first].value;
     for (size_t j = p->first; j < p->last; ++j)
         mbsri_zero((size_t)s->seed[j].count, s->value + s->seed[j].value);
-    switch (p->parameter.told.part) {
+    switch (p->parameter.info.part) {
     case MBSR_PARAMETER_MASS:
     case MBSR_PARAMETER_COM:
     case MBSR_PARAMETER_TENSOR:

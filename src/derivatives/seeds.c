@@ -74,7 +74,7 @@ static void add_spring_seeds(mbsri_seeds *s, const mbsri_seeded *p, const mbsr_m
 {
     const mbsri_closure *c = mbsri_closure_at(m, (size_t)p->index);
     add_seed(s, MBSRI_SEED_SPRING, (size_t)(c->row + place), 1);
-    if (s->use != MBSRI_SEED_RESIDUAL || p->parameter.told.part != MBSR_PARAMETER_STIFFNESS) return;
+    if (s->use != MBSRI_SEED_RESIDUAL || p->parameter.info.part != MBSR_PARAMETER_STIFFNESS) return;
     add_seed(s, MBSRI_SEED_ROW, (size_t)(c->row + place), 1);
     if (place < c->position_rows)
         add_seed(s, MBSRI_SEED_ROW, (size_t)(m->rows + c->position_row + place), 1);
@@ -88,7 +88,7 @@ static void lay_out_seeds(mbsri_seeds *s, const mbsri_linear *l)
         mbsri_seeded *p = s->of + k;
         const int place = p->parameter.place;
         p->first = s->seeds;
-        switch (p->parameter.told.part) {
+        switch (p->parameter.info.part) {
         case MBSR_PARAMETER_MASS:
         case MBSR_PARAMETER_COM:
         case MBSR_PARAMETER_TENSOR:
@@ -162,7 +162,7 @@ static int choose_parameter(mbsri_seeded *p, const mbsr_model *m, const mbsr_par
                             int which, const char *function, mbsr_error *error)
 {
     p->parameter = ((const mbsri_parameter *)list->all.data)[which];
-    const mbsr_parameter *told = &p->parameter.told;
+    const mbsr_parameter *told = &p->parameter.info;
     if (told->owner == MBSR_PARAMETER_TABLE)
         return refuse_parameter(list, which, function, "there are no derivatives in tables", error);
     if (told->owner == MBSR_PARAMETER_BODY) {

@@ -73,9 +73,9 @@ static double factor_of(const mbsr_force_args *args, int k)
 static int place_left(const mbsr_force_body *b, int coordinate)
 {
     int place = 0;
-    if (!b->held) return coordinate;
-    if (!isnan(b->held[coordinate])) return -1;
-    for (int k = 0; k < coordinate; ++k) place += isnan(b->held[k]);
+    if (!b->locked_at) return coordinate;
+    if (!isnan(b->locked_at[coordinate])) return -1;
+    for (int k = 0; k < coordinate; ++k) place += isnan(b->locked_at[k]);
     return place;
 }
 
@@ -95,7 +95,7 @@ static double tendon_length(const mbsr_force_args *args)
     for (int k = 0; k < args->bodies; ++k) {
         const int at = place_of_term(args, k);
         const mbsr_force_body *b = args->body + k;
-        l += factor_of(args, k) * (at < 0 ? b->held[coordinate_of(args, k)] : b->q[at]);
+        l += factor_of(args, k) * (at < 0 ? b->locked_at[coordinate_of(args, k)] : b->q[at]);
     }
     return l;
 }

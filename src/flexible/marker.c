@@ -61,8 +61,8 @@ void mbsri_flex_see(const mbsr_flex *flex, int marker, const double R[9], const 
     if (!view->rests) mbsri_shapes(flex, s, all);
     marker_fields(view, all, view->psi, view->rho);
     mbsri_add3(1.0, m->frame.x, view->rho);
-    view->turned = mbsri_rotation_vector_of(view->psi);
-    mbsri_tangent3(&view->turned, T);
+    view->rotation = mbsri_rotation_vector_of(view->psi);
+    mbsri_tangent3(&view->rotation, T);
     mbsri_rotate3(R, view->rho, view->at.a);
     mbsri_multiply3(R, T, view->at.G);
     mbsri_copy(9, R, view->at.L);
@@ -79,7 +79,7 @@ static void derive(const mbsri_flex_view *view, const double w[3], const double 
     if (view->rests)
         mbsri_zero(9, dT);
     else
-        mbsri_tangent3_along(&view->turned, dpsi, dT);
+        mbsri_tangent3_along(&view->rotation, dpsi, dT);
     mbsri_multiply3(view->R, dT, out->G);
     add_cross_matrix(w, view->at.G, out->G);
     mbsri_zero(9, out->L);
@@ -132,9 +132,9 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
 
     mbsri_zero(9, out->G);
     if (!view->rests) {
-        mbsri_tangent3_along(&view->turned, view->psid, T_rate);
-        mbsri_tangent3_twice(&view->turned, view->psid, view->dpsi, twice);
-        mbsri_tangent3_along(&view->turned, dpsid, along);
+        mbsri_tangent3_along(&view->rotation, view->psid, T_rate);
+        mbsri_tangent3_twice(&view->rotation, view->psid, view->dpsi, twice);
+        mbsri_tangent3_along(&view->rotation, dpsid, along);
         for (int k = 0; k < 9; ++k) twice[k] += along[k];
         mbsri_multiply3(view->R, T_rate, RT);
         mbsri_multiply3(view->R, twice, out->G);
@@ -163,7 +163,7 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
 void mbsri_flex_axes(const mbsri_flex_view *view, double E[9])
 {
     double turn[9];
-    mbsri_exp3(&view->turned, turn);
+    mbsri_exp3(&view->rotation, turn);
     mbsri_multiply3(turn, view->marker->frame.R, E);
 }
 

@@ -25,7 +25,7 @@ typedef struct mbsri_flex_view {
     bool rests; /* psi is 0, and rho constant */
     const double *s, *sdot, *ds, *dsdot;
     double R[9], rho[3], psi[3];
-    mbsri_rotation_vector turned; /* by psi */
+    mbsri_rotation_vector rotation; /* by psi */
     mbsri_flex_arm at;
     double omega[3], psid[3], u[3];  /* psi', (Phi s + ..)' */
     double psi_second[3], second[3]; /* chi s'^T Y s', of rotation and displacement */

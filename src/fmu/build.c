@@ -38,7 +38,7 @@ static mbsr_motion_fn motion_of(const mbsri_link *link)
 
 static mbsr_force_fn force_of_plan(const mbsri_link *link)
 {
-    return link->function == 1 ? mbsr_table_force : link->function == 2 ? mbsr_held_force : NULL;
+    return link->function == 1 ? mbsr_table_force : link->function == 2 ? mbsr_stored_force : NULL;
 }
 
 /* Of a failure of the model. */

@@ -7,11 +7,11 @@
 /* Where the coordinate of a stop stands in q; -1: it is locked. */
 static int index_of_stop(const mbsri_instance *in, const mbsr_force_def *stop)
 {
-    const double *held = in->plan.body[stop->body[0]].locked_at;
+    const double *locked_at = in->plan.body[stop->body[0]].locked_at;
     int at, left = 0;
     mbsr_body_coordinates(in->built.model, stop->body[0], &at, NULL, NULL, NULL);
-    if (held && !isnan(held[stop->option[0]])) return -1;
-    for (int k = 0; k < stop->option[0]; ++k) left += !held || isnan(held[k]);
+    if (locked_at && !isnan(locked_at[stop->option[0]])) return -1;
+    for (int k = 0; k < stop->option[0]; ++k) left += !locked_at || isnan(locked_at[k]);
     return at + left;
 }
 

@@ -130,7 +130,7 @@ static void pass_closure(mbsri_stream *s, mbsri_plan_closure *c)
     if (!s->writing) c->def.table = mbsri_fmu_closure_table(table);
     mbsri_pass_text(s, &c->def.name);
     mbsri_pass_int(s, &c->def.rows);
-    mbsri_pass_int(s, &c->def.held);
+    mbsri_pass_int(s, &c->def.position_rows);
     mbsri_pass_int(s, &c->def.bodies);
     pass_some_ints(s, MBSR_CLOSURE_BODIES, c->def.body);
     mbsri_pass_numbers(s, MBSR_CLOSURE_PARAMS, c->def.param);

@@ -61,21 +61,21 @@ static int link_flex(taker *t, const mbsr_flex *flex, int *index)
 }
 
 /* `count` numbers that the caller holds. */
-static int link_input(taker *t, const double *held, int count, const mbsri_plan_input *as,
+static int link_input(taker *t, const double *stored, int count, const mbsri_plan_input *as,
                       mbsri_link *link)
 {
     mbsri_plan_input *all = t->inputs.items;
     link->kind = MBSRI_LINK_INPUT;
     for (link->index = 0; link->index < t->inputs.count; ++link->index)
-        if (all[link->index].from == held) return MBSR_OK;
+        if (all[link->index].from == stored) return MBSR_OK;
     for (int k = 0; k < count; ++k) {
         mbsri_plan_input *made = mbsri_list_add(&t->plan->arena, &t->inputs, sizeof *made);
         if (!made) return no_memory_for_plan(t);
         *made = *as;
         made->name = mbsri_name(&t->plan->arena, "inputs", as->name, "", count > 1 ? k + 1 : 0);
         if (!made->name) return no_memory_for_plan(t);
-        made->start = held[k];
-        made->from = held + k;
+        made->start = stored[k];
+        made->from = stored + k;
     }
     return MBSR_OK;
 }
@@ -87,22 +87,22 @@ static int link_motion(taker *t, mbsr_motion_fn motion, void *user, const char *
     static const char *const parts[] = {"s", "v", "a"};
     *link = (mbsri_link){.function = motion == mbsr_table_motion ? 1 : 2};
     if (motion == mbsr_table_motion) return link_table(t, user, link);
-    const mbsr_fmu_motion *held = user;
+    const mbsr_fmu_motion *stored = user;
     mbsri_plan_motion *all = t->motions.items;
     link->kind = MBSRI_LINK_MOTION;
     for (link->index = 0; link->index < t->motions.count; ++link->index)
-        if (all[link->index].from == held) return MBSR_OK;
+        if (all[link->index].from == stored) return MBSR_OK;
     mbsri_plan_motion *made = mbsri_list_add(&t->plan->arena, &t->motions, sizeof *made);
     if (!made) return no_memory_for_plan(t);
-    *made = (mbsri_plan_motion){t->inputs.count, held->count, held};
-    for (int k = 0; k < 3 * held->count; ++k) {
+    *made = (mbsri_plan_motion){t->inputs.count, stored->count, stored};
+    for (int k = 0; k < 3 * stored->count; ++k) {
         mbsri_plan_input *input = mbsri_list_add(&t->plan->arena, &t->inputs, sizeof *input);
         if (!input) return no_memory_for_plan(t);
         *input =
             (mbsri_plan_input){.name = mbsri_name(&t->plan->arena, "motions", name, parts[k % 3],
-                                                  held->count > 1 ? k / 3 + 1 : 0),
+                                                  stored->count > 1 ? k / 3 + 1 : 0),
                                .unit = "",
-                               .start = held->value[k],
+                               .start = stored->value[k],
                                .range = {-INFINITY, INFINITY}};
         if (!input->name) return no_memory_for_plan(t);
     }
@@ -111,9 +111,9 @@ static int link_motion(taker *t, mbsr_motion_fn motion, void *user, const char *
 
 static bool is_held(mbsr_motion_fn motion, const void *user)
 {
-    const mbsr_fmu_motion *held = user;
-    return motion == mbsr_fmu_held_motion && held && held->count >= 1 &&
-           held->count <= MBSR_FMU_MOTION_MOST;
+    const mbsr_fmu_motion *stored = user;
+    return motion == mbsr_fmu_stored_motion && stored && stored->count >= 1 &&
+           stored->count <= MBSR_FMU_MOTION_MOST;
 }
 
 /* ---- bodies ---- */
@@ -144,7 +144,7 @@ static int take_body(taker *t, int id, mbsri_plan_body *b)
     if (j->motion && j->motion != mbsr_table_motion && !is_held(j->motion, j->user))
         return refuse_part(t, "body", name, id,
                            "its joint follows a function of your own; mbsr_table_motion and "
-                           "mbsr_fmu_held_motion can be taken along");
+                           "mbsr_fmu_stored_motion can be taken along");
     if (b->def.inertia.kind == MBSR_INERTIA_FUNCTION)
         return refuse_part(t, "body", name, id, "its inertia is a function of your own");
     b->flex = -1;
@@ -205,7 +205,7 @@ static int link_force(taker *t, int id, mbsri_plan_force *f)
         f->link.function = 1;
         return link_table(t, def->user, &f->link);
     }
-    if (def->function == mbsr_held_force) {
+    if (def->function == mbsr_stored_force) {
         f->link.function = 2;
         return link_input(t, def->user, numbers_of(t, def), &as, &f->link);
     }
@@ -229,10 +229,10 @@ static int take_force(taker *t, int id, mbsri_plan_force *f)
         return refuse_part(t, "force", def->name, id, "it is of a table of functions of your own");
     if (def->spring)
         return refuse_part(t, "force", def->name, id, "its law is a function of your own");
-    if (def->function && def->function != mbsr_table_force && def->function != mbsr_held_force)
+    if (def->function && def->function != mbsr_table_force && def->function != mbsr_stored_force)
         return refuse_part(
             t, "force", def->name, id,
-            "it is a function of your own; mbsr_table_force and mbsr_held_force can be "
+            "it is a function of your own; mbsr_table_force and mbsr_stored_force can be "
             "taken along");
     return link_force(t, id, f);
 }
@@ -261,7 +261,7 @@ static int take_closure(taker *t, int id, mbsri_plan_closure *c)
     if (def->motion != mbsr_table_motion && !is_held(def->motion, def->user))
         return refuse_part(t, "closure", def->name, id,
                            "it follows a function of your own; mbsr_table_motion and "
-                           "mbsr_fmu_held_motion can be taken along");
+                           "mbsr_fmu_stored_motion can be taken along");
     return link_motion(t, def->motion, def->user,
                        mbsri_fmu_label(&t->plan->arena, "closure", def->name, id), &c->link);
 }

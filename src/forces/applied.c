@@ -79,8 +79,8 @@ static int wrench_derivatives(const mbsr_force_args *args, const mbsr_force_deri
 
 static int check_function(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
 {
-    if (def->function == mbsr_held_force && !def->user)
-        return mbsri_refuse(text, MBSR_ERR_NULL, "user is NULL, must be the numbers held");
+    if (def->function == mbsr_stored_force && !def->user)
+        return mbsri_refuse(text, MBSR_ERR_NULL, "user is NULL, must be the numbers stored");
     return def->function ? MBSR_OK : mbsri_refuse(text, MBSR_ERR_NULL, "function is NULL");
 }
 
@@ -188,10 +188,10 @@ mbsr_force_def mbsr_force_wrench(int body, const double point[3], int body_axes,
     return def;
 }
 
-int mbsr_held_force(void *held, double t, int n, double *value)
+int mbsr_stored_force(void *stored, double t, int n, double *value)
 {
     (void)t;
-    if (!held || !value) return MBSR_ERR_NULL;
-    for (int k = 0; k < n; ++k) value[k] = ((const double *)held)[k];
+    if (!stored || !value) return MBSR_ERR_NULL;
+    for (int k = 0; k < n; ++k) value[k] = ((const double *)stored)[k];
     return MBSR_OK;
 }

@@ -218,9 +218,9 @@ mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torq
 
 /* ---- through a gear: e = q_a - ratio q_b - rest; x what of it is beyond the backlash,
  * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T. A coordinate that is locked is -1, and
- * its part of e is in HELD. ---- */
+ * its part of e is in LOCKED. ---- */
 
-enum { RATIO, STIFFNESS, DAMPING, REST, BACKLASH, HELD };
+enum { RATIO, STIFFNESS, DAMPING, REST, BACKLASH, LOCKED };
 
 static double of(const double *x, int coordinate)
 {
@@ -233,7 +233,7 @@ static double mesh(const mbsr_force_args *args, double *sign, double *rate)
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const double *param = args->force->param;
     const int i = args->force->option[0], j = args->force->option[1];
-    const double e = of(a->q, i) - param[RATIO] * of(b->q, j) + param[HELD] - param[REST];
+    const double e = of(a->q, i) - param[RATIO] * of(b->q, j) + param[LOCKED] - param[REST];
     *sign = e < 0.0 ? -1.0 : 1.0;
     *rate = a->u && b->u ? *sign * (of(a->u, i) - param[RATIO] * of(b->u, j)) : 0.0;
     return fmax(0.0, fabs(e) - 0.5 * param[BACKLASH]);
@@ -370,12 +370,12 @@ mbsr_force_def mbsr_force_gear(int a, int coordinate_a, int b, int coordinate_b,
 void mbsri_gear_hold(mbsr_force_def *def, int k, double value)
 {
     def->option[k] = -1;
-    def->param[HELD] += (k ? -def->param[RATIO] : 1.0) * value;
+    def->param[LOCKED] += (k ? -def->param[RATIO] : 1.0) * value;
 }
 
 void mbsri_gear_release(mbsr_force_def *def)
 {
-    if (def->table == &gear_table) def->param[HELD] = 0.0;
+    if (def->table == &gear_table) def->param[LOCKED] = 0.0;
 }
 
 int mbsri_force_coordinates(const mbsr_force_def *def)

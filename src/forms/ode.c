@@ -53,7 +53,7 @@ struct mbsr_ode {
     double *matrix, *error;
     double *work;                      /* 6 largest */
     double *slopes, *sizes;            /* k x DECADES: of one column, and of the forces */
-    double *gamma, *moved, *step;      /* k */
+    double *gamma, *displaced, *step;  /* k */
     double *x, *u, *trial, *increment; /* nq + nu, nu, nu, nu */
     long newton_steps, evaluations;
     void *memory;
@@ -176,9 +176,9 @@ static int build_ode(mbsr_ode *o)
     size_t entries = 0;
     for (int g = 0; g < o->groups; ++g) entries += (size_t)o->size[g] * (size_t)o->size[g];
     const size_t nu = (size_t)m->nu, size = (size_t)m->nq + nu;
-    double **const array[] = {&o->matrix, &o->error, &o->work,  &o->slopes,
-                              &o->sizes,  &o->gamma, &o->moved, &o->step,
-                              &o->x,      &o->u,     &o->trial, &o->increment};
+    double **const array[] = {&o->matrix, &o->error, &o->work,      &o->slopes,
+                              &o->sizes,  &o->gamma, &o->displaced, &o->step,
+                              &o->x,      &o->u,     &o->trial,     &o->increment};
     const size_t length[] = {
         entries, entries, 6 * (size_t)o->largest, DECADES * k, DECADES * k, k, k, k, size, nu,
         nu,      nu};
@@ -367,11 +367,11 @@ static int difference_gamma(mbsr_ode *o)
     for (int c = 0; c < o->largest; ++c) {
         const double unit = direction(o, c), h = share * unit;
         mbsri_zero((size_t)o->k, o->sizes);
-        const int status = displaced(o, h, o->moved, o->sizes);
+        const int status = displaced(o, h, o->displaced, o->sizes);
         if (status) return status;
         for (int l = 0; l < o->k; ++l) {
             if (c >= o->size[o->group[l]]) continue;
-            const double slope = (o->moved[l] - o->gamma[l]) / h;
+            const double slope = (o->displaced[l] - o->gamma[l]) / h;
             o->matrix[block_entry(o, l, c)] = slope;
             o->error[block_entry(o, l, c)] =
                 mbsri_slope_noise(1, 0, 1, &slope, o->sizes[l], share, unit);
@@ -395,13 +395,13 @@ static int differentiate_with_care(mbsr_ode *o)
             double *slopes = o->slopes + count * k, *sizes = o->sizes + count * k;
             const mbsr_error reported = o->d->error;
             int status = displaced(o, -h, slopes, sizes);
-            if (!status) status = displaced(o, h, o->moved, sizes);
+            if (!status) status = displaced(o, h, o->displaced, sizes);
             if (status && MBSRI_LOWEST_DECADE + count <= MBSRI_NEAR_DECADE) return status;
             if (status) {
                 o->d->error = reported;
                 break;
             }
-            for (int l = 0; l < k; ++l) slopes[l] = (o->moved[l] - slopes[l]) / (2.0 * h);
+            for (int l = 0; l < k; ++l) slopes[l] = (o->displaced[l] - slopes[l]) / (2.0 * h);
         }
         for (int l = 0; l < k; ++l) {
             if (c >= o->size[o->group[l]]) continue;

@@ -45,8 +45,8 @@ static void begin_masses(mbsri_fronts *w, const double *armature)
     else
         mbsri_copy(m->size.dd, d->M, d->Mbar);
     for (int i = 0; i <= m->bodies; ++i)
-        d->turned[m->body[i].scalar_offset] =
-            armature ? 0.0 : mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
+        d->rotated[m->body[i].scalar_offset] =
+            armature ? 0.0 : mbsri_own_rotated(m->body + i, d->M + m->body[i].dd);
 }
 
 static int eliminate(mbsri_fronts *w, const double *armature)

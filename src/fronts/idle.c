@@ -13,7 +13,7 @@ typedef struct mbsri_idle {
     double *value;
     double *weight; /* value times squared shares, zero for rows that do not count */
     int meets;      /* the body */
-    int seen;       /* the last turn that it was subtracted in */
+    int turn;       /* the last one that it was subtracted in */
     struct mbsri_idle *next;
 } idle;
 
@@ -126,7 +126,7 @@ static double product(const search *x, const idle *z)
 static void subtract_projection(search *x, idle *z)
 {
     const double part = product(x, z);
-    z->seen = x->turn;
+    z->turn = x->turn;
     for (int k = 0; k < z->count; ++k) {
         list(x, z->row[k]);
         x->value[z->row[k]] -= part * z->value[k];
@@ -154,7 +154,7 @@ static double make_orthogonal(search *x, int body)
         for (int k = 0; k < x->count; ++k) {
             if (x->meets[x->row[k]] != body) continue;
             for (const touch *t = x->touched[x->row[k]]; t; t = t->next) {
-                if (t->vector->meets == body && t->vector->seen != x->turn)
+                if (t->vector->meets == body && t->vector->turn != x->turn)
                     subtract_projection(x, t->vector);
             }
         }

@@ -207,7 +207,7 @@ int mbsr_ida_jump(mbsr_ida *ida)
     if (!ida) return MBSR_ERR_NULL;
     const int status = check_target(ida, ida->run.present, "mbsr_ida_jump");
     if (status) return status;
-    ida->kinks.asked = true;
+    ida->kinks.requested = true;
     ida->kinks.known = false;
     return MBSR_OK;
 }
@@ -218,7 +218,7 @@ int mbsr_ida_sample(mbsr_ida *ida, double t_end, double *t, double *y, double *y
     int status = check_target(ida, t_end, "mbsr_ida_sample");
     if (status) return status;
     ida->kinks.end = t_end;
-    ida->kinks.sampled = ida->kinks.asked = true;
+    ida->kinks.sampled = ida->kinks.requested = true;
     ida->kinks.known = false;
     status = advance(ida, t_end, t, y, yp);
     ida->kinks.sampled = false;

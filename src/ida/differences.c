@@ -133,7 +133,7 @@ void mbsri_ida_use_central(void *user, bool wanted)
 int mbsri_ida_weigh(void *user, N_Vector x)
 {
     mbsr_ida *ida = user;
-    N_Vector y = NULL, yp = NULL, plus = ida->moved, minus = ida->work;
+    N_Vector y = NULL, yp = NULL, plus = ida->displaced, minus = ida->work;
     double t = 0.0;
     if (IDAGetCurrentTime(ida->memory, &t) < 0 || IDAGetCurrentY(ida->memory, &y) < 0 ||
         IDAGetCurrentYp(ida->memory, &yp) < 0)

@@ -41,7 +41,7 @@ static int measure_drift(mbsr_ida *ida, double t, const double *y, mbsr_ida_drif
 {
     const mbsr_model *model = ida->model;
     mbsr_data *data = ida->data;
-    double *q = N_VGetArrayPointer(ida->moved), *u = q + mbsr_model_nq(model),
+    double *q = N_VGetArrayPointer(ida->displaced), *u = q + mbsr_model_nq(model),
            *rows = N_VGetArrayPointer(ida->work), kinetic, potential;
     *drift = (mbsr_ida_drift){0};
     int status = mbsr_dae_unpack(model, data, ida->opt.form, t, y, q, u);
@@ -78,7 +78,7 @@ void mbsri_ida_drift_note(mbsr_ida *ida)
 {
     const mbsr_model *model = ida->model;
     mbsr_data *data = ida->data;
-    double *q = N_VGetArrayPointer(ida->moved), *g = N_VGetArrayPointer(ida->work);
+    double *q = N_VGetArrayPointer(ida->displaced), *g = N_VGetArrayPointer(ida->work);
     long steps = 0;
     if (mbsr_model_position_rows(model) == 0) return;
     IDAGetNumSteps(ida->memory, &steps);

@@ -94,7 +94,7 @@ enum { VECTORS = 9 };
 static void list_vectors(mbsr_ida *ida, N_Vector *vector[VECTORS])
 {
     N_Vector *const all[VECTORS] = {&ida->y,        &ida->yp,          &ida->tol.atol,
-                                    &ida->work,     &ida->moved,       &ida->zero,
+                                    &ida->work,     &ida->displaced,   &ida->zero,
                                     &ida->tol.mass, &ida->run.first_y, &ida->run.first_yp};
     for (int k = 0; k < VECTORS; ++k) vector[k] = all[k];
 }

@@ -33,10 +33,10 @@ double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest)
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     const int n = ida->opt.form == MBSR_DAE_MOMENTUM ? nq + nu : nq;
     const double *yp = N_VGetArrayPointer(ida->yp);
-    double *moved = N_VGetArrayPointer(ida->moved), *rate = N_VGetArrayPointer(ida->work);
+    double *moved = N_VGetArrayPointer(ida->displaced), *rate = N_VGetArrayPointer(ida->work);
     const double slope = mbsri_ida_norm(ida, mbsri_ida_loops(ida), yp);
     const double little = slope * longest > 0.5 ? 0.5 / slope : longest;
-    N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->moved);
+    N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->displaced);
     ++ida->count.residuals;
     const int failed = mbsr_dae_residual(ida->model, ida->data, ida->opt.form,
                                          ida->run.present + direction * little, moved,

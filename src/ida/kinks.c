@@ -273,7 +273,7 @@ int mbsri_ida_leave_kink(mbsr_ida *ida)
     mbsri_ida_kinks *k = &ida->kinks;
     const double way = ida->run.direction, here = ida->run.present, gap = k->reached ? k->gap : 0.0,
                  after = here + way * gap;
-    const bool anew = k->asked || (k->reached && k->derivative > 0 && k->derivative <= RESTART);
+    const bool anew = k->requested || (k->reached && k->derivative > 0 && k->derivative <= RESTART);
     int status = k->known ? MBSR_OK : find_next(ida, here);
     if (!status && anew) {
         const double span = fabs(k->at - here);
@@ -285,7 +285,7 @@ int mbsri_ida_leave_kink(mbsr_ida *ida)
         status = restart(ida, after, span, settled);
     }
     if (status) return status;
-    k->asked = k->reached = false;
+    k->requested = k->reached = false;
     if (k->aimed || isfinite(k->at)) {
         IDASetStopTime(ida->memory, isfinite(k->at) ? k->at - way * k->gap : way * DBL_MAX);
         k->aimed = true;

@@ -14,7 +14,7 @@ typedef struct mbsri_ida_kinks {
     bool known;     /* `at` is the next one after IDA's time */
     bool aimed;     /* IDA has had a time to stop at */
     bool reached;   /* the run stands at the kink: the state is the one before it */
-    bool asked;     /* mbsr_ida_jump */
+    bool requested; /* mbsr_ida_jump */
     bool sampled;   /* a sample is under way, up to */
     double end;     /* s */
     int patience;   /* restarts to come without c */

@@ -49,7 +49,7 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
     const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model),
               first = mbsri_ida_loops(ida);
     double *atol = N_VGetArrayPointer(ida->tol.atol), *e = N_VGetArrayPointer(ida->work),
-           *w = e + rows, *along = N_VGetArrayPointer(ida->moved);
+           *w = e + rows, *along = N_VGetArrayPointer(ida->displaced);
     if (rows == 0 || nu + rows > MOST_PRODUCTS) return false;
     int status = mbsr_closures_weight(ida->model, w);
     for (int k = 0; k < rows; ++k) e[k] = 0.0;
@@ -125,7 +125,7 @@ void mbsri_ida_take_care(mbsr_ida *ida)
 /* A report on the state y of the driver; false where there is none. */
 static bool report_on(mbsr_ida *ida, N_Vector y, double t, mbsr_closure_report *report)
 {
-    double *q = N_VGetArrayPointer(ida->moved);
+    double *q = N_VGetArrayPointer(ida->displaced);
     return mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, t, N_VGetArrayPointer(y), q,
                            q + mbsr_model_nq(ida->model)) == MBSR_OK &&
            mbsr_closures_report(ida->model, ida->data, t, q, report, NULL, NULL) == MBSR_OK;
@@ -265,7 +265,7 @@ static int check_gaps(mbsr_ida *ida, mbsr_error *error, double t, const double *
 static int check_dropped(mbsr_ida *ida, mbsr_error *error, double t, const double *y)
 {
     const int rows = mbsr_model_rows(ida->model), nq = mbsr_model_nq(ida->model);
-    double *g = N_VGetArrayPointer(ida->work), *q = N_VGetArrayPointer(ida->moved);
+    double *g = N_VGetArrayPointer(ida->work), *q = N_VGetArrayPointer(ida->displaced);
     bool any = false;
     if (rows == 0 || mbsr_closures_redundant(ida->model, ida->data, ida->dropped)) return MBSR_OK;
     for (int k = 0; k < rows; ++k) any = any || ida->dropped[k] != 0;

@@ -150,7 +150,7 @@ static int show_raw(mbsr_ida *ida, double *q, double *u, double *udot, double *l
     const double *y = N_VGetArrayPointer(ida->y), *yp = N_VGetArrayPointer(ida->yp),
                  *rates = accelerations_of(ida, yp);
     const size_t nq = (size_t)mbsr_model_nq(m), nu = (size_t)mbsr_model_nu(m);
-    double *own = N_VGetArrayPointer(ida->moved);
+    double *own = N_VGetArrayPointer(ida->displaced);
     const bool closed = mbsr_model_rows(m) > 0;
     double *work = N_VGetArrayPointer(ida->work);
     int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->run.present, y, own, own + nq);

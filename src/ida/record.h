@@ -98,8 +98,8 @@ struct mbsr_ida {
     SUNContext context;
     void *memory; /* IDA's own */
     mbsri_ida_messages messages;
-    N_Vector y, yp;             /* size: the state at run.present */
-    N_Vector work, moved, zero; /* size */
+    N_Vector y, yp;                 /* size: the state at run.present */
+    N_Vector work, displaced, zero; /* size */
     mbsri_ida_tolerances tol;
     mbsri_ida_kinks kinks;
     mbsri_ida_output output;

@@ -43,7 +43,7 @@ void mbsri_ida_free_kinks(mbsr_ida *ida)
 void mbsri_ida_forget_kinks(mbsr_ida *ida)
 {
     mbsri_ida_kinks *k = &ida->kinks;
-    k->known = k->reached = k->asked = k->sampled = k->shifted = false;
+    k->known = k->reached = k->requested = k->sampled = k->shifted = false;
     k->step = 0.0;
     k->patience = 0;
 }

@@ -84,7 +84,7 @@ static int check_determined(mbsr_ida *ida, double t, const double *y, const doub
 {
     static const double c = 1e3; /* 1/s */
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    double *q = N_VGetArrayPointer(ida->moved), *u = q + nq;
+    double *q = N_VGetArrayPointer(ida->displaced), *u = q + nq;
     if (mbsr_total_rank(ida->model, ida->data) == nu || mbsr_model_rows(ida->model) > 0)
         return MBSR_OK;
     mbsr_newton *newton = ida->linear.link.newton;
@@ -110,7 +110,7 @@ static int check_balance(mbsr_ida *ida, double t, const double *y)
     static const double imbalance = 1e-3, tolerances = 1e4;
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     const int momenta = ida->opt.form == MBSR_DAE_MOMENTUM ? nu : 0;
-    double *dq = N_VGetArrayPointer(ida->moved), *du = dq + nq, share = 0.0, worst = 0.0;
+    double *dq = N_VGetArrayPointer(ida->displaced), *du = dq + nq, share = 0.0, worst = 0.0;
     int body = MBSR_NONE;
     if (mbsr_total_rank(ida->model, ida->data) == nu || mbsr_model_rows(ida->model) > 0)
         return MBSR_OK;

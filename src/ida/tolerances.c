@@ -179,7 +179,7 @@ int mbsri_ida_scale_tolerances(mbsr_ida *ida)
         status = scale_velocities(ida, i);
         if (status) return status;
     }
-    double *place = N_VGetArrayPointer(ida->moved) + mbsr_model_nu(ida->model);
+    double *place = N_VGetArrayPointer(ida->displaced) + mbsr_model_nu(ida->model);
     find_places(ida, place);
     const bool scaled = mbsri_ida_scale_multipliers(ida, place);
     for (int k = mbsri_ida_loops(ida); k < ida->size && !scaled; ++k)

@@ -330,7 +330,7 @@ void mbsri_rigid_gyration(const double *M, const double V[6], double h[6])
     mbsri_cross3(V, sweep, h + 3);
 }
 
-void mbsri_turned_mass(const double *A, const double R[9], double *M)
+void mbsri_rotated_mass(const double *A, const double R[9], double *M)
 {
     for (int block = 0; block < 4; ++block) {
         const int row = 3 * (block & 1), column = 3 * (block >> 1);
@@ -343,7 +343,7 @@ void mbsri_turned_mass(const double *A, const double R[9], double *M)
     }
 }
 
-void mbsri_turned_gyration(const double *M, const double V[6], double h[6])
+void mbsri_rotated_gyration(const double *M, const double V[6], double h[6])
 {
     double P[6] = {0.0}, sweep[6] = {0.0};
     mbsri_ax(6, 6, 1.0, M, V, P);
@@ -354,7 +354,7 @@ void mbsri_turned_gyration(const double *M, const double V[6], double h[6])
     mbsri_ax(6, 6, -1.0, M, sweep, h);
 }
 
-void mbsri_turned_mass_rate(const double *M, const double omega[3], double *Mdot)
+void mbsri_rotated_mass_rate(const double *M, const double omega[3], double *Mdot)
 {
     double T[36];
     for (int j = 0; j < 6; ++j) {

@@ -17,14 +17,14 @@ void mbsri_rigid_times(const mbsr_inertia *inertia, const double R[9], double fa
 void mbsri_rigid_gyration(const double *M, const double V[6], double h[6]);
 
 /* M += diag(R, R) A diag(R, R)^T, A 6 x 6 symmetric in body axes. */
-void mbsri_turned_mass(const double *A, const double R[9], double *M);
+void mbsri_rotated_mass(const double *A, const double R[9], double *M);
 
 /* h += the gyroscopic force of a matrix that turns with the body, by Kirchhoff's equations: with
  * (L, p) = M V,  (omega x L + v x p, omega x p) - M (0, omega x v). For a rigid body the same as
  * above, which is more exact at large v. */
-void mbsri_turned_gyration(const double *M, const double V[6], double h[6]);
+void mbsri_rotated_gyration(const double *M, const double V[6], double h[6]);
 
 /* Mdot = M' of a matrix that turns with the body: diag(omega x, omega x) M + its transpose. */
-void mbsri_turned_mass_rate(const double *M, const double omega[3], double *Mdot);
+void mbsri_rotated_mass_rate(const double *M, const double omega[3], double *Mdot);
 
 #endif

@@ -258,7 +258,7 @@ static int take_descriptor(mbsr_linear *l, int size)
                                                         sizeof(double));
     }
     const size_t outputs = (size_t)l->outputs;
-    l->seen = mbsri_arena_take(&l->arena, (outputs * (size_t)size + 1) * sizeof *l->seen);
+    l->output = mbsri_arena_take(&l->arena, (outputs * (size_t)size + 1) * sizeof *l->output);
     l->direct = mbsri_arena_take(&l->arena, (outputs * (size_t)l->inputs + 1) * sizeof *l->direct);
     return l->arena.failed ? MBSR_ERR_NO_MEMORY : MBSR_OK;
 }

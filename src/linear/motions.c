@@ -148,7 +148,8 @@ int mbsri_motion_enter(mbsr_linear *l, const mbsri_coordinates *c, const double 
     const mbsr_signal *s = opt->input + j;
     double *A = l->part[MBSR_LINEAR_A], *B = l->part[MBSR_LINEAR_B] + (size_t)j * size,
            *const column[] = {A + (size_t)at * size, A + (size_t)(at + 1) * size, B},
-           *const seen[] = {l->seen + (size_t)at * outputs, l->seen + (size_t)(at + 1) * outputs,
+           *const seen[] = {l->output + (size_t)at * outputs,
+                            l->output + (size_t)(at + 1) * outputs,
                             l->direct + (size_t)j * outputs};
     moved_motion moved = {.part = s->part};
     mbsr_model *m;

@@ -16,7 +16,7 @@ struct mbsr_linear {
     double *part[MBSR_LINEAR_PARTS];
     int rows[MBSR_LINEAR_PARTS], columns[MBSR_LINEAR_PARTS];
     double *shapes;  /* nu x states: dq of z */
-    double *seen;    /* outputs x size: y of x */
+    double *output;  /* outputs x size: y of x */
     double *direct;  /* outputs x inputs: y of w at x */
     mbsr_mode *mode; /* once they have been asked for */
     int modes;

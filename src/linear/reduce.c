@@ -404,7 +404,7 @@ static int solve_states(reduction *z, mbsr_error *error)
         return mbsri_fail(error, MBSR_UNDETERMINED, MBSR_NONE, MBSR_NONE,
                           "mbsr_linear_create: the reduced equations are singular");
     multiply_matrices("N", m, z->states, z->states, z->U, m, T, z->states, next, m);
-    multiply_matrices("N", l->outputs, m + l->inputs, z->n, l->seen, l->outputs, z->X, z->n, z->Y,
+    multiply_matrices("N", l->outputs, m + l->inputs, z->n, l->output, l->outputs, z->X, z->n, z->Y,
                       l->outputs);
     for (int i = 0; i < l->nu; ++i) lift(z, z->X + i, z->n, z->states, next, l->shapes + i, l->nu);
     for (int i = 0; i < l->outputs; ++i)

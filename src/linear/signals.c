@@ -148,7 +148,7 @@ static int see_point(mbsr_linear *l, const mbsri_coordinates *c, int i, const mb
         u[k] = 1.0;
         status = mbsr_stage_velocities(c->model, c->data, u);
         if (!status) status = mbsr_body_point(c->model, c->data, s->id, s->point, NULL, v, NULL);
-        l->seen[(size_t)k * (size_t)l->outputs + (size_t)i] = v[s->part] - drift[s->part];
+        l->output[(size_t)k * (size_t)l->outputs + (size_t)i] = v[s->part] - drift[s->part];
         u[k] = 0.0;
     }
     return status;
@@ -179,7 +179,7 @@ static int see_force(mbsr_linear *l, const mbsri_coordinates *c, int i, const mb
             if (!status) status = mbsri_sample_force(c->model, c->data, s, &force);
             slope += weights[p] / (12.0 * h) * force;
         }
-        l->seen[(size_t)(k < nu ? rate : 2 * nu + rate) * (size_t)l->outputs + (size_t)i] = slope;
+        l->output[(size_t)(k < nu ? rate : 2 * nu + rate) * (size_t)l->outputs + (size_t)i] = slope;
     }
     return status;
 }
@@ -209,7 +209,7 @@ int mbsri_signals_enter(mbsr_linear *l, const mbsri_coordinates *c, const double
         else if (s->kind == MBSR_SIGNAL_FORCE)
             status = see_force(l, c, i, s, y, work);
         else
-            l->seen[(rate + (size_t)s->id) * (size_t)l->outputs + (size_t)i] = 1.0;
+            l->output[(rate + (size_t)s->id) * (size_t)l->outputs + (size_t)i] = 1.0;
         if (!status) status = mbsr_stage_positions(c->model, c->data, c->t, y);
     }
     if (!status) status = mbsr_stage_velocities(c->model, c->data, y + c->nq + c->nu);

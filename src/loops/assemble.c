@@ -37,9 +37,9 @@ typedef struct search {
     mbsri_closer *w;
     const mbsr_assembly_opt *opt;
     double t, mu;
-    double size;       /* |A| */
-    double norm, open; /* of the gaps (closing.h), and the widest */
-    double before[10]; /* of the last steps */
+    double size;         /* |A| */
+    double norm, widest; /* of the gaps (closing.h) */
+    double before[10];   /* of the last steps */
 } search;
 
 int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double step, const double *x,
@@ -52,8 +52,8 @@ int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double st
     return mbsri_normalise(m, d, to);
 }
 
-/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have
- * none. */
+/* Gaps at the positions of the data, into g (position rows), less what they are to be; loose
+ * springs have none. */
 static int assembly_gaps(const mbsri_closer *w, double *g)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
@@ -243,11 +243,11 @@ static int measure_gaps(search *s, const double *q, mbsr_assembly_info *info, do
     info->closure = MBSR_NONE;
     info->gap = mbsri_largest(w->m->position_rows, w->g);
     *limit = s->opt->tolerance * mbsri_closing_size(w->m, w->d, &w->closing);
-    s->open = 0.0;
+    s->widest = 0.0;
     for (int id = 0; id < (int)w->m->closures.count; ++id, ++c) {
         const double open = open_by(s, c);
-        if (open > *limit && open > s->open) info->closure = id;
-        s->open = fmax(s->open, open);
+        if (open > *limit && open > s->widest) info->closure = id;
+        s->widest = fmax(s->widest, open);
     }
     s->norm = mbsri_closing_norm(w->m, &w->closing, w->g);
     return MBSR_OK;
@@ -271,13 +271,13 @@ static int search_closed(search *s, double *q, mbsr_assembly_info *info)
         bool better = false;
         const double accepted = 1e3 * limit;
         if (info->iterations >= s->opt->max_iterations || stopped(s, info->iterations))
-            return s->open < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
+            return s->widest < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
         status = step(s, q, &better);
         if (status) return status;
         ++info->iterations;
         status = measure_gaps(s, q, info, &limit);
         if (status || info->closure == MBSR_NONE) break;
-        if (!better) return s->open < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
+        if (!better) return s->widest < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
         status = look(s, q);
         if (!status && slope(s) <= 1e-6) return refuse_open_loops(s, info, limit);
     }
@@ -309,7 +309,7 @@ int mbsri_assemble(mbsri_closer *w, double t, double *q, const mbsr_assembly_opt
 int mbsri_closer_open(mbsri_closer *w, const mbsr_model *m, mbsr_data *d, const char *function)
 {
     const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
-                 held = (size_t)m->position_rows, numbers = 5 * nu + nq + 3 * rows + 4 * held;
+                 gaps = (size_t)m->position_rows, numbers = 5 * nu + nq + 3 * rows + 4 * gaps;
     *w = (mbsri_closer){.m = m, .d = d, .function = function};
     w->memory = mbsri_allocate(&m->allocator,
                                sizeof *w->system + numbers * sizeof(double) + rows * sizeof(bool));
@@ -320,10 +320,10 @@ int mbsri_closer_open(mbsri_closer *w, const mbsr_model *m, mbsr_data *d, const 
     w->system = w->memory;
     *w->system = (mbsri_fronts){.m = m, .d = d};
     w->offset = (double *)(void *)(w->system + 1);
-    w->closing.gap = w->offset + held;
-    w->g = w->closing.gap + held;
-    w->g_try = w->g + held;
-    w->closing.give = w->g_try + held;
+    w->closing.gap = w->offset + gaps;
+    w->g = w->closing.gap + gaps;
+    w->g_try = w->g + gaps;
+    w->closing.give = w->g_try + gaps;
     w->x = w->closing.give + nu;
     w->resist = w->x + nu;
     w->zero = w->resist + nu;

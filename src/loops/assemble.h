@@ -30,9 +30,9 @@ typedef struct mbsri_closer {
     mbsr_data *d;
     const char *function;   /* for messages */
     mbsri_closing closing;  /* of the positions that a search begins with */
-    double *offset;         /* held: what the gaps are to be, zero at first */
+    double *offset;         /* position rows: what the gaps are to be, zero at first */
     bool *let_go;           /* rows: that may open, none at first */
-    double *g, *g_try;      /* held */
+    double *g, *g_try;      /* position rows */
     double *x, *resist;     /* nu */
     double *zero, *step;    /* nu */
     double *right, *lambda; /* rows */
@@ -47,7 +47,7 @@ typedef struct mbsri_closer {
 int mbsri_closer_open(mbsri_closer *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_closer_close(mbsri_closer *w);
 
-/* Whether positions are to close held row k of the closure. */
+/* Whether positions are to close position row k of the closure. */
 static inline bool mbsri_is_asked(const mbsri_closer *w, const mbsri_closure *c, int k)
 {
     return !mbsri_is_loose(c, k) && !w->let_go[c->row + k];

@@ -12,7 +12,7 @@
 typedef struct mbsri_closing {
     double lever; /* m: the longest of the mechanism */
     double *give; /* nu, the caller's order: span / sqrt(weight), 0 where the coordinate stays */
-    double *gap;  /* held: what gaps are compared to */
+    double *gap;  /* position rows: what gaps are compared to */
 } mbsri_closing;
 
 /* Fills c, whose arrays are there, at the positions of the data; finds the derivatives of the
@@ -29,7 +29,7 @@ double mbsri_closing_share(const mbsr_model *m, const mbsri_closing *c, const do
  * over the lever, 1 at least. */
 double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_closing *c);
 
-/* The largest of gaps g (held), and their Euclidean norm, in this measure. */
+/* The largest of gaps g (position rows), and their Euclidean norm, in this measure. */
 double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g);
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g);
 

@@ -91,7 +91,7 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                        .position_rows = m->position_rows,
                        .N = m->nu + m->rows};
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
-    const size_t held = (size_t)w->position_rows;
+    const size_t gaps = (size_t)w->position_rows;
     double **const array[] = {&w->factor.scale,
                               &w->factor.sigma,
                               &w->factor.right,
@@ -105,7 +105,7 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                               &w->span,
                               &w->offset.missing,
                               &w->offset.missed};
-    const size_t length[] = {N, N, N, N, N, N, nq, nq, held + n + n, N, n, held, held};
+    const size_t length[] = {N, N, N, N, N, N, nq, nq, gaps + n + n, N, n, gaps, gaps};
     const int count = (int)(sizeof length / sizeof length[0]);
     w->memory = mbsri_allocate(&m->allocator, sum_of(count, length) * sizeof(double) +
                                                   (N + 1) * sizeof(int) + 4 * rows * sizeof(bool));

@@ -84,10 +84,12 @@ static double distance(const mbsri_row_set *s, int row, int count)
 /* A pass over rigid rows of one kind: position rows or others. Those that depend on the first
  * `count` vectors of Q and those of this pass are dropped; returns how many vectors there are then.
  */
-static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbsri_ranks *found)
+static int pass(const mbsri_row_set *s, bool positions, int count, bool *dropped,
+                mbsri_ranks *found)
 {
     for (const mbsri_closure *c = mbsri_all_closures(s->m); c < end_of(s); ++c) {
-        for (int k = held ? 0 : c->position_rows; k < (held ? c->position_rows : c->rows); ++k) {
+        for (int k = positions ? 0 : c->position_rows; k < (positions ? c->position_rows : c->rows);
+             ++k) {
             const int row = c->row + k;
             if (mbsri_is_stiff(c, k)) continue;
             const double left = count < s->n ? distance(s, c->row + k, count) : 0.0;
@@ -194,10 +196,10 @@ static int pass_springs(const mbsri_row_set *s, int count, bool *dropped)
 void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found)
 {
     find_scales(s, s->scale);
-    const int held = pass(s, true, 0, dropped, found),
-              springs = pass_springs(s, held, dropped) - held;
+    const int positions = pass(s, true, 0, dropped, found),
+              springs = pass_springs(s, positions, dropped) - positions;
     found->springs += springs;
-    found->independent += pass(s, false, held, dropped, found);
+    found->independent += pass(s, false, positions, dropped, found);
 }
 
 static mbsri_row_set all_rows(const mbsri_dense *w)

@@ -115,14 +115,14 @@ static void fill_springs(mbsri_dense *w, const double *g, const double *lambda)
     mbsri_zero(stride + (size_t)w->n, w->b);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            const int row = c->row + k, held = c->position_row + k;
+            const int row = c->row + k, position = c->position_row + k;
             const bool stiff = mbsri_is_stiff(c, k), asked = mbsri_is_asked(&w->closer, c, k);
             if (mbsri_is_loose(c, k) || (!stiff && w->d->dropped[row])) continue;
             const double weight = stiff ? sqrt(c->def.stiffness[k]) : 1e3 * sqrt(stiffest);
             for (size_t j = 0; j < (size_t)w->n; ++j)
-                w->A[j * stride + (size_t)held] = weight * w->C[j * rows + (size_t)row];
+                w->A[j * stride + (size_t)position] = weight * w->C[j * rows + (size_t)row];
             if (stiff && asked)
-                w->b[held] = -weight * (g[held] + lambda[row] / c->def.stiffness[k]);
+                w->b[position] = -weight * (g[position] + lambda[row] / c->def.stiffness[k]);
         }
     }
 }
@@ -158,16 +158,16 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
     mbsri_zero((size_t)w->position_rows, w->offset.missing);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            const int row = c->row + k, held = c->position_row + k;
+            const int row = c->row + k, position = c->position_row + k;
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(&w->closer, c, k)) continue;
             double gap = -lambda[row] / c->def.stiffness[k];
             if (shared) {
-                gap = w->g[held];
+                gap = w->g[position];
                 for (int j = 0; j < w->n; ++j) gap += w->C[j * w->rows + row] * w->b[j];
             }
-            w->offset.missing[held] = gap - w->closer.offset[held];
-            *changed =
-                *changed || fabs(w->offset.missing[held]) > rounding * w->closer.closing.gap[held];
+            w->offset.missing[position] = gap - w->closer.offset[position];
+            *changed = *changed || fabs(w->offset.missing[position]) >
+                                       rounding * w->closer.closing.gap[position];
         }
     }
     return MBSR_OK;
@@ -198,22 +198,22 @@ void mbsri_springs_move(mbsri_dense *w)
     double along = 0.0, square = 0.0, before = 0.0, now = 0.0, size = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            const int held = c->position_row + k;
-            const double stiffness = c->def.stiffness[k], was = w->offset.missed[held],
-                         is = w->offset.missing[held], turn = is - was;
+            const int position = c->position_row + k;
+            const double stiffness = c->def.stiffness[k], was = w->offset.missed[position],
+                         is = w->offset.missing[position], turn = is - was;
             along += stiffness * was * turn;
             square += stiffness * turn * turn;
             before += stiffness * was * was;
             now += stiffness * is * is;
-            size += stiffness * w->closer.offset[held] * w->closer.offset[held];
+            size += stiffness * w->closer.offset[position] * w->closer.offset[position];
         }
     }
     if (!(before > 0.0)) w->offset.relaxation = 1.0;
     if (before > 0.0 && square > 0.0 && now > rounding * size)
         w->offset.relaxation = fmax(-most, fmin(-w->offset.relaxation * along / square, most));
-    for (int held = 0; held < w->position_rows; ++held) {
-        w->closer.offset[held] += w->offset.relaxation * w->offset.missing[held];
-        w->offset.missed[held] = w->offset.missing[held];
+    for (int position = 0; position < w->position_rows; ++position) {
+        w->closer.offset[position] += w->offset.relaxation * w->offset.missing[position];
+        w->offset.missed[position] = w->offset.missing[position];
     }
 }
 
@@ -231,17 +231,17 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
         const mbsri_closure *c = first + id;
         for (int k = 0; k < c->position_rows; ++k) {
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(&w->closer, c, k)) continue;
-            const int held = c->position_row + k;
+            const int position = c->position_row + k;
             const double stiffness = c->def.stiffness[k],
-                         force = -w->closer.offset[held] * stiffness,
+                         force = -w->closer.offset[position] * stiffness,
                          change = fabs(lambda[c->row + k] - force);
-            if (change > limit && change > rounding * w->closer.closing.gap[held] * stiffness)
+            if (change > limit && change > rounding * w->closer.closing.gap[position] * stiffness)
                 return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                                   "%s: no positions found at which the springs of %s bear its "
                                   "forces (%.3g is left); settled = 0 takes them as they are",
                                   w->function, mbsri_closure_label(m, id, label), change);
             lambda[c->row + k] =
-                change > limit ? force - w->offset.missing[held] * stiffness : force;
+                change > limit ? force - w->offset.missing[position] * stiffness : force;
         }
     }
     return MBSR_OK;

@@ -74,12 +74,12 @@ static int find_seen(mbsri_report *r, mbsr_direction_kind kind, double share, do
     int status = MBSR_OK;
     *count = 0;
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        r->seen[k] = false;
+        r->determining[k] = false;
         if (kind != MBSR_DIRECTION_UNDETERMINED)
-            status =
-                mbsri_element_resists(&r->w, force + k, r->u, r->twist, r->q_rate,
-                                      kind == MBSR_DIRECTION_DAMPED, share, least, r->seen + k);
-        *count += r->seen[k];
+            status = mbsri_element_resists(&r->w, force + k, r->u, r->twist, r->q_rate,
+                                           kind == MBSR_DIRECTION_DAMPED, share, least,
+                                           r->determining + k);
+        *count += r->determining[k];
     }
     return status;
 }
@@ -104,7 +104,7 @@ static int list_bodies(mbsri_report *r, mbsr_direction_kind kind, int *elements)
     const int status = mbsri_report_see(r, kind, elements);
     for (int i = 0; i <= m->bodies; ++i) r->listed[i] = false;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        for (int l = 0; l < force[k].def.bodies && r->seen[k]; ++l)
+        for (int l = 0; l < force[k].def.bodies && r->determining[k]; ++l)
             r->listed[m->stored.list_index[force[k].list + (size_t)l]] = true;
     }
     return status;

@@ -166,7 +166,7 @@ static int classify_by_slopes(mbsri_report *r, int c, mbsr_index_report *report)
 /* Elastic and undetermined directions among Z (c x e). */
 static int classify_elastic(mbsri_report *r, int c, int e)
 {
-    const mbsri_reduction *seen = &r->w.element.seen;
+    const mbsri_reduction *seen = &r->w.element.reduced;
     int status = mbsri_seen_by_springs(&r->w, c, r->member, e, r->Z, r->Z_error);
     if (status) return status;
     const int elastic = seen->rank, open = e - elastic;
@@ -187,7 +187,7 @@ static int classify_elastic(mbsri_report *r, int c, int e)
 
 static int classify_by_rows(mbsri_report *r, int c, mbsr_index_report *report)
 {
-    const mbsri_reduction *seen = &r->w.element.seen;
+    const mbsri_reduction *seen = &r->w.element.reduced;
     int status = mbsri_seen_by_dampers(&r->w, c, r->member);
     const int damped = status ? 0 : seen->rank, e = c - damped;
     if (damped > 0) status = condition(r, c, damped, report);

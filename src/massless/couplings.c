@@ -41,7 +41,7 @@ static void join(int count, const bool *x, bool *y)
 /* What counts for every direction that moves a body; all arrays bodies x k, those of a body in a
  * row. */
 typedef struct tables {
-    bool *moved, *turned, *changed; /* the body; its joint; one of them */
+    bool *displaced, *rotated, *changed; /* the body; its joint; one of them */
     bool *depends;
 } tables;
 
@@ -57,7 +57,7 @@ static void find_bodies(const mbsri_null_space *w, const tables *t)
         for (int n = 0; n < g.members; ++n)
             join(k, changed, t->depends + (size_t)g.member[n] * (size_t)k);
         join(k, changed, t->depends + (size_t)b->parent * (size_t)k);
-        join(k, t->moved + (size_t)b->parent * (size_t)k, t->depends + (size_t)i * (size_t)k);
+        join(k, t->displaced + (size_t)b->parent * (size_t)k, t->depends + (size_t)i * (size_t)k);
     }
 }
 
@@ -69,7 +69,7 @@ static void find_elements(const mbsri_null_space *w, const tables *t)
     for (size_t n = 0; n < m->forces.count; ++n, ++force) {
         const int *list = m->stored.list_index + force->list;
         const bool joint = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
-        const bool *sees = joint ? t->turned : t->changed;
+        const bool *sees = joint ? t->rotated : t->changed;
         for (int a = 0; a < force->def.bodies; ++a) {
             for (int b = 0; b < force->def.bodies; ++b)
                 join(w->k, sees + (size_t)list[a] * (size_t)w->k,
@@ -141,9 +141,9 @@ void mbsri_null_couple(mbsri_null_space *w)
     for (int l = 0; l < w->k; ++l) {
         for (int i = 1; i <= m->bodies; ++i) {
             const size_t at = (size_t)i * k + (size_t)l;
-            t.moved[at] = moves(w, l, i);
-            t.turned[at] = turns(w, l, i);
-            t.changed[at] = t.moved[at] || t.turned[at];
+            t.displaced[at] = moves(w, l, i);
+            t.rotated[at] = turns(w, l, i);
+            t.changed[at] = t.displaced[at] || t.rotated[at];
         }
     }
     find_bodies(w, &t);

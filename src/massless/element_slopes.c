@@ -120,13 +120,13 @@ int mbsri_hold_elements(mbsri_null_space *w)
     mbsri_zero((size_t)m->nu, d->tau);
     mbsri_zero(m->size.v, d->f);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        w->held.own[k] = usable(m, force + k);
+        w->loads.own[k] = usable(m, force + k);
         bool something = false;
-        if (w->held.own[k]) status = exerts(w, force + k, &something);
+        if (w->loads.own[k]) status = exerts(w, force + k, &something);
         if (!status && something) status = mbsri_add_element(m, d, force + k);
     }
-    mbsri_copy((size_t)m->nu, d->tau, w->held.tau);
-    mbsri_copy(m->size.v, d->f, w->held.f);
+    mbsri_copy((size_t)m->nu, d->tau, w->loads.tau);
+    mbsri_copy(m->size.v, d->f, w->loads.f);
     d->stage = MBSRI_STAGE_VELOCITIES;
     return status;
 }
@@ -258,7 +258,7 @@ static bool bodies_seen(const mbsri_null_space *w)
     const mbsri_force *force = w->m->forces.data;
     bool some = false;
     for (size_t k = 0; k < w->m->forces.count; ++k)
-        some = some || (w->held.own[k] && !(force[k].def.table->flags & MBSR_FORCE_JOINT_ONLY));
+        some = some || (w->loads.own[k] && !(force[k].def.table->flags & MBSR_FORCE_JOINT_ONLY));
     return some;
 }
 
@@ -271,7 +271,7 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
     const int changes = bodies_seen(w) ? w->k : 0;
     for (int l = 0; l < changes && !status; ++l) status = velocity_change(w, q, l);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        if (w->held.own[k]) status = add_element(w, (int)k);
+        if (w->loads.own[k]) status = add_element(w, (int)k);
     }
     return status;
 }

@@ -5,7 +5,7 @@
 
 #include "massless/null_space.h"
 
-/* Finds which elements have derivatives of their own that can be used here, w->held.own, and keeps
+/* Finds which elements have derivatives of their own that can be used here, w->loads.own, and keeps
  * their forces at the state, f_held and tau_held, but for rounding, and what positions that are off
  * make of them, w->element.strain: the data is at mbsri_velocities. Reads w->size, q_scale and
  * span. */

@@ -19,9 +19,9 @@ typedef struct mbsri_tree_start {
 int mbsri_tree_start_open(mbsri_tree_start *s, const mbsr_model *m, mbsr_data *d);
 void mbsri_tree_start_close(mbsri_tree_start *s);
 
-/* As mbsri_loops_dense_start, in O(bodies + local loops). The gaps become `offset` (held; NULL:
- * zero, as at first). *served is false where digits get lost on fronts, and motions or forces with
- * them; q is closed then. */
+/* As mbsri_loops_dense_start, in O(bodies + local loops). The gaps become `offset` (position rows;
+ * NULL: zero, as at first). *served is false where digits get lost on fronts, and motions or forces
+ * with them; q is closed then. */
 int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
                           mbsr_consistent_info *info, bool *served);

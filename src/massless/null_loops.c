@@ -56,8 +56,8 @@ static void clear_rounded_springs(mbsri_null_space *w, const bool *left_out, con
                 gap += turn + move * lever;
             }
             const double force = c->def.stiffness[k] * gap + c->def.damping[k] * speed * gap;
-            if (fabs(w->held.lambda[c->row + k]) <= rounding * force)
-                w->held.lambda[c->row + k] = 0.0;
+            if (fabs(w->loads.lambda[c->row + k]) <= rounding * force)
+                w->loads.lambda[c->row + k] = 0.0;
         }
     }
 }
@@ -78,7 +78,7 @@ int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const
     if (!status) status = mbsri_loops_springs(&dense, t, q, u, lambda);
     if (!status) status = mbsri_dense_rows(&dense);
     if (!status) {
-        mbsri_copy((size_t)dense.rows, lambda, w->held.lambda);
+        mbsri_copy((size_t)dense.rows, lambda, w->loads.lambda);
         clear_rounded_springs(w, dense.left_out, u);
         mbsri_ranks_here(&dense, dense.other, &ranks);
     }
@@ -184,10 +184,10 @@ static double seen_of(const mbsri_null_space *w, const mbsri_closure *c, int k, 
 void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
-    const double lever = w->held.lambda ? lever_of(w) : 0.0;
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->held.lambda; ++c) {
+    const double lever = w->loads.lambda ? lever_of(w) : 0.0;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->loads.lambda; ++c) {
         for (int k = 0; k < c->rows; ++k) {
-            const double force = fabs(w->held.lambda[c->row + k]);
+            const double force = fabs(w->loads.lambda[c->row + k]);
             for (int l = 0; l < w->k && force > 0.0; ++l) {
                 const double *twist = w->twist + (size_t)l * w->m->size.v,
                              *a = w->direction + (size_t)l * (size_t)w->m->nu;
@@ -213,8 +213,8 @@ static void fill_reduction(mbsri_null_space *w, double lever, double *sizes)
                 const int at = l * rows + c->row + k;
                 double value = 0.0, error = 0.0;
                 if (!mbsri_is_stiff(c, k)) value = seen_of(w, c, k, lever, l, &error);
-                w->element.seen.A[at] = value / sizes[l];
-                w->element.seen.error[at] = error / sizes[l];
+                w->element.reduced.A[at] = value / sizes[l];
+                w->element.reduced.error[at] = error / sizes[l];
             }
         }
     }
@@ -289,18 +289,17 @@ int mbsri_null_leave_held(mbsri_null_space *w)
                  reduced = mbsri_reduction_size(m->rows, w->k) / sizeof(double) + 1;
     int status = mbsri_closure_jacobians(m, w->d);
     if (status || k == 0 || rows == 0) return status;
-    w->element.seen_room.count = 0;
-    if (!mbsri_reserve(&m->allocator, &w->element.seen_room, reduced + 2 * k * k + wide,
-                       sizeof(double)))
+    w->element.room.count = 0;
+    if (!mbsri_reserve(&m->allocator, &w->element.room, reduced + 2 * k * k + wide, sizeof(double)))
         return no_memory_for_null_space(w);
-    double *T = (double *)w->element.seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k,
+    double *T = (double *)w->element.room.data + reduced, *dT = T + k * k, *old = dT + k * k,
            *sizes = w->sums.gamma;
-    mbsri_reduction_place(&w->element.seen, m->rows, w->k, w->element.seen_room.data);
+    mbsri_reduction_place(&w->element.reduced, m->rows, w->k, w->element.room.data);
     fill_reduction(w, lever_of(w), sizes);
-    mbsri_reduce(&w->element.seen, m->rows, w->k, w->k, LEAST, NULL);
-    const int count = w->k - w->element.seen.rank;
+    mbsri_reduce(&w->element.reduced, m->rows, w->k, w->k, LEAST, NULL);
+    const int count = w->k - w->element.reduced.rank;
     for (size_t l = 0; l < (size_t)count; ++l) {
-        mbsri_right_null(&w->element.seen, (int)l, T + l * k, dT + l * k);
+        mbsri_right_null(&w->element.reduced, (int)l, T + l * k, dT + l * k);
         for (size_t a = 0; a < k; ++a) T[l * k + a] /= sizes[a], dT[l * k + a] /= sizes[a];
     }
     combine(nu, w->k, count, T, dT, w->direction, w->lift.rate_error, old);

@@ -252,7 +252,7 @@ static bool are_smooth(const mbsri_null_space *w)
     const mbsr_model *m = w->m;
     const mbsri_force *force = m->forces.data;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        if (!w->held.own[k] && !mbsri_is_gravity(&force[k].def)) return false;
+        if (!w->loads.own[k] && !mbsri_is_gravity(&force[k].def)) return false;
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
@@ -268,15 +268,15 @@ bool mbsri_nothing_acts(const mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        if (!w->held.own[k]) return false;
+        if (!w->loads.own[k]) return false;
     }
-    const double *const still[] = {w->held.f, w->d->V, w->d->kI, w->d->kII};
+    const double *const still[] = {w->loads.f, w->d->V, w->d->kI, w->d->kII};
     for (int k = 0; k < 4; ++k) {
         for (size_t r = 0; r < m->size.v; ++r) {
             if (still[k][r] != 0.0) return false;
         }
     }
-    return !(mbsri_largest(m->nu, w->held.tau) > 0.0);
+    return !(mbsri_largest(m->nu, w->loads.tau) > 0.0);
 }
 
 /* Loop forces where nothing acts but, perhaps, springs in rows that were given a gap: rounding. */
@@ -288,14 +288,14 @@ static void drop_loop_forces(mbsri_null_space *w)
             if (mbsri_is_loose(c, k)) return;
         }
     }
-    mbsri_zero((size_t)w->m->rows, w->held.lambda);
+    mbsri_zero((size_t)w->m->rows, w->loads.lambda);
 }
 
 /* Whether nothing is left to be differenced. */
 static bool is_at_rest(const mbsri_null_space *w)
 {
     return mbsri_nothing_acts(w) &&
-           !(w->held.lambda && mbsri_largest(w->m->rows, w->held.lambda) > 0.0);
+           !(w->loads.lambda && mbsri_largest(w->m->rows, w->loads.lambda) > 0.0);
 }
 
 /* C and S of what is not held: elements without derivatives, weights, the change of directions. */
@@ -337,26 +337,26 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         mbsri_null_rate_scales(w, natural);
     }
     status = mbsri_hold_elements(w);
-    if (!status && w->held.lambda && mbsri_nothing_acts(w)) drop_loop_forces(w);
+    if (!status && w->loads.lambda && mbsri_nothing_acts(w)) drop_loop_forces(w);
     for (int l = 0; l < w->k && !status; ++l) {
         status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,
                                       w->element.q_rate + (size_t)l * (size_t)m->nq);
     }
     if (status) return status;
     mbsri_null_couple(w);
-    w->held.on = true;
+    w->loads.on = true;
     status = differences(w, t, q, u);
-    w->held.on = false;
+    w->loads.on = false;
     if (!status) status = mbsri_null_shorten(w, t, q, u);
     mbsri_null_remix(w, true, w->element.strain);
-    if (!status && w->held.lambda) {
+    if (!status && w->loads.lambda) {
         status = state(w, t, q, u);
         if (!status) status = mbsri_null_leave_held(w);
     }
     mbsri_null_extents(w);
     note_dense(w);
     if (!status) status = mbsri_element_slopes(w, t, q, u);
-    if (!status && w->held.lambda) status = mbsri_null_stiff_rows(w);
+    if (!status && w->loads.lambda) status = mbsri_null_stiff_rows(w);
     drop_errors(w->k * w->k, w->C, w->C_error);
     drop_errors(w->k * w->k, w->S, w->S_error);
     return status;

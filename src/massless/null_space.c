@@ -21,17 +21,17 @@
 #include <math.h>
 
 /* The stage of forces with those held in place of the forces of their elements. */
-static int held_forces(mbsri_null_space *w)
+static int given_forces(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    mbsri_copy((size_t)m->nu, w->held.tau, d->tau);
-    mbsri_copy(m->size.v, w->held.f, d->f);
+    mbsri_copy((size_t)m->nu, w->loads.tau, d->tau);
+    mbsri_copy(m->size.v, w->loads.f, d->f);
     for (size_t k = (size_t)m->root.d; k < m->size.v; ++k) d->f[k] -= d->h[k];
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        if (!w->held.own[k]) status = mbsri_add_element(m, d, force + k);
+        if (!w->loads.own[k]) status = mbsri_add_element(m, d, force + k);
     }
     if (!status && m->rows > 0) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
     if (!status) d->stage = MBSRI_STAGE_FORCES;
@@ -41,9 +41,9 @@ static int held_forces(mbsri_null_space *w)
 /* Loop forces lambda for the forces of the state of mbsri_velocities. */
 static int take_loop_forces(mbsri_null_space *w)
 {
-    if (!w->held.lambda) return MBSR_OK;
+    if (!w->loads.lambda) return MBSR_OK;
     const int status = mbsri_closure_jacobians(w->m, w->d);
-    mbsri_copy((size_t)w->m->rows, w->held.lambda, w->d->loop_lambda);
+    mbsri_copy((size_t)w->m->rows, w->loads.lambda, w->d->loop_lambda);
     return status;
 }
 
@@ -55,7 +55,7 @@ static int evaluate_motion(mbsri_null_space *w, double t, const double *q, const
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = take_loop_forces(w);
     if (!status)
-        status = w->held.on ? held_forces(w) : mbsri_forces(w->m, w->d, NULL, w->held.lambda);
+        status = w->loads.on ? given_forces(w) : mbsri_forces(w->m, w->d, NULL, w->loads.lambda);
     w->d->exactly = exactly;
     if (!status) status = mbsri_backward(w->m, w->d);
     w->d->exactly = false;
@@ -115,8 +115,8 @@ static int take_memory(mbsri_null_space *w)
         {&w->lift.rate_error, nu * k},
         {&w->lift.twist_error, v * k},
         {&w->lift.basis, n * n},
-        {&w->held.f, v},
-        {&w->held.tau, nu},
+        {&w->loads.f, v},
+        {&w->loads.tau, nu},
         {&w->element.q_rate, nq * k},
         {&w->element.V_rate, v * k},
         {&w->element.reaction, 4 * span},
@@ -150,7 +150,7 @@ static int take_memory(mbsri_null_space *w)
         *part[l].place = next;
         next += part[l].length;
     }
-    if (m->rows > 0) mbsri_zero((size_t)m->rows, w->held.lambda = lambda);
+    if (m->rows > 0) mbsri_zero((size_t)m->rows, w->loads.lambda = lambda);
     w->head = (int *)(void *)next;
     w->body = w->head + w->k;
     w->element.moving = w->body + w->k;
@@ -165,8 +165,8 @@ static int take_memory(mbsri_null_space *w)
                        w->rank + m->bodies + 1);
     w->element.factor_size = (int)span;
     w->element.factor_places = w->rank + m->bodies + 1 + ints;
-    w->held.own = (bool *)(void *)(w->element.factor_places + 2 * span);
-    w->element.dense[0] = w->held.own + m->forces.count;
+    w->loads.own = (bool *)(void *)(w->element.factor_places + 2 * span);
+    w->element.dense[0] = w->loads.own + m->forces.count;
     w->element.dense[1] = w->element.dense[0] + k;
     w->difference.affects = w->element.dense[1] + k;
     w->difference.tables = w->difference.affects + k * k;
@@ -191,8 +191,8 @@ void mbsri_null_close(mbsri_null_space *w)
     mbsri_release(&w->m->allocator, w->memory);
     mbsri_release(&w->m->allocator, w->element.rows.data);
     mbsri_release(&w->m->allocator, w->element.entries.data);
-    mbsri_release(&w->m->allocator, w->element.seen_room.data);
-    w->element.rows = w->element.entries = w->element.seen_room = (mbsri_array){NULL, 0, 0};
+    mbsri_release(&w->m->allocator, w->element.room.data);
+    w->element.rows = w->element.entries = w->element.room = (mbsri_array){NULL, 0, 0};
     w->memory = NULL;
 }
 

@@ -32,12 +32,12 @@ typedef struct mbsri_null_lifting {
 } mbsri_null_lifting;
 
 /* Forces that are kept while gamma is evaluated elsewhere. */
-typedef struct mbsri_null_held {
+typedef struct mbsri_null_loads {
     bool on;         /* gamma takes the forces of some elements from f and tau */
     bool *own;       /* forces: which these are (element_slopes.h) */
     double *f, *tau; /* size_v, nu */
     double *lambda;  /* rows of closures: loop forces (null_loops.h); NULL: none are known */
-} mbsri_null_held;
+} mbsri_null_loads;
 
 /* Directions that are sums of those that gamma was built for (shorten.h). */
 typedef struct mbsri_null_sums {
@@ -71,10 +71,10 @@ typedef struct mbsri_null_elements {
     int factor_size;         /* the most rows or columns */
     int *factor_places;      /* 2 factor_size */
     mbsri_array rows, entries;
-    bool *dense[2];       /* k: directions that C and S see otherwise, too */
-    int *place;           /* k */
-    mbsri_reduction seen; /* of rows, in seen_room (seen.h) */
-    mbsri_array seen_room;
+    bool *dense[2];          /* k: directions that C and S see otherwise, too */
+    int *place;              /* k */
+    mbsri_reduction reduced; /* of rows, in `room` (seen.h) */
+    mbsri_array room;
 } mbsri_null_elements;
 
 /* Typical sizes (scales.h). */
@@ -104,7 +104,7 @@ typedef struct mbsri_null_space {
     int *rank;                 /* bodies + 1: of the joint blocks there */
     int *from, *to;            /* 3 k: rows of direction, twist and q_rate that are not zero */
     mbsri_null_lifting lift;
-    mbsri_null_held held;
+    mbsri_null_loads loads;
     mbsri_null_sums sums;
     mbsri_null_difference difference;
     mbsri_null_elements element;

@@ -79,7 +79,7 @@ static int allocate_report(mbsri_report *r)
     r->member = r->component + k;
     r->kind = (mbsr_direction_kind *)(void *)(r->member + k);
     r->listed = (bool *)(void *)(r->kind + k);
-    r->seen = r->listed + m->bodies + 1;
+    r->determining = r->listed + m->bodies + 1;
     return MBSR_OK;
 }
 
@@ -90,7 +90,7 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
     mbsri_null_space *w = &r->w;
     int status = MBSR_OK, independent = 0;
     const int all = w->k;
-    if (w->held.lambda) status = mbsri_null_loop_forces(w, t, q, u, &independent);
+    if (w->loads.lambda) status = mbsri_null_loop_forces(w, t, q, u, &independent);
     if (!status) status = mbsri_null_basis(w, t, q, u);
     if (!status) status = mbsri_null_slopes(w, t, q, u);
     int components = 0;
@@ -110,7 +110,7 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
         report->elastic += r->kind[l] == MBSR_DIRECTION_ELASTIC;
         report->undetermined += r->kind[l] == MBSR_DIRECTION_UNDETERMINED;
     }
-    report->held = all - w->k;
+    report->loop_supported = all - w->k;
     report->dynamic = w->m->nu - independent - w->k;
     report->directions = w->k;
     report->index = report->undetermined > 0     ? -1

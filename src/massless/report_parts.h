@@ -22,7 +22,7 @@ typedef struct mbsri_report {
     double *weights;           /* k x k: found directions as weights of the null directions */
     mbsr_direction_kind *kind; /* k */
     bool *listed;              /* bodies + 1: those of elements that determine a direction */
-    bool *seen;                /* force elements: which these are */
+    bool *determining;         /* force elements: which these are */
     int found;
     double *u, *twist, *q_rate; /* nu, size_v, nq: of a found direction */
     double *other;              /* nu */

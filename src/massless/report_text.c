@@ -47,7 +47,7 @@ static int list_forces(mbsri_report *r, int l, int *force, int *count)
     mbsri_report_combine(r, r->weights + (size_t)l * (size_t)r->w.k);
     const int status = mbsri_report_see(r, r->kind[l], count);
     for (size_t k = 0; k < m->forces.count && force && !status; ++k) {
-        if (r->seen[k]) *force++ = element[k].id;
+        if (r->determining[k]) *force++ = element[k].id;
     }
     return status;
 }

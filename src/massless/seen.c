@@ -21,17 +21,17 @@ static int make_room(mbsri_null_space *w, int count, const int *direction, bool 
     const int rows = mbsri_rows_gather(w, count, direction, velocity, NULL, NULL);
     const size_t size = mbsri_reduction_size(count, rows) / sizeof(double) + 1,
                  more = size + 3 * (size_t)count;
-    w->element.seen_room.count = 0;
-    if (!mbsri_reserve(&w->m->allocator, &w->element.seen_room, more, sizeof(double))) {
+    w->element.room.count = 0;
+    if (!mbsri_reserve(&w->m->allocator, &w->element.room, more, sizeof(double))) {
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for what %d force elements see of %d null directions",
                           w->function, rows, count);
     }
-    mbsri_reduction_place(&w->element.seen, count, rows, w->element.seen_room.data);
-    *row = (double *)w->element.seen_room.data + size;
-    (void)mbsri_rows_gather(w, count, direction, velocity, w->element.seen.A,
-                            w->element.seen.error);
-    w->element.seen.m = rows;
+    mbsri_reduction_place(&w->element.reduced, count, rows, w->element.room.data);
+    *row = (double *)w->element.room.data + size;
+    (void)mbsri_rows_gather(w, count, direction, velocity, w->element.reduced.A,
+                            w->element.reduced.error);
+    w->element.reduced.m = rows;
     return MBSR_OK;
 }
 
@@ -50,7 +50,7 @@ int mbsri_seen_by_dampers(mbsri_null_space *w, int count, const int *direction)
     if (status) return status;
     double *sizes = row + 2 * count;
     find_sizes(w, count, direction, sizes);
-    mbsri_reduce(&w->element.seen, count, w->element.seen.m, count, least_seen, sizes);
+    mbsri_reduce(&w->element.reduced, count, w->element.reduced.m, count, least_seen, sizes);
     return MBSR_OK;
 }
 
@@ -61,9 +61,9 @@ int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, 
     const int status = make_room(w, count, direction, false, &x);
     if (status) return status;
     double *dx = x + count, *sizes = dx + count;
-    for (int n = 0; n < w->element.seen.m; ++n) {
-        mbsri_copy((size_t)count, w->element.seen.A + n * count, x);
-        mbsri_copy((size_t)count, w->element.seen.error + n * count, dx);
+    for (int n = 0; n < w->element.reduced.m; ++n) {
+        mbsri_copy((size_t)count, w->element.reduced.A + n * count, x);
+        mbsri_copy((size_t)count, w->element.reduced.error + n * count, dx);
         for (int b = 0; b < e; ++b) { /* e <= count: what is read later is not overwritten */
             const double *z = Z + b * count, *dz = Z_error + b * count;
             double sum = 0.0, error = 0.0;
@@ -71,8 +71,8 @@ int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, 
                 sum += x[p] * z[p];
                 error += (dx[p] + 4.0 * DBL_EPSILON * fabs(x[p])) * fabs(z[p]) + fabs(x[p]) * dz[p];
             }
-            w->element.seen.A[n * e + b] = fabs(sum) > 10.0 * error ? sum : 0.0;
-            w->element.seen.error[n * e + b] = error;
+            w->element.reduced.A[n * e + b] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            w->element.reduced.error[n * e + b] = error;
         }
     }
     find_sizes(w, count, direction, x);
@@ -80,7 +80,7 @@ int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, 
         sizes[b] = 0.0;
         for (int p = 0; p < count; ++p) sizes[b] = fmax(sizes[b], fabs(Z[b * count + p]) * x[p]);
     }
-    mbsri_reduce(&w->element.seen, e, w->element.seen.m, e, least_seen, sizes);
+    mbsri_reduce(&w->element.reduced, e, w->element.reduced.m, e, least_seen, sizes);
     return MBSR_OK;
 }
 

@@ -29,7 +29,7 @@ typedef struct rigid {
     mbsri_rigid_twin twin;
     mbsri_tree_start start; /* of the twin */
     double *u;              /* nu: of the guess */
-    double *offset;         /* held */
+    double *offset;         /* position rows */
 } rigid;
 
 /* Whether some row is stiff, and whether all of these are settled. */
@@ -49,7 +49,7 @@ static bool some_stiff(const mbsr_model *m, bool *settled)
 
 static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid *r)
 {
-    const size_t nu = (size_t)m->nu, held = (size_t)m->position_rows;
+    const size_t nu = (size_t)m->nu, gaps = (size_t)m->position_rows;
     *r = (rigid){.twin = {NULL, NULL}};
     int status = mbsri_rigid_twin_open(m, d, NULL, &r->twin);
     if (status) return status;
@@ -58,13 +58,13 @@ static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid 
         d->error = r->twin.data->error;
         return status;
     }
-    r->u = mbsri_allocate(&m->allocator, (nu + held + 1) * sizeof(double));
+    r->u = mbsri_allocate(&m->allocator, (nu + gaps + 1) * sizeof(double));
     if (!r->u)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d position rows", m->position_rows);
     r->offset = r->u + nu;
     mbsri_copy(nu, u, r->u);
-    mbsri_zero(held, r->offset);
+    mbsri_zero(gaps, r->offset);
     return MBSR_OK;
 }
 

@@ -1,4 +1,4 @@
-/* Amendments that a caller states: mass added to a body, joint coordinates held fixed.
+/* Amendments that a caller states: mass added to a body, joint coordinates locked.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/error.h"
 #include "base/memory.h"
@@ -65,7 +65,7 @@ int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matr
     return MBSR_OK;
 }
 
-/* Whether the body's coordinate can be held at the value. */
+/* Whether the body's coordinate can be locked at the value. */
 static int check_lock(mbsr_model *m, const mbsri_body_entry *entry, int body, int coordinate,
                       double value)
 {

@@ -114,16 +114,16 @@ static int check_closure_table(mbsr_model *m, const mbsr_closure_def *def, const
     if (!table || table->version != MBSR_CLOSURE_TABLE_VERSION || !table->name)
         return REFUSE(MBSR_ERR_VALUE, "%s: table is NULL, of another version, or lacks its name",
                       label);
-    if (!table->count &&
-        (def->rows < 1 || def->rows > MBSR_CLOSURE_ROWS || def->held < 0 || def->held > def->rows))
+    if (!table->count && (def->rows < 1 || def->rows > MBSR_CLOSURE_ROWS ||
+                          def->position_rows < 0 || def->position_rows > def->rows))
         return REFUSE(MBSR_ERR_VALUE,
-                      "%s (%s): rows is %d and held %d, must be 1 .. %d and 0 .. "
+                      "%s (%s): rows is %d and position_rows %d, must be 1 .. %d and 0 .. "
                       "rows",
-                      label, table->name, def->rows, def->held, MBSR_CLOSURE_ROWS);
-    if (!table->count && def->held > 0 && !table->position)
-        return REFUSE(MBSR_ERR_VALUE, "%s (%s): held is %d, but the table has no position", label,
-                      table->name, def->held);
-    if (!table->count && def->held < def->rows && !table->jacobian)
+                      label, table->name, def->rows, def->position_rows, MBSR_CLOSURE_ROWS);
+    if (!table->count && def->position_rows > 0 && !table->position)
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): position_rows is %d, but the table has no position",
+                      label, table->name, def->position_rows);
+    if (!table->count && def->position_rows < def->rows && !table->jacobian)
         return REFUSE(MBSR_ERR_VALUE, "%s (%s): rows that are no position rows need a jacobian",
                       label, table->name);
     return mbsri_check_scales(m, &table->scales, MBSR_NONE, MBSR_NONE, label, table->name);
@@ -246,7 +246,7 @@ int mbsr_model_position_rows(const mbsr_model *model)
 }
 
 int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
-                         int *held)
+                         int *position_rows)
 {
     if (!model) return MBSR_ERR_NULL;
     if (!model->finished) return MBSR_ERR_UNFINISHED;
@@ -255,7 +255,7 @@ int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *ro
     if (row) *row = c->row;
     if (rows) *rows = c->rows;
     if (held_row) *held_row = c->position_row;
-    if (held) *held = c->position_rows;
+    if (position_rows) *position_rows = c->position_rows;
     return MBSR_OK;
 }
 

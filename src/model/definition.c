@@ -1,7 +1,7 @@
 /* The parts of a finished model as they were added.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/cookie.h"
-#include "model/held.h"
+#include "model/locked.h"
 #include "model/query.h"
 
 #include <string.h>

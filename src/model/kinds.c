@@ -46,7 +46,7 @@ mbsr_coordinate_kind mbsri_joint_kind(const mbsri_joint *joint, bool velocity, i
                                                                         : MBSR_COORDINATE_OTHER;
 }
 
-/* With coordinates that are held nq = n, and NaN marks those that are not. */
+/* With coordinates that are locked nq = n, and NaN marks those that are not. */
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k)
 {
     if (!b->lock.at) return mbsri_joint_kind(&b->joint, velocity, k);

@@ -14,7 +14,7 @@ struct hdf5_run {
     hid_t *set; /* data set of t and of each column */
     int sets;
     double *block; /* lines that are not in the file yet: room of each set, one after the other */
-    int held, room;
+    int waiting, room;
     hsize_t lines; /* in the file */
     time_t flushed;
     bool bad;
@@ -139,22 +139,22 @@ static bool append(hid_t set, hsize_t at, hsize_t count, const double *values)
 
 static void write_block(hdf5_run *run)
 {
-    for (int k = 0; k < run->sets && run->held > 0 && !run->bad; ++k) {
+    for (int k = 0; k < run->sets && run->waiting > 0 && !run->bad; ++k) {
         const double *values = run->block + (size_t)k * (size_t)run->room;
-        note_failure(run, append(run->set[k], run->lines, (hsize_t)run->held, values));
+        note_failure(run, append(run->set[k], run->lines, (hsize_t)run->waiting, values));
     }
     note_failure(run, H5Fflush(run->file, H5F_SCOPE_GLOBAL) >= 0);
-    run->lines += (hsize_t)run->held;
-    run->held = 0;
+    run->lines += (hsize_t)run->waiting;
+    run->waiting = 0;
     run->flushed = time(NULL);
 }
 
 int hdf5_line(hdf5_run *run, const double *row)
 {
     for (int k = 0; k < run->sets; ++k)
-        run->block[(size_t)k * (size_t)run->room + (size_t)run->held] = row[k];
-    ++run->held;
-    if (run->held == run->room || time(NULL) - run->flushed >= SECONDS) write_block(run);
+        run->block[(size_t)k * (size_t)run->room + (size_t)run->waiting] = row[k];
+    ++run->waiting;
+    if (run->waiting == run->room || time(NULL) - run->flushed >= SECONDS) write_block(run);
     return run->bad ? FAILED : DONE;
 }
 

@@ -197,8 +197,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
     if (b->pred.d == 0) return;
-    d->turned[m->body[b->parent].scalar_offset] +=
-        d->turned[b->scalar_offset] + mbsri_trace_of_arms(b, H, d->Mbar + b->dd);
+    d->rotated[m->body[b->parent].scalar_offset] +=
+        d->rotated[b->scalar_offset] + mbsri_trace_of_arms(b, H, d->Mbar + b->dd);
     const size_t dm = (size_t)m->most.d * (size_t)m->most.d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     if (!mbsri_heads(m, d, i)) {
@@ -257,7 +257,7 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
         const size_t dd = (size_t)b->d * (size_t)b->d;
         mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
         mbsri_zero(dd, d->W + b->dd);
-        d->turned[b->scalar_offset] = mbsri_own_turned(b, d->M + b->dd);
+        d->rotated[b->scalar_offset] = mbsri_own_rotated(b, d->M + b->dd);
     }
     for (int i = m->bodies; i >= 1; --i) {
         int status = mbsri_eliminate_joint(m, d, i, way);

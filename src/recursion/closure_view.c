@@ -33,7 +33,7 @@ void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_clo
                                           .np = b->np,
                                           .n = b->n,
                                           .nq = b->nq,
-                                          .held = b->lock.given_at,
+                                          .locked_at = b->lock.given_at,
                                           .p = d->p + b->p,
                                           .q = i > 0 ? d->q + b->iq : NULL};
     }

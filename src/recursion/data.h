@@ -43,7 +43,7 @@
     LEAN(U, dg)               /* d x n      Mbar J                                 backward */     \
     LEAN(G, dg)               /* d x n      Mbar J D^+                             backward */     \
     LEAN(e, rates)            /* n          tau - J^T (fbar + Mbar kII)            backward */     \
-    LEAN(turned, bodies)      /* 1          moments of inertia that were turned    backward */     \
+    LEAN(rotated, bodies)     /* 1          moments of inertia that were rotated   backward */     \
     LEAN(scale, bodies)       /* 1          largest entry of diag(J^T W J)         backward */     \
     LEAN(A, v)                /* d          acceleration (9), its known part        inverse */     \
     LEAN(Az, v)               /* d          part of null accelerations              forward */     \
@@ -58,7 +58,7 @@
     FULL(q_base, m->nq)       /* nq         the caller's q while displaced            rates */     \
     FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
     FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
-    EVERY(moved, m->most.displaced) /* q, q', pose of the predecessor and its rate        rates */ \
+    EVERY(displaced, m->most.displaced) /* q, q', pose of the predecessor and its rate        rates */ \
     LEAN(imp, v)              /* d          joint impulse m                        momentum */     \
     LEAN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
     LEAN(impbar, v)           /* d          (17b) for momenta                      momentum */     \

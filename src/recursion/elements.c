@@ -5,7 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "forces/gravity.h"
-#include "model/held.h"
+#include "model/locked.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/not_finite.h"
@@ -20,7 +20,7 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_ques
                             .np = b->np,
                             .n = b->n,
                             .nq = b->nq,
-                            .held = b->lock.given_at,
+                            .locked_at = b->lock.given_at,
                             .p = d->p + b->p,
                             .V = ask != MBSRI_ENERGY ? d->V + b->v : NULL,
                             .f = ask == MBSRI_FORCES ? d->f + b->v : NULL};

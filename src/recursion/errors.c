@@ -74,7 +74,7 @@ void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
         pass_joint(rows, n, G, JQ, size, Q, E);
 }
 
-double mbsri_own_turned(const mbsri_body *b, const double *M)
+double mbsri_own_rotated(const mbsri_body *b, const double *M)
 {
     const int next = b->d + 1;
     return mbsri_turns(b->joint.space) ? M[0] + M[next] + M[2 * next] : 0.0;
@@ -99,11 +99,11 @@ static double squared_arm(const mbsr_data *d, const mbsri_body *b)
     return mbsri_dot(3, x, x) * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 
-double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l)
+double mbsri_rotated_along(const mbsr_data *d, const mbsri_body *b, int l)
 {
     if (!mbsri_turns(b->joint.space)) return 0.0;
     const double *J = d->J + b->dn + (size_t)(l * b->d);
     const bool arm =
         b->n > 1 && b->joint.space == MBSR_SPACE_SPATIAL && mbsri_dot(3, J + 3, J + 3) > 0.0;
-    return mbsri_dot(3, J, J) * (d->turned[b->scalar_offset] + (arm ? squared_arm(d, b) : 0.0));
+    return mbsri_dot(3, J, J) * (d->rotated[b->scalar_offset] + (arm ? squared_arm(d, b) : 0.0));
 }

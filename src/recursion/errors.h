@@ -25,12 +25,12 @@ static inline void mbsri_add_diagonal(int n, double share, const double *A, doub
 
 /* What turning the tensor of a body in space into the world's axes may be wrong by, in units of the
  * machine precision: its trace, kg m^2. Starts `turned` of the body. */
-double mbsri_own_turned(const mbsri_body *b, const double *M);
+double mbsri_own_rotated(const mbsri_body *b, const double *M);
 
 /* What of all that makes moments about rate l of the joint of b wrong, times the square of its
  * turning: `turned`, and the arms within a joint of several rates, whose axes a body slides along,
  * m |r|^2. */
-double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l);
+double mbsri_rotated_along(const mbsr_data *d, const mbsri_body *b, int l);
 
 /* What lever arms of H (d x d_pred) between bodies in space may make moments wrong by, likewise: of
  * a mass that stands on an axis nothing is left but their rounding. A (d x d) is carried; m |r|^2.

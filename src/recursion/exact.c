@@ -356,10 +356,10 @@ static void open_body(const mbsr_model *m, mbsr_data *d, int i, const room *r)
         d->Mbar[b->dd + k] = r->C[k].hi;
         low(d)[b->dd + k] = r->C[k].lo;
     }
-    const double turned = MBSRI_EXACT_SHARE * mbsri_own_turned(b, d->M + b->dd);
+    const double turned = MBSRI_EXACT_SHARE * mbsri_own_rotated(b, d->M + b->dd);
     for (int k = 0; k < dim; ++k)
         d->unsure[b->dd + (size_t)(k * (dim + 1))] = unsure[k] + (k < 3 ? turned : 0.0);
-    d->turned[b->scalar_offset] = turned / MBSRI_EXACT_SHARE;
+    d->rotated[b->scalar_offset] = turned / MBSRI_EXACT_SHARE;
 }
 
 static int eliminate_exactly(const mbsr_model *m, mbsr_data *d, int i, const room *r)
@@ -403,8 +403,9 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
         mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
         mbsri_add_diagonal(b->d, MBSRI_EXACT_SHARE, d->Mbar + b->dd, d->unsure + b->dd);
         if (b->pred.d > 0)
-            d->turned[m->body[b->parent].scalar_offset] +=
-                d->turned[b->scalar_offset] + mbsri_trace_of_arms(b, d->H + b->dp, d->Mbar + b->dd);
+            d->rotated[m->body[b->parent].scalar_offset] +=
+                d->rotated[b->scalar_offset] +
+                mbsri_trace_of_arms(b, d->H + b->dp, d->Mbar + b->dd);
         if (!mbsri_heads(m, d, i)) {
             pass_member(b, d, &r);
             continue;

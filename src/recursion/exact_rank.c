@@ -38,7 +38,7 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             double *UJ = d->scratch;
             mbsri_zero((size_t)b->d, UJ);
             mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
-            const double s = d->s[b->group.iu + l], turned = mbsri_turned_along(d, b, l),
+            const double s = d->s[b->group.iu + l], turned = mbsri_rotated_along(d, b, l),
                          size = mbsri_dot(b->d, J, UJ) + arms * turned +
                                 MBSRI_EXACT_SHARE * b->mass.armature[l];
             least[b->group.iu - g->ig + l] = rounding * (1.0 / (s * s) + turned);

@@ -28,7 +28,7 @@ static void add_regularisation(const mbsri_body *b, const double *p, double *M)
 {
     if (!b->mass.added) return;
     if (is_spatial(b)) {
-        mbsri_turned_mass(b->mass.added, p + MBSR_POSE_R, M);
+        mbsri_rotated_mass(b->mass.added, p + MBSR_POSE_R, M);
         return;
     }
     for (int k = 0; k < b->d * b->d; ++k) M[k] += b->mass.added[k];
@@ -61,7 +61,7 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
     case MBSR_INERTIA_MATRIX:
         if (!inertia->matrix) break;
         if (is_spatial(b))
-            mbsri_turned_mass(inertia->matrix, p + MBSR_POSE_R, M);
+            mbsri_rotated_mass(inertia->matrix, p + MBSR_POSE_R, M);
         else
             mbsri_copy((size_t)d * (size_t)d, inertia->matrix, M);
         break;
@@ -144,7 +144,7 @@ void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double 
                              double *Mdot)
 {
     if (is_spatial(b)) {
-        mbsri_turned_mass_rate(M, V, Mdot);
+        mbsri_rotated_mass_rate(M, V, Mdot);
         return;
     }
     if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE) {
@@ -166,7 +166,7 @@ static void spatial_gyration(const mbsri_body *b, const double *M, const double 
     const mbsr_inertia *inertia = &b->inertia;
     const bool matrix = inertia->kind == MBSR_INERTIA_MATRIX && inertia->matrix;
     if (b->mass.added || matrix)
-        mbsri_turned_gyration(M, V, h);
+        mbsri_rotated_gyration(M, V, h);
     else if (inertia->kind == MBSR_INERTIA_SPATIAL)
         mbsri_rigid_gyration(M, V, h);
 }
@@ -181,8 +181,8 @@ static int by_function(const mbsri_body *b, double t, const double *p, const dou
     add_regularisation(b, p, M);
     if (!status && b->mass.added && is_spatial(b)) {
         double added[36] = {0.0};
-        mbsri_turned_mass(b->mass.added, p + MBSR_POSE_R, added);
-        mbsri_turned_gyration(added, V, h);
+        mbsri_rotated_mass(b->mass.added, p + MBSR_POSE_R, added);
+        mbsri_rotated_gyration(added, V, h);
     }
     return status;
 }

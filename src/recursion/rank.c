@@ -84,7 +84,7 @@ static double turned_noise(const mbsr_model *m, const mbsr_data *d, const mbsri_
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
         for (int l = 0; l < b->n; ++l) {
-            const double s = d->s[b->group.iu + l], part = mbsri_turned_along(d, b, l) * s * s;
+            const double s = d->s[b->group.iu + l], part = mbsri_rotated_along(d, b, l) * s * s;
             strict[b->group.iu - g->ig + l] = s / sqrt(1.0 + part);
             largest = fmax(largest, part);
         }

@@ -147,7 +147,7 @@ static bool known(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     double squares = 0.0, strict = 0.0, turned = 0.0, *share = p->size;
     for (int k = 0; k < p->n; ++k) {
         const double s = d->s[b->group.iu + p->order[k]],
-                     part = mbsri_turned_along(d, b, p->order[k]) * s * s;
+                     part = mbsri_rotated_along(d, b, p->order[k]) * s * s;
         turned = fmax(turned, part);
         share[k] = 1.0 + part;
     }

@@ -148,7 +148,7 @@ static int open_view(const mbsr_model *m, mbsr_data *d, int i, view *at)
 {
     const mbsri_body *b = m->body + i;
     *at = (view){.space = b->pred.space, .nq = b->nq, .np = m->body[b->parent].np, .t = d->t};
-    at->q = d->moved;
+    at->q = d->displaced;
     at->qdot = at->q + at->nq;
     at->pose = at->qdot + at->nq;
     at->rate = at->pose + at->np;

@@ -5,7 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
-#include "model/held.h"
+#include "model/locked.h"
 #include "model/query.h"
 #include "recursion/closure_differences.h"
 #include "recursion/closure_rows.h"

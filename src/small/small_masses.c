@@ -8,7 +8,7 @@
 #include "small/correct.h"
 #include "small/directions.h"
 #include "small/errors.h"
-#include "small/held.h"
+#include "small/kept_mass.h"
 #include "small/loads.h"
 #include "small/slow.h"
 #include "small/smooth.h"
@@ -256,10 +256,10 @@ static int give_back(mbsr_small_masses *s, double t, bool *again)
     const int status =
         mbsr_index_report_create(twin->model, twin->data, t, s->start.q, s->start.u, &report);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
-    int held = 0;
-    const int failed = mbsri_small_hold(s, t, report, &held);
+    int kept = 0;
+    const int failed = mbsri_small_keep_mass(s, t, report, &kept);
     mbsr_index_report_destroy(twin->model, report);
-    *again = held > 0;
+    *again = kept > 0;
     return !failed && *again ? mbsri_small_twins(s) : failed;
 }
 
@@ -329,18 +329,18 @@ static int look(mbsr_small_masses *s, double t)
 /* As before the first start. */
 static int forget(mbsr_small_masses *s)
 {
-    bool held = false;
+    bool kept = false;
     s->start.known = false;
     s->slow.count = 0;
     s->zeros.worst = (mbsri_small_worst){0.0, 0.0, s->start.t, 0};
     for (int k = 0; k < s->candidates; ++k) {
         mbsri_candidate *c = s->candidate + k;
-        held = held || c->keeps_mass;
+        kept = kept || c->keeps_mass;
         c->keeps_mass = false;
         c->worst = s->zeros.worst;
         for (int e = 0; e < 3; ++e) mbsri_zero((size_t)s->size, c->error[e]);
     }
-    return held ? mbsri_small_twins(s) : MBSR_OK;
+    return kept ? mbsri_small_twins(s) : MBSR_OK;
 }
 
 static int refuse_call(mbsr_small_masses *s, int status, const char *text)

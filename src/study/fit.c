@@ -26,8 +26,8 @@ typedef struct mbsr_fit_memory {
 typedef struct fitting {
     const mbsr_fit_opt *opt;
     mbsr_error *error;
-    int m, n, free;             /* residuals, parameters, of these not held */
-    int *held;                  /* n: -1, 1 at a bound, 0 */
+    int m, n, free;             /* residuals, parameters, of these not at a bound */
+    int *at_bound;              /* n: -1, 1 at a bound, 0 */
     int *column;                /* n: parameters that are free */
     double *scale;              /* n */
     double *p, *try;            /* n: where it is, where it looks */
@@ -163,8 +163,8 @@ static void factor_free(fitting *w)
         for (int i = 0; i < w->m; ++i) slope += w->J[k * w->m + i] * w->r[i];
         const int lower = w->p[k] <= bound(w->opt->low, k, -INFINITY) && slope > 0.0,
                   upper = w->p[k] >= bound(w->opt->high, k, INFINITY) && slope < 0.0;
-        w->held[k] = upper - lower;
-        if (w->held[k]) continue;
+        w->at_bound[k] = upper - lower;
+        if (w->at_bound[k]) continue;
         memcpy(w->US + w->free * w->m, w->J + k * w->m, (size_t)w->m * sizeof *w->J);
         w->column[w->free++] = k;
     }
@@ -281,8 +281,8 @@ static void measure_fit(const fitting *w, mbsr_fit *f, double *direction, double
                                              : mbsri_student_quantile(part, freedoms);
     int last = n;
     for (int k = 0; k < n; ++k) {
-        deviation[k] = w->held[k] ? 0.0 : deviation[k];
-        if (!w->held[k]) continue;
+        deviation[k] = w->at_bound[k] ? 0.0 : deviation[k];
+        if (!w->at_bound[k]) continue;
         along[--last] = INFINITY;
         direction[last * n + k] = 1.0;
     }
@@ -313,7 +313,7 @@ static int tell_fit(fitting *w, mbsr_fit *f, mbsri_arena *arena)
     f->residuals = w->m;
     f->value = w->p;
     f->residual = w->r;
-    f->at_bound = w->held;
+    f->at_bound = w->at_bound;
     f->scale = w->scale;
     f->sum = w->sum;
     f->freedoms = w->m - w->free;
@@ -339,7 +339,7 @@ static int take_fitting(fitting *w, mbsri_arena *arena)
                    **const of_m[] = {&w->r, &w->there, &w->beyond};
     for (int k = 0; k < 6; ++k) *of_n[k] = mbsri_arena_take(arena, n * sizeof(double));
     for (int k = 0; k < 3; ++k) *of_m[k] = mbsri_arena_take(arena, m * sizeof(double));
-    w->held = mbsri_arena_take(arena, n * sizeof *w->held);
+    w->at_bound = mbsri_arena_take(arena, n * sizeof *w->at_bound);
     w->column = mbsri_arena_take(arena, n * sizeof *w->column);
     w->J = mbsri_arena_take(arena, m * n * sizeof(double));
     w->US = mbsri_arena_take(arena, m * n * sizeof(double));

@@ -216,7 +216,7 @@ void mbsri_block_open(const mbsri_sweep_run *run)
             mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
             mbsri_zero(dd, d->W + b->dd);
         }
-        d->turned[b->scalar_offset] = mbsri_own_turned(b, d->M + b->dd);
+        d->rotated[b->scalar_offset] = mbsri_own_rotated(b, d->M + b->dd);
         mbsri_copy((size_t)b->d, d->f + b->v, d->fbar + b->v);
         double *bound = run->load[run->tree->block_of[k]].bound;
         bound[0] = bound[1] = 0.0;
@@ -275,7 +275,7 @@ static void collect_errors(const mbsri_sweep_run *run, int i, bool exact, mbsri_
     for (int k = 0; k < 3; ++k) c->spread += N[7 * k] * per_area + N[7 * (3 + k)];
     if (exact) {
         mbsri_carry_from(N, W);
-        W->spread = run->data->turned[run->model->body[b->parent].scalar_offset];
+        W->spread = run->data->rotated[run->model->body[b->parent].scalar_offset];
     }
 }
 
@@ -292,7 +292,7 @@ static void clear_predecessor(const mbsri_sweep_run *run, int i)
     const size_t dd = (size_t)b->pred.d * (size_t)b->pred.d;
     mbsri_zero(dd, run->data->Mbar + b->pred.dd);
     mbsri_zero(dd, run->data->W + b->pred.dd);
-    run->data->turned[run->model->body[b->parent].scalar_offset] = 0.0;
+    run->data->rotated[run->model->body[b->parent].scalar_offset] = 0.0;
 }
 
 bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_carry *c,
@@ -354,7 +354,7 @@ void mbsri_block_receive(const mbsri_sweep_run *run, int block, const mbsri_carr
     if (W) {
         mbsri_carry_add_to(W, N);
         add_lowered(b->d, N, d->W + b->dd);
-        d->turned[b->scalar_offset] += W->spread;
+        d->rotated[b->scalar_offset] += W->spread;
     } else if (run->tree->body[block].flags & MBSRI_BOUNDED) {
         bound[0] = fmax(bound[0], c->kappa);
         bound[1] += c->spread;

@@ -543,7 +543,7 @@ static bool place_in_tree(mbsri_sweeps *tree, const mbsr_model *m)
 /* Which bodies are blocks: those that are whole, unless they are light; on loops; not so many with
  * users' joints. */
 typedef struct selection {
-    bool whole, open, light;
+    bool whole, with_loops, massless_on_loop;
     int users;
 } selection;
 
@@ -556,8 +556,8 @@ static bool build_sweeps(const mbsr_model *m, selection s, mbsri_sweeps **built)
                            .rates = true,
                            .users = s.users,
                            .whole = s.whole,
-                           .with_loops = s.open,
-                           .massless_on_loop = s.light,
+                           .with_loops = s.with_loops,
+                           .massless_on_loop = s.massless_on_loop,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
     const bool memory = allocate_tree(tree, m, blocks) && place_in_tree(tree, m);
@@ -658,8 +658,10 @@ static bool mark_light(mbsr_model *m)
  */
 static bool choose_loops(mbsr_model *m, selection s)
 {
-    const mbsri_sweeps plan = {
-        .bodies = m->live, .whole = s.whole, .with_loops = true, .massless_on_loop = s.light};
+    const mbsri_sweeps plan = {.bodies = m->live,
+                               .whole = s.whole,
+                               .with_loops = true,
+                               .massless_on_loop = s.massless_on_loop};
     const mbsri_closure *c = m->closures.data;
     const size_t count = m->closures.count;
     for (int i = 1; i <= m->live; ++i) {
@@ -703,13 +705,13 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
         s.whole = s.whole || m->body[i].survey.whole;
         s.users += m->body[i].survey.users;
     }
-    selection eliminated = {.whole = s.whole, .open = m->rows > 0, .light = true};
+    selection eliminated = {.whole = s.whole, .with_loops = m->rows > 0, .massless_on_loop = true};
     if (m->rows > 0) {
         mark_empty(m);
         if (!mark_light(m)) return false;
         /* beside blocks, bodies without inertia are eliminated by those (newton/sweeps/looped.h) */
         if (!choose_loops(m, eliminated)) {
-            eliminated.light = false;
+            eliminated.massless_on_loop = false;
             (void)choose_loops(m, eliminated);
         }
     }

@@ -93,7 +93,7 @@ typedef struct plan {
     int *names; /* behind those of all parts */
     size_t waiting;
     int *group, *unknowns; /* group of each part; unknowns of each group */
-    int *seen;             /* rows: a part that has the row, or -1 */
+    int *last;             /* rows: a part that has the row, or -1 */
     bool serves;
 } plan;
 
@@ -139,7 +139,7 @@ static int group_parts(plan *p, int i, int first)
         p->group[k] = k;
         p->unknowns[k] = 0;
         for (int l = 0; l < p->part[k].count; ++l) {
-            int *seen = p->seen + p->part[k].id[l];
+            int *seen = p->last + p->part[k].id[l];
             if (*seen >= 0) p->group[root_of_group(p->group, *seen)] = k;
             *seen = k;
         }
@@ -161,8 +161,8 @@ static int find_open(plan *p, int i, int first, int *open)
     for (int k = first; k < p->parts; ++k) {
         for (int l = 0; l < p->part[k].count; ++l) {
             const int id = p->part[k].id[l];
-            if (p->seen[id] >= 0 && p->loops->closes[id] < i) open[count++] = id;
-            p->seen[id] = -1;
+            if (p->last[id] >= 0 && p->loops->closes[id] < i) open[count++] = id;
+            p->last[id] = -1;
         }
     }
     return count;
@@ -218,10 +218,10 @@ static bool make_plan(const mbsri_sweeps *tree, const mbsr_model *m, bool *serve
     int *ints = mbsri_allocate(&m->allocator, (names + rows + 2 * parts) * sizeof *ints);
     if (part && ints) {
         plan p = {.tree = tree, .m = m, .loops = w, .part = part, .names = ints, .serves = true};
-        p.seen = ints + names;
-        p.group = p.seen + rows;
+        p.last = ints + names;
+        p.group = p.last + rows;
         p.unknowns = p.group + parts;
-        for (size_t k = 0; k < rows; ++k) p.seen[k] = -1;
+        for (size_t k = 0; k < rows; ++k) p.last[k] = -1;
         run_plan(&p, ints + names - rows);
         *serves = p.serves;
     }

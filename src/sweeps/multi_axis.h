@@ -161,7 +161,7 @@ static void diagonal_of(const mbsri_carry *A, double x[8])
 }
 
 /* m |r|^2, r from the predecessor's origin, of which rounding of the arms of axes that a body
- * slides along is a part (mbsri_turned_along in recursion/errors.h): eps r of r, not eps of the
+ * slides along is a part (mbsri_rotated_along in recursion/errors.h): eps r of r, not eps of the
  * square, so that a share of 1e-3 leaves more than nine digits. */
 static double squared_sweep_arm(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {

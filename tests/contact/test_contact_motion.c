@@ -335,7 +335,7 @@ static void pulled_slab(void **unused)
             add_own(&r, &ball, mbsr_inertia_sphere(6.0 / 3.14159265358979323846, 0.5),
                     2.0 * (l / side) - side + 1.0, 2.0 * (l % side) - side + 1.0,
                     1.5 - deep - 9.81 / (0.5 * k));
-        mbsr_simulation_add_force(&r.s, mbsr_force_applied(body, mbsr_held_force, wrench));
+        mbsr_simulation_add_force(&r.s, mbsr_force_applied(body, mbsr_stored_force, wrench));
         start(&r, 1e-8);
         to(&r, t);
         for (int l = 0; l < 2; ++l) {

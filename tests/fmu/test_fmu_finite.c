@@ -25,8 +25,8 @@ static int no_motion(void)
 {
     double s[3];
     mbsr_fmu_motion none = {.count = MBSR_FMU_MOTION_MOST + 1};
-    return mbsr_fmu_held_motion(NULL, 0.0, s, s + 1, s + 2) == MBSR_OK ||
-           mbsr_fmu_held_motion(&none, 0.0, s, s + 1, s + 2) == MBSR_OK;
+    return mbsr_fmu_stored_motion(NULL, 0.0, s, s + 1, s + 2) == MBSR_OK ||
+           mbsr_fmu_stored_motion(&none, 0.0, s, s + 1, s + 2) == MBSR_OK;
 }
 
 /* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */
@@ -37,7 +37,7 @@ static const struct {
     {"mbsr_default_fmu_opt", no_defaults},
     {"mbsr_fmu_export", no_export},
     {"mbsr_fmu_destroy", no_destroy},
-    {"mbsr_fmu_held_motion", no_motion},
+    {"mbsr_fmu_stored_motion", no_motion},
 };
 
 static void nothing_comes_of_null(void **state)

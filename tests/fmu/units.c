@@ -46,7 +46,7 @@ void make_arm(unit_model *m)
     named(m, "stop", mbsr_force_joint_stop(upper, 0, -1.0, 0.6, 2000.0, 20.0));
     named(m, "damper", mbsr_force_joint_spring(lower, 0, 0.0, 0.05, 0.0));
     named(m, "hold", mbsr_force_joint_spring(flap, 0, 1.0, 0.2, 0.3));
-    named(m, "motor", mbsr_force_joint_applied(lower, mbsr_held_force, m->held));
+    named(m, "motor", mbsr_force_joint_applied(lower, mbsr_stored_force, m->held));
 }
 
 void make_linkage(unit_model *m)
@@ -93,7 +93,7 @@ void make_beam(unit_model *m)
     mbsr_model_add_marker(m->s.model, body, 8, "tip", &end);
     named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));
     named(m, "hinge", mbsr_force_joint_spring(body - 1, 0, 30.0, 0.5, 0.0));
-    named(m, "push", mbsr_force_wrench(end, NULL, 0, mbsr_held_force, m->motion.value));
+    named(m, "push", mbsr_force_wrench(end, NULL, 0, mbsr_stored_force, m->motion.value));
 }
 
 void make_flyer(unit_model *m)
@@ -110,7 +110,7 @@ void make_flyer(unit_model *m)
                                            mbsr_inertia_rigid(1.0, com, tensor));
     named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));
     named(m, "spring", mbsr_force_point_spring(first, above, MBSR_GROUND, NULL, 200.0, 3.0, 0.1));
-    named(m, "push", mbsr_force_wrench(second, NULL, 0, mbsr_held_force, m->motion.value));
+    named(m, "push", mbsr_force_wrench(second, NULL, 0, mbsr_stored_force, m->motion.value));
 }
 
 void make_twins(unit_model *m)
@@ -164,7 +164,7 @@ void make_body(unit_model *m)
     *m = begin();
     const int body = slider(m, "body", BODY);
     named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));
-    named(m, "strut", mbsr_force_joint_applied(body, mbsr_held_force, m->held));
+    named(m, "strut", mbsr_force_joint_applied(body, mbsr_stored_force, m->held));
 }
 
 void make_wheel(unit_model *m)
@@ -174,7 +174,7 @@ void make_wheel(unit_model *m)
     const mbsr_axis up = {.kind = MBSR_AXIS_TRANSLATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
     const int carrier = mbsr_simulation_add_body(
         &m->s, "carrier", MBSR_GROUND,
-        mbsr_joint_compound(NULL, NULL, 1, &up, mbsr_fmu_held_motion, &m->motion),
+        mbsr_joint_compound(NULL, NULL, 1, &up, mbsr_fmu_stored_motion, &m->motion),
         mbsr_inertia_zero());
     add_wheel(m, carrier);
     named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));

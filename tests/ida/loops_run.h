@@ -46,7 +46,7 @@ static inline loops_result loops_try(loops *s, double tolerance, double t_end, m
     assert_ok(mbsr_closures_lambda(s->m, s->d, s->lambda), of_data);
     assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
-    r.gap = test_largest(s->held, g);
+    r.gap = test_largest(s->position_rows, g);
     assert_close(r.gap, drift.gap, 1e-15);
     return r;
 }

@@ -25,7 +25,7 @@ static long run(loops *s, double tolerance, double t_end, double *gap)
     assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
     for (int k = 0; k < s->rows; ++k) s->lambda[k] = yp[s->nq + 2 * s->nu + k];
-    if (gap) *gap = test_largest(s->held, g);
+    if (gap) *gap = test_largest(s->position_rows, g);
     mbsr_ida_destroy(ida);
     return stats.steps;
 }

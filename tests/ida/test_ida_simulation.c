@@ -430,7 +430,7 @@ static void held_forces_change_between_samples(void **state)
     mbsr_simulation s = mbsr_simulation_begin(NULL);
     mbsr_simulation_add_body(&s, NULL, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, AXIS),
                              mbsr_inertia_particle(2.0));
-    mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, mbsr_held_force, &held));
+    mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, mbsr_stored_force, &held));
     mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
     for (int k = 1; k <= 8; ++k) {
         held = k % 2 ? 2.0 * k : -3.0;

@@ -257,7 +257,7 @@ static void compare_report(loops *s, const double *y, const mbsr_consistent_info
     assert_int_equal(r->undetermined, 0);
     assert_int_equal(r->directions, rows.undetermined);
     assert_int_equal(r->dynamic, rows.mobility);
-    assert_int_equal(r->directions + r->held, rows.massless);
+    assert_int_equal(r->directions + r->loop_supported, rows.massless);
     mbsr_index_report_destroy(s->m, r);
 }
 

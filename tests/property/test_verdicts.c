@@ -124,7 +124,7 @@ static verdict report_at(const any_model *s, mbsr_data *d, const double *q, cons
     verdict v = {.report = mbsr_index_report_create(s->m, d, 0.0, q, u, &report)};
     if (v.report) return v;
     check_directions(s, report);
-    v.dynamic = report->dynamic, v.held = report->held;
+    v.dynamic = report->dynamic, v.held = report->loop_supported;
     v.damped = report->damped, v.elastic = report->elastic;
     v.undetermined = report->undetermined;
     mbsr_index_report_destroy(s->m, report);

@@ -142,7 +142,7 @@ static void assert_counts(const mbsr_index_report *r, int dynamic, int damped, i
     assert_int_equal(r->damped, damped);
     assert_int_equal(r->elastic, elastic);
     assert_int_equal(r->undetermined, undetermined);
-    assert_int_equal(r->held, held);
+    assert_int_equal(r->loop_supported, held);
     assert_int_equal(r->directions, damped + elastic + undetermined);
     assert_int_equal(r->index, undetermined ? -1 : elastic ? 2 : 1);
 }

@@ -75,7 +75,7 @@ static bool right_report(const scene *s, const verdict *v, const built *l)
     unsigned bits = 0;
     if (mbsr_index_report_create(l->model, l->data, 0.0, l->q, l->u, &r)) return false;
     bool right = r->dynamic == v->dynamic && r->damped == v->damped && r->elastic == v->elastic &&
-                 r->undetermined == v->undetermined && r->held == v->held;
+                 r->undetermined == v->undetermined && r->loop_supported == v->held;
     for (int k = 0; k < r->directions; ++k) {
         const mbsr_direction *d = r->direction + k;
         right = right && right_direction(s, v, l, d);

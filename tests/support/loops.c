@@ -28,7 +28,7 @@ void loops_build(loops *s)
     s->nq = mbsr_model_nq(s->m);
     s->nu = mbsr_model_nu(s->m);
     s->rows = mbsr_model_rows(s->m);
-    s->held = mbsr_model_position_rows(s->m);
+    s->position_rows = mbsr_model_position_rows(s->m);
     s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
 }
 
@@ -36,7 +36,7 @@ void loops_finish(loops *s)
 {
     loops_build(s);
     assert_true(s->nq <= LOOPS_MOST && s->rows <= LOOPS_MOST);
-    assert_int_equal(s->size, s->nq + 2 * s->nu + s->rows + s->held);
+    assert_int_equal(s->size, s->nq + 2 * s->nu + s->rows + s->position_rows);
 }
 
 void loops_free(loops *s)
@@ -113,17 +113,17 @@ void loops_close(loops *s, double t)
     assert_int_equal(s->nq, s->nu);
     for (int i = 0; i < 50; ++i) {
         loops_rows(s, t, s->q, s->u, C, g, NULL, NULL);
-        if (test_largest(s->held, g) < 1e-14) return;
+        if (test_largest(s->position_rows, g) < 1e-14) return;
         /* position rows among the velocity rows */
         int to = 0;
         for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
             int row, held;
             assert_ok(mbsr_closure_indices(s->m, c, &row, NULL, NULL, &held), NULL);
             for (int k = 0; k < held; ++k, ++to) {
-                for (int j = 0; j < s->nu; ++j) A[j * s->held + to] = C[j * s->rows + row + k];
+                for (int j = 0; j < s->nu; ++j) A[j * s->position_rows + to] = C[j * s->rows + row + k];
             }
         }
-        solve(s->held, s->nu, A, g, x);
+        solve(s->position_rows, s->nu, A, g, x);
         for (int j = 0; j < s->nu; ++j) s->q[j] -= x[j];
     }
 }

@@ -14,7 +14,7 @@ enum { LOOPS_MOST = 64 };
 typedef struct loops {
     mbsr_model *m;
     mbsr_data *d;
-    int nq, nu, rows, held, size;
+    int nq, nu, rows, position_rows, size;
     double q[LOOPS_MOST], u[LOOPS_MOST], udot[LOOPS_MOST], lambda[LOOPS_MOST];
 } loops;
 

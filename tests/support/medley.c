@@ -214,7 +214,7 @@ static bool finish(medley *s)
     s->nq = mbsr_model_nq(s->m);
     s->nu = mbsr_model_nu(s->m);
     s->rows = mbsr_model_rows(s->m);
-    s->held = mbsr_model_position_rows(s->m);
+    s->position_rows = mbsr_model_position_rows(s->m);
     s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
     return true;
 }

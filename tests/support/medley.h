@@ -39,7 +39,7 @@ typedef struct medley {
     medley_choice c;
     mbsr_model *m;
     mbsr_data *d;
-    int bodies, nq, nu, rows, held, size;
+    int bodies, nq, nu, rows, position_rows, size;
     double t, *q, *u;
     struct medley_body *body;
     double length[MEDLEY_LENGTHS]; /* of distances that follow a motion */

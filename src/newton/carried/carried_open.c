@@ -1,7 +1,7 @@
 /* Closures in the elimination on the tree, at one factorisation: see carried.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/carried/carried.h"
-#include "newton/carried/turned.h"
+#include "newton/carried/follower.h"
 
 #include "algebra/dense.h"
 #include "newton/slopes/closure_slopes.h"
@@ -103,15 +103,15 @@ static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
                                   loop->most,
                                   0};
     for (int l = 0; l < c->rows; ++l) open_multipliers(w, c, l, factor);
-    loop->turned = false;
+    loop->follower = false;
     loop->rank = 0;
     if (mbsri_closure_is_constant(c)) return MBSR_OK;
     const int status = mbsri_closure_tangents_of(w->model, d, c, v->work, &out);
     if (status || loop->most == 0) return status;
-    loop->turned = mbsri_turned_open(w, d, k, factor);
-    if (loop->turned) {
-        loop->next_turned = v->first_turned;
-        v->first_turned = k;
+    loop->follower = mbsri_follower_open(w, d, k, factor);
+    if (loop->follower) {
+        loop->next_follower = v->first_follower;
+        v->first_follower = k;
         return MBSR_OK;
     }
     mbsri_closure_across(c, v->work, &out);
@@ -122,7 +122,7 @@ static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
 int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
 {
     mbsri_carried *v = &w->carried;
-    v->first_turned = -1;
+    v->first_follower = -1;
     for (int k = 0; k < v->uses; ++k) v->lane_pool[v->used[k]].count = 0;
     for (int k = 0; k < (int)w->model->closures.count; ++k) {
         mbsri_expect_closure(w->model, mbsri_closure_at(w->model, (size_t)k));

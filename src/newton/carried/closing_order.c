@@ -25,8 +25,8 @@ typedef struct plan {
     int *first_at, *next_at, *closure_at; /* bodies, ends, ends: the loops of a branch */
     int *group_of, *mark;                 /* closures: position of their last branch; scratch */
     struct {
-        int *order, *position, *seen, ordered; /* its branches */
-        int *loop, loops;                      /* closures: its loops, group by group */
+        int *order, *position, *visited, ordered; /* its branches */
+        int *loop, loops;                         /* closures: its loops, group by group */
     } component;
     int *first_of, *into, *rest_at,
         *rests;                    /* groups: first of `loop`; merged into; rest; how many */
@@ -75,7 +75,7 @@ static bool open_plan(plan *p, size_t bodies, size_t closures, size_t ends)
     p->first_at = take_list(&at, bodies), p->next_at = take_list(&at, ends);
     p->closure_at = take_list(&at, ends);
     p->component.order = take_list(&at, bodies), p->component.position = take_list(&at, bodies),
-    p->component.seen = take_list(&at, bodies);
+    p->component.visited = take_list(&at, bodies);
     p->group_of = take_list(&at, closures), p->mark = take_list(&at, closures);
     p->component.loop = take_list(&at, closures);
     p->first_of = take_list(&at, groups + 1), p->into = take_list(&at, groups);
@@ -93,7 +93,8 @@ static void list_branches(plan *p)
     const mbsr_model *m = p->w->model;
     const int bodies = m->bodies, closures = (int)m->closures.count;
     int used = 0;
-    for (int i = 0; i <= bodies; ++i) p->first_loop[i] = p->first_at[i] = p->component.seen[i] = -1;
+    for (int i = 0; i <= bodies; ++i)
+        p->first_loop[i] = p->first_at[i] = p->component.visited[i] = -1;
     for (int k = closures - 1; k >= 0; --k) {
         p->next_loop[k] = p->first_loop[p->closure[k].meets];
         p->first_loop[p->closure[k].meets] = k;
@@ -123,15 +124,15 @@ static void spread(plan *p, int from)
     const int stamp = ++p->stamp;
     p->component.ordered = 0;
     p->component.order[p->component.ordered++] = from;
-    p->component.seen[from] = stamp;
+    p->component.visited[from] = stamp;
     for (int l = 0; l < p->component.ordered; ++l) {
         p->component.position[p->component.order[l]] = l;
         for (int e = p->first_at[p->component.order[l]]; e >= 0; e = p->next_at[e]) {
             const int k = p->closure_at[e];
             for (int n = p->first_branch[k]; n < p->first_branch[k + 1]; ++n) {
                 const int i = p->branch[n];
-                if (p->component.seen[i] == stamp) continue;
-                p->component.seen[i] = stamp;
+                if (p->component.visited[i] == stamp) continue;
+                p->component.visited[i] = stamp;
                 p->component.order[p->component.ordered++] = i;
             }
         }

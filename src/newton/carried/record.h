@@ -55,8 +55,8 @@ typedef struct mbsri_loop {
     size_t S, slope;   /* offsets: columns x columns, rows x columns */
     size_t left, read; /* columns x most, most x columns */
     int next;          /* of the same front in vector code (lane_pools.h); -1: none */
-    bool turned;       /* at the last factorisation: nothing crosses, see turned.h */
-    int next_turned;   /* -1: none */
+    bool follower;     /* at the last factorisation: nothing crosses, see follower.h */
+    int next_follower; /* -1: none */
     size_t turn;       /* offset, where anything may cross */
 } mbsri_loop;
 
@@ -138,10 +138,10 @@ typedef struct mbsri_carried {
     int *first_end;         /* N + 1 */
     int *first_closing,     /* N + 1: closing fronts of a body, 0: none */
         *last_closing;
-    int *closure;     /* multipliers: the closure of the name */
-    int first_turned; /* -1: none */
-    bool *served;     /* N + 1: joints that are fronts */
-    int *used, uses;  /* pools that have room for unknowns: which, and how many */
+    int *closure;       /* multipliers: the closure of the name */
+    int first_follower; /* -1: none */
+    bool *served;       /* N + 1: joints that are fronts */
+    int *used, uses;    /* pools that have room for unknowns: which, and how many */
     mbsri_pool *pool;
     mbsri_pool *lane_pool; /* the same of bodies in vector code (lane_pools.h) */
     mbsri_carried_front *front;

@@ -368,13 +368,14 @@ static void add_row(build *b, const mbsri_closure *c, int r, int l, const double
     const int i = c->body[l], first = c->column[l], rows = c->rows;
     const mbsri_body *body = f->model->body + i;
     const mbsri_front_names *at = f->names + i;
-    const bool joint = mbsri_reads_joints(c), held = holds(f, c, r);
+    const bool joint = mbsri_reads_joints(c), has_place = holds(f, c, r);
     const int velocity = f->rows.at[f->rows.count + c->row + r],
               lambda = f->columns.count + c->row + r,
               position =
-                  held ? f->rows.at[f->rows.count + f->model->rows + c->position_row + r] : 0,
-              eta =
-                  held ? f->columns.at[f->columns.count + f->model->rows + c->position_row + r] : 0;
+                  has_place ? f->rows.at[f->rows.count + f->model->rows + c->position_row + r] : 0,
+              eta = has_place
+                        ? f->columns.at[f->columns.count + f->model->rows + c->position_row + r]
+                        : 0;
     double *to = M_at(b, 0, f->columns.at[lambda]);
     const int count = body->d + (joint ? body->n : 0);
     for (int j = 0; j < count; ++j) {
@@ -385,8 +386,9 @@ static void add_row(build *b, const mbsri_closure *c, int r, int l, const double
                   rate = f->columns.at[own ? at->u + j - body->d : at->x + f->linear->e[i] + j];
         *M_at(b, velocity, rate) += read;
         *M_at(b, velocity, place) += turn;
-        if (held) *M_at(b, position, place) += read;
-        if (held) *M_at(b, f->rows.at[own ? at->push + j - body->d : at->kappa + j], eta) += read;
+        if (has_place) *M_at(b, position, place) += read;
+        if (has_place)
+            *M_at(b, f->rows.at[own ? at->push + j - body->d : at->kappa + j], eta) += read;
         if (own) {
             to[f->rows.at[at->tau] + j - body->d] += read;
             continue;

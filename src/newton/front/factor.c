@@ -145,7 +145,7 @@ static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pi
                               .row_scale = f->now.row_scale,
                               .column_scale = f->now.column_scale,
                               .largest = f->now.largest};
-    return mbsri_front_eliminate(p, b->step->borders > 0 ? b->step->held : 0);
+    return mbsri_front_eliminate(p, b->step->borders > 0 ? b->step->delayed : 0);
 }
 
 static int pass(mbsri_front *f, mbsr_data *d, int k)

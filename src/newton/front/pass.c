@@ -443,12 +443,12 @@ static void expect_masses(const mbsri_front_build *b)
                   x = mbsri_linear_motions(f->linear, i), y = mbsri_linear_actions(f->linear, i),
                   e = f->linear->e[i], row = f->rows.at[f->names[i].y + d],
                   column = f->columns.at[f->names[i].x];
-        const bool held = f->model->position_rows > 0 && !b->plain && e == d;
+        const bool has_positions = f->model->position_rows > 0 && !b->plain && e == d;
         const double *P = mbsri_linear_terms(f->linear, i).P;
         for (int l = 0; l < x; ++l, P += y) {
             double *N = N_at(b, row, column + l);
             for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]) + fabs(P[d + r]);
-            if (!held || l < e || l >= e + d) continue; /* P over V is the mass */
+            if (!has_positions || l < e || l >= e + d) continue; /* P over V is the mass */
             N = N_at(b, f->rows.at[f->names[i].kappa], column + l - e);
             for (int r = 0; r < d; ++r) N[r] += fabs(f->c * P[r]);
         }
@@ -459,7 +459,8 @@ void mbsri_front_pass(mbsri_front_build *b)
 {
     const mbsri_front *f = b->f;
     const mbsri_front_names *above = f->names + b->b->parent;
-    const bool grounded = b->b->parent == 0, held = f->model->position_rows > 0 && !b->plain;
+    const bool grounded = b->b->parent == 0,
+               has_positions = f->model->position_rows > 0 && !b->plain;
     passing p = {.b = b,
                  .c = f->c,
                  .motion = f->columns.at[b->at.x],
@@ -472,9 +473,9 @@ void mbsri_front_pass(mbsri_front_build *b)
                  .rate = f->rows.at[b->at.rate],
                  .tau = b->plain ? -1 : f->rows.at[b->at.tau],
                  .push = f->rows.at[b->at.push],
-                 .kappa = held ? f->rows.at[b->at.kappa] : -1,
+                 .kappa = has_positions ? f->rows.at[b->at.kappa] : -1,
                  .below = grounded ? -1 : f->rows.at[above->y],
-                 .kappa_below = grounded || !held ? -1 : f->rows.at[above->kappa]};
+                 .kappa_below = grounded || !has_positions ? -1 : f->rows.at[above->kappa]};
     if (b->plain) p.first = p.y, p.reach = mbsri_linear_actions(f->linear, b->i);
     take_sizes(b);
     choose_pass(&p, (sizes){.d = b->b->d,

@@ -309,7 +309,7 @@ static void flush_column(pivots *p, int j)
     for (int i = p->size; i < p->rows && left < noise * sum; ++i) *entry(p, p->M, i, j) = 0.0;
 }
 
-bool mbsri_front_eliminate(pivots *p, int held)
+bool mbsri_front_eliminate(pivots *p, int delayed)
 {
     int pending = 0, row, column;
     for (int j = 0; j < p->size; ++j) pending += column_kind(p, j) == MBSRI_FRONT_PENDING;
@@ -319,7 +319,7 @@ bool mbsri_front_eliminate(pivots *p, int held)
     equilibrate(p);
     while (p->size - p->done > pending) {
         bool found = find(p, false, good, &row, &column);
-        if (!found && p->size - p->done - pending <= held) break;
+        if (!found && p->size - p->done - pending <= delayed) break;
         if (!found && !find(p, false, rounding, &row, &column)) return false;
         pivot(p, row, column);
         if (p->watched) add_up(p, p->done - 1);

@@ -20,8 +20,8 @@ typedef struct mbsri_front_pivots {
     double *row_scale, *column_scale, *largest;  /* scratch: rows, columns, rows */
 } mbsri_front_pivots;
 
-/* Eliminates what has a good pivot; beyond that, until at most `held` unknowns that are not pending
- * are left, what has any pivot that is not rounding. False: more are left than that. */
-bool mbsri_front_eliminate(mbsri_front_pivots *p, int held);
+/* Eliminates what has a good pivot; beyond that, until at most `delayed` unknowns that are not
+ * pending are left, what has any pivot that is not rounding. False: more are left than that. */
+bool mbsri_front_eliminate(mbsri_front_pivots *p, int delayed);
 
 #endif

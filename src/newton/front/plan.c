@@ -30,9 +30,9 @@ typedef struct draft {
     int *impulse;       /* and in whose border it has its impulse */
     int *last_child;    /* of a step: chains of its children, by `before` */
     int *before;
-    int *open, *rates;                /* of what is handed on: velocity rows, rates beyond these, */
-    int *waiting, *unsettled, *light; /* multipliers, rates of groups that are not complete, and
-                                       * whether bodies without full inertia are behind */
+    int *rows, *rates; /* of what is handed on: velocity rows, rates beyond these, */
+    int *waiting, *unsettled, *massless; /* multipliers, rates of groups that are not complete, and
+                                          * whether bodies without full inertia are behind */
 } draft;
 
 static void *numbers(const mbsri_front_source *from, size_t count)
@@ -263,13 +263,13 @@ static double operations(draft *d, const mbsri_front_step *s, int k, int rows, i
     const mbsri_body *b = d->m->body + s->body;
     int open = rows, rates = b->n;
     for (int l = 0; l < s->children; ++l) {
-        open += d->open[d->plan->child[s->first_child + l]];
+        open += d->rows[d->plan->child[s->first_child + l]];
         rates += d->rates[d->plan->child[s->first_child + l]];
     }
     const int done = rates < open ? rates : open;
-    d->open[k] = open - done;
+    d->rows[k] = open - done;
     d->rates[k] = rates - done;
-    const double own = b->nq + b->n + multipliers, width = own + 2 * d->open[k];
+    const double own = b->nq + b->n + multipliers, width = own + 2 * d->rows[k];
     return own * (width + s->border_rows) * (width + s->border_columns) +
            (width + s->border_columns) * s->border_columns * 6.0;
 }
@@ -282,7 +282,7 @@ static void measure_other(draft *d, int k)
     const bool hands = parent > 0 && d->served[parent];
     s->border_columns = hands ? columns_of(d, parent) : 0;
     s->border_rows = hands ? rows_of(d, parent) : 0;
-    d->waiting[k] = d->unsettled[k] = d->light[k] = d->open[k] = d->rates[k] = 0;
+    d->waiting[k] = d->unsettled[k] = d->massless[k] = d->rows[k] = d->rates[k] = 0;
 }
 
 /* Sizes of step k, at most. Of multipliers no more can be without a pivot than the border has
@@ -311,16 +311,17 @@ static void measure_border(draft *d, int k)
         carried += d->plan->step[child].carried;
         waiting += d->waiting[child];
         groups += d->unsettled[child];
-        light = light || d->light[child];
+        light = light || d->massless[child];
     }
     const int own = b->nq + b->n + (b->group.head == s->body ? b->group.n : b->n),
               all = own + more + carried;
     if (waiting > s->border_columns) waiting = s->border_columns;
     d->waiting[k] = waiting;
     d->unsettled[k] = groups;
-    d->light[k] = light;
-    s->held = d->crosses || d->m->rows > 0 ? waiting + SPARE + (light ? s->border_columns : 0) : 0;
-    s->carried = all < s->held + 2 * groups ? all : s->held + 2 * groups;
+    d->massless[k] = light;
+    s->delayed =
+        d->crosses || d->m->rows > 0 ? waiting + SPARE + (light ? s->border_columns : 0) : 0;
+    s->carried = all < s->delayed + 2 * groups ? all : s->delayed + 2 * groups;
     if (s->borders == 0) s->carried = 0;
     s->rates = b->n;
     s->unknowns = all;
@@ -478,10 +479,10 @@ bool mbsri_front_plan_create(const mbsri_front_source *from, const bool *served,
         d.marked = memory + 2 * bodies;
         d.last_child = memory + 3 * bodies;
         d.before = memory + 4 * bodies;
-        d.open = memory + 5 * bodies;
+        d.rows = memory + 5 * bodies;
         d.rates = memory + 6 * bodies;
         d.unsettled = memory + 7 * bodies;
-        d.light = memory + 8 * bodies;
+        d.massless = memory + 8 * bodies;
         d.waiting = memory + 9 * bodies;
         d.impulse = memory + 10 * bodies;
         d.crosses = !served && crosses(from);

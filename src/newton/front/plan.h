@@ -26,7 +26,7 @@ typedef struct mbsri_front_step {
     int border_rows, border_columns;
     int carried;        /* unknowns that are handed on, at most */
     bool axes;          /* axes_step.h may serve it */
-    int held;           /* of these, how many may be, but for those of an open group */
+    int delayed;        /* of these, the most for want of a pivot, but for those of an open group */
     size_t matrix;      /* doubles: of what is handed on, */
     size_t LU, numbers; /* and of what is eliminated, with d(M u) and dp' of the joint; ints */
 } mbsri_front_step;

@@ -196,21 +196,21 @@ static void close_rows(const mbsri_linear *w, const mbsri_closure *c, const doub
     const mbsr_model *m = w->model;
     const int first = m->nq + 2 * m->nu;
     for (int k = 0; k < c->rows; ++k) {
-        const int row = first + c->row + k, held = first + m->rows + c->position_row + k;
+        const int row = first + c->row + k, position = first + m->rows + c->position_row + k;
         const double stiffness = c->def.stiffness[k], s = delta[row], f = w->c;
         if (stiffness > 0.0) {
             lambda[k] = -(s + c->def.damping[k] / stiffness * f * s);
             r[row] = f * s / stiffness - rate[k];
             if (k < c->position_rows)
-                r[held] = w->dropped[c->row + k] ? delta[held] : place[k] - s / stiffness;
+                r[position] = w->dropped[c->row + k] ? delta[position] : place[k] - s / stiffness;
         } else if (w->dropped[c->row + k]) {
             lambda[k] = 0.0;
             r[row] = s;
-            if (k < c->position_rows) r[held] = delta[held];
+            if (k < c->position_rows) r[position] = delta[position];
         } else {
             lambda[k] = f * s;
             r[row] = rate[k];
-            if (k < c->position_rows) r[held] = place[k];
+            if (k < c->position_rows) r[position] = place[k];
         }
     }
 }

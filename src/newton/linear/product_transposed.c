@@ -142,11 +142,11 @@ static void open_rows(const mbsri_linear *w, const mbsri_closure *c, const doubl
     const mbsr_model *m = w->model;
     const int first = m->nq + 2 * m->nu;
     for (int k = 0; k < c->rows; ++k) {
-        const int row = first + c->row + k, held = first + m->rows + c->position_row + k;
+        const int row = first + c->row + k, position = first + m->rows + c->position_row + k;
         const double stiffness = c->def.stiffness[k], f = w->c;
         const bool dropped = w->dropped[c->row + k], holds = k < c->position_rows;
-        if (holds && dropped) delta[held] += r[held];
-        place[k] = holds && !dropped ? r[held] : 0.0;
+        if (holds && dropped) delta[position] += r[position];
+        place[k] = holds && !dropped ? r[position] : 0.0;
         if (stiffness > 0.0) {
             delta[row] = (f * r[row] - place[k]) / stiffness -
                          (1.0 + c->def.damping[k] / stiffness * f) * lambda[k];

@@ -44,7 +44,7 @@ typedef struct column {
     mbsr_joint_args args;
     mbsr_joint_change by;
     double *q, *u, *p_pred, *V_pred, *dp, *dV; /* of `by` */
-    bool moved;                                /* of q or p_pred; else dp and `first` are zero */
+    bool displaced;                            /* of q or p_pred; else dp and `first` are zero */
     block first;                               /* dK, dH, dJ, dkI, later divided by K */
     block second;                              /* dK', dH', dJ', dkII */
     double *qdot;                              /* d(G u), with every coordinate */
@@ -249,12 +249,12 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
     double *below = s->below + (size_t)at * (size_t)(3 * dp),
            *own = s->own + (size_t)at * (size_t)(3 * n);
     mbsri_copy((size_t)dim, c->dV, x + s->e);
-    if (c->moved) {
+    if (c->displaced) {
         mbsri_pose_change(b->joint.space, b->np, d->p + b->p, c->dp, x);
         mbsri_atx(dim, dp, -1.0, c->first.H, d->imp + b->v, below);
         mbsri_atx(dim, dp, -1.0, c->first.H, d->sigma + b->v, below + dp);
     }
-    if (c->moved && !b->flexible.upright) {
+    if (c->displaced && !b->flexible.upright) {
         mbsri_atx(dim, n, 1.0, c->first.J, d->imp + b->v, own);
         mbsri_atx(dim, n, 1.0, c->first.J, d->sigma + b->v, own + n);
     }
@@ -306,7 +306,7 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
 {
     const mbsri_body *b = c->b;
     int status = MBSR_OK;
-    c->moved = true;
+    c->displaced = true;
     c->move.still = false;
     for (int k = c->turns ? s->e_pred : 0;
          k < (b->flexible.upright ? 0 : b->nq) + s->e_pred && !status; ++k) {
@@ -337,7 +337,7 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
 {
     const mbsri_body *b = c->b;
     int status = MBSR_OK;
-    c->moved = false;
+    c->displaced = false;
     c->move.still = true;
     mbsri_zero((size_t)b->np, c->dp);
     clear(b, &c->first);

@@ -11,7 +11,7 @@ typedef struct axis {
     v4 rate_w, rate_v; /* S' */
     v4 row_w, row_v;   /* S - S' / c: the row of the joint over chi */
     v4 J[4];           /* what dq adds to the forces */
-    v4 turned;         /* S_w x N + S_v x F */
+    v4 rotated;        /* S_w x N + S_v x F */
 } axis;
 
 MBSRI_INLINE void finish_axis(const slab *y, double by_c, axis *a)
@@ -23,7 +23,7 @@ MBSRI_INLINE void finish_axis(const slab *y, double by_c, axis *a)
     a->J[CHI_P] = cross(a->S_w, y->p);
     a->J[MOMENT] = cross(a->S_v, y->F);
     a->J[FORCE] = splat(0.0);
-    a->turned = cross(a->S_w, y->N) + a->J[MOMENT];
+    a->rotated = cross(a->S_w, y->N) + a->J[MOMENT];
 }
 
 /* out = P (rotation, nu_w, nu_v, displacement) */
@@ -65,7 +65,7 @@ MBSRI_INLINE void joint_row(const slab *y, const axis *a, v4 by_c, v4 R[4], bool
     for (int g = 0; g < groups(full); ++g)
         R[g] = sums(along_row(a, by_c, y->P[g][0], full), along_row(a, by_c, y->P[g][1], full),
                     along_row(a, by_c, y->P[g][2], full));
-    R[ROTATION] -= by_c * a->turned;
+    R[ROTATION] -= by_c * a->rotated;
     R[SPIN] -= by_c * a->J[CHI_L];
     R[DRIFT] -= by_c * a->J[CHI_P];
 }

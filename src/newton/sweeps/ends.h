@@ -9,7 +9,7 @@
 #ifndef MBSRI_NEWTON_ENDS_H
 #define MBSRI_NEWTON_ENDS_H
 
-#include "newton/carried/turned.h"
+#include "newton/carried/follower.h"
 #include "newton/sweeps/fronts.h"
 #include "recursion/closures.h"
 #include "sweeps/embed.h"
@@ -101,7 +101,7 @@ MBSRI_OUTLINE void add_rows(const mbsri_newton_sweeps *newton, const mbsr_data *
     const mbsri_carried *v = &w->carried;
     const mbsri_closure *c = e->c;
     const double *C = data->closure_C + c->at, *acts = C, *holds = C;
-    if (e->loop->turned) {
+    if (e->loop->follower) {
         const mbsri_closure_turn turn = mbsri_turn_of(v, c, e->loop);
         acts = turn.acts, holds = turn.holds;
     }

@@ -38,7 +38,7 @@ typedef struct joint_front {
     v4 rho, by_c;
     double weight;
     bool below_massless;
-    int held; /* see held_at */
+    int delayed; /* see delayed_at */
     bool on_root, in_place;
     int count; /* unknowns from behind */
     open_pool from, to;
@@ -91,8 +91,8 @@ MBSRI_INLINE bool open_next(mbsri_newton_sweeps *newton, int i, joint_front *j)
 {
     mbsr_newton *w = newton->blocks;
     const int count = j->count;
-    if (j->held || j->from.pool->loose) {
-        int held = j->held;
+    if (j->delayed || j->from.pool->loose) {
+        int held = j->delayed;
         for (int l = 0; l < count; ++l) held += !waits(w, i, j->from.column[l]);
         if (held > w->carried.front[i].delayed) return false;
     }
@@ -100,10 +100,10 @@ MBSRI_INLINE bool open_next(mbsri_newton_sweeps *newton, int i, joint_front *j)
         j->to.pool->count = count;
     else
         find_places(w, i, j);
-    for (int o = 0; o < j->held; ++o) {
+    for (int o = 0; o < j->delayed; ++o) {
         const int own = mbsri_name_own(w, i, o);
         j->to_column[count + o] = j->to_row[count + o] = append(&j->to, own, own);
-        for (int k = 0; k < j->held; ++k) { /* carry_T takes four rows at a time */
+        for (int k = 0; k < j->delayed; ++k) { /* carry_T takes four rows at a time */
             const open_record by = record_of(newton, i, k);
             by.m[count + o] = by.n[count + o] = 0.0;
         }
@@ -240,16 +240,16 @@ MBSRI_INLINE void carry_column(const joint_front *j, int l, bool below_massless,
     for (int r = 0; r < 2; ++r) psi[r] = below_massless ? load3(from + 16 + 4 * r) : splat(0.0);
     const double e = j->weight * (sum3(a->S_w * kappa[0] + a->S_v * kappa[1]) + push),
                  g = sum3(along_row(a, j->by_c, Q, true)) + p->gain * e - j->by_c[0] * tau,
-                 z = j->held ? 0.0 : g / p->E,
+                 z = j->delayed ? 0.0 : g / p->E,
                  seen =
                      below_massless ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) - tau : 0.0;
     const v4 by_e = splat(e), by_z = splat(z);
     for (int r = 0; r < 4; ++r) Q[r] += p->U[r] * by_e - p->C[r] * by_z;
     for (int r = 0; r < 2 && below_massless; ++r)
-        psi[r] += p->t.U[r] * by_e - p->t.C[r] * by_z - j->G[r] * splat(j->held ? 0.0 : seen);
+        psi[r] += p->t.U[r] * by_e - p->t.C[r] * by_z - j->G[r] * splat(j->delayed ? 0.0 : seen);
     j->record.z[l] = z;
     j->record.e[l] = e;
-    j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->held ? g : 0.0);
+    j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->delayed ? g : 0.0);
     if (below_massless) j->balance[l] = seen + p->t.along_U * e;
     if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, below_massless);
 }
@@ -346,7 +346,7 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
                               const passage *p, const v4 G[2], bool below_massless, bool held)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.p = p, .G = G, .below_massless = below_massless, .held = held};
+    joint_front j = {.p = p, .G = G, .below_massless = below_massless, .delayed = held};
     j.weight = b->n > 0 ? run->model->typical.weight[b->u] : 0.0;
     j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
@@ -420,7 +420,7 @@ MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, dou
         else
             to[place[l]] += s;
     }
-    if (held_at(newton, i)) to[pool->in_place ? count : place[count]] += rest;
+    if (delayed_at(newton, i)) to[pool->in_place ? count : place[count]] += rest;
 }
 
 /* What is carried past joint i does to du, to what moves it besides, and to d(M u). */
@@ -437,7 +437,7 @@ MBSRI_OUTLINE void move_open(const mbsri_newton_sweeps *newton, int i, double *d
         *rest += by.e[l] * value;
         *dp += by.p[l] * value;
     }
-    if (!held_at(newton, i)) return;
+    if (!delayed_at(newton, i)) return;
     const double own = v->value[mbsri_name_own(newton->blocks, i, 0)];
     *du += own;
     *dp += by.p[count] * own;

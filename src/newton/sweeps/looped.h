@@ -112,7 +112,7 @@ MBSRI_OUTLINE bool eliminate_narrow(const mbsri_sweep_run *run, int i, mbsri_new
  * state. */
 static void mark_below_massless(mbsri_newton_sweeps *newton)
 {
-    newton->last.below_massless = newton->last.light;
+    newton->last.below_massless = newton->last.massless_on_loop;
     if (newton->last.marked) return;
     for (int i = 0; i <= newton->tree->bodies; ++i) {
         const mbsri_sweep_body *b = newton->tree->body + i;

@@ -5,7 +5,7 @@
 
 #include "newton/sweeps/ahead.h"
 #include "newton/sweeps/solve.h"
-#include "newton/sweeps/turned.h"
+#include "newton/sweeps/follower.h"
 
 /* From a joint that is not wide. */
 MBSRI_INLINE void leave_narrow_loads(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
@@ -29,7 +29,7 @@ MBSRI_INLINE void wide_loads(mbsri_newton_sweeps *newton, int i, right_sides by,
     if (flags & MBSRI_LEAF) clear_loads(f);
     if (flags & MBSRI_BRANCHES) add_loads(--*top, f, true, below_massless);
     if (by.load_of_body) add_load(newton, i, by.load_of_body, f, below_massless);
-    if (newton->blocks->carried.first_turned >= 0) add_turned_loads(newton, i, f);
+    if (newton->blocks->carried.first_follower >= 0) add_follower_loads(newton, i, f);
     if (flags & MBSRI_CLOSES) close_loads(newton, i, f->b, f->psi);
     if (flags & MBSRI_WIDE_JOINT) {
         condense_joint(newton, s, i, flags, by, f, true, below_massless, true);
@@ -104,7 +104,7 @@ MBSRI_INLINE void looped_forward(mbsri_newton_sweeps *newton, const double *r, d
             x[DISPLACEMENT] = splat(0.0);
         }
         store_motion(newton, i, x, 4);
-        if (newton->blocks->carried.first_turned >= 0) see_turned(newton, i, x);
+        if (newton->blocks->carried.first_follower >= 0) see_followers(newton, i, x);
         if (flags & MBSRI_CLOSES) close_motion(newton, i, x);
         if (motion) report_motion(newton, i, x, motion + 12 * i);
     }
@@ -114,7 +114,7 @@ MBSRI_OUTLINE void solve_looped(mbsri_newton_sweeps *newton, const double *r,
                                 const double *load_of_body, double *delta, double *motion)
 {
     mbsri_front_load(newton->blocks, r);
-    mbsri_turned_load(newton->blocks);
+    mbsri_follower_load(newton->blocks);
     if (r && !load_of_body) /* mostly so: without questions at every body */
         looped_back(newton, r, NULL);
     else
@@ -124,7 +124,7 @@ MBSRI_OUTLINE void solve_looped(mbsri_newton_sweeps *newton, const double *r,
         looped_forward(newton, r, delta, motion);
     else
         looped_forward(newton, NULL, delta, motion);
-    mbsri_turned_finish(newton->blocks);
+    mbsri_follower_finish(newton->blocks);
     mbsri_front_multipliers(newton->blocks, r, delta);
 }
 

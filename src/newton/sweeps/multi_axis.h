@@ -162,7 +162,7 @@ static double corrected(const axis *k, const axis *l, const double T[8], v4 by_c
     const v4 r_w = by_c * k->J[CHI_L], r_v = by_c * k->J[CHI_P];
     if (du) return -sum3(r_w * l->S_w + r_v * l->S_v);
     return -sum3(along_row(k, by_c, l->J, false)) -
-           sum3(r_w * load(T) + r_v * load(T + 4) + by_c * k->turned * l->S_w);
+           sum3(r_w * load(T) + r_v * load(T + 4) + by_c * k->rotated * l->S_w);
 }
 
 /* E and the gain: what du and g add to the rows; size: of what was summed in each row of E. */

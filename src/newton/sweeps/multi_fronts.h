@@ -145,22 +145,22 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
         g[k] = sum3(along_row(p->a + k, j->by_c, Q, true)) - j->by_c[0] * tau[k];
         for (int o = 0; o < p->n; ++o) g[k] += B->gain[k][o] * e[o];
     }
-    for (int k = 0; k < p->n && j->held; ++k) {
+    for (int k = 0; k < p->n && j->delayed; ++k) {
         double *balance = j->balance + k * j->count;
         balance[l] = sum3(p->a[k].S_w * psi[PSI_L] + p->a[k].S_v * psi[PSI_P]) - tau[k];
         for (int o = 0; o < p->n; ++o) balance[l] += t->gain[k][o] * e[o];
     }
     for (int k = 0; k < p->n; ++k) {
         z[k] = 0.0;
-        for (int o = 0; o < p->n && !j->held; ++o) z[k] += B->inverse[k][o] * g[o];
+        for (int o = 0; o < p->n && !j->delayed; ++o) z[k] += B->inverse[k][o] * g[o];
         for (int r = 0; r < 4; ++r) Q[r] += p->U[k][r] * splat(e[k]) - p->C[k][r] * splat(z[k]);
-        for (int r = 0; r < 2 && j->held; ++r) psi[r] += t->U[k][r] * splat(e[k]);
+        for (int r = 0; r < 2 && j->delayed; ++r) psi[r] += t->U[k][r] * splat(e[k]);
     }
     for (int k = 0; k < p->n; ++k) {
         const open_record by = record_of(newton, i, k);
         by.z[l] = z[k];
         by.e[l] = e[k];
-        by.p[l] = sum3(p->a[k].S_w * Q[CHI_L] + p->a[k].S_v * Q[CHI_P]) - (j->held ? g[k] : 0.0);
+        by.p[l] = sum3(p->a[k].S_w * Q[CHI_L] + p->a[k].S_v * Q[CHI_P]) - (j->delayed ? g[k] : 0.0);
     }
     if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, j->below_massless);
 }
@@ -215,7 +215,7 @@ static void carry_rates(const mbsri_newton_sweeps *newton, int i, const axes *p,
 {
     const int count = j->count, most = j->to.most;
     const v4 none[2] = {splat(0.0), splat(0.0)};
-    for (int k = 0; k < j->held; ++k) {
+    for (int k = 0; k < j->delayed; ++k) {
         const int at = j->to_column[count + k], place = j->to_row[count + k];
         const open_record by = record_of(newton, i, k);
         double *T = j->to.T;
@@ -226,7 +226,7 @@ static void carry_rates(const mbsri_newton_sweeps *newton, int i, const axes *p,
             T[column_place(j, l) * most + place] += j->balance[k * count + l];
             T[at * most + row_place(j, l)] += by.m[l];
         }
-        for (int o = 0; o < j->held; ++o) {
+        for (int o = 0; o < j->delayed; ++o) {
             T[j->to_column[count + o] * most + place] += t->along[k][o];
             by.p[count + o] =
                 sum3(p->a[k].S_w * p->C[o][CHI_L] + p->a[k].S_v * p->C[o][CHI_P]) - p->E[k][o];
@@ -255,7 +255,7 @@ static bool eliminate_open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_
                                 slab *y, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.below_massless = below_massless, .held = held_at(newton, i)};
+    joint_front j = {.below_massless = below_massless, .delayed = delayed_at(newton, i)};
     axes p;
     balance_of_axes t;
     j.balance = newton->blocks->carried.work;
@@ -295,7 +295,7 @@ static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_pool *pool = v->lane_pool + i;
     const mbsri_newton_step *s = newton->step + i;
-    const int count = pool->count, held = held_at(newton, i), *place = v->numbers + pool->place;
+    const int count = pool->count, held = delayed_at(newton, i), *place = v->numbers + pool->place;
     const double *from = v->store + pool->right, *k = newton->k + s->u;
     double *to = v->store + v->lane_pool[pool->up].right;
     for (int l = 0; l < count; ++l) {
@@ -338,7 +338,7 @@ static void move_open_axes(const mbsri_newton_sweeps *newton, int i, double du[6
 {
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_pool *pool = v->lane_pool + i;
-    const int *name = v->numbers + pool->column, count = pool->count, held = held_at(newton, i);
+    const int *name = v->numbers + pool->column, count = pool->count, held = delayed_at(newton, i);
     for (int o = 0; o < newton->step[i].n; ++o) {
         const open_record by = record_of(newton, i, o);
         for (int l = 0; l < count; ++l) {

@@ -16,7 +16,7 @@ typedef struct open_record {
 } open_record;
 
 /* How many du of joint i are carried on: none, or all of the joint. */
-MBSRI_INLINE int held_at(const mbsri_newton_sweeps *newton, int i)
+MBSRI_INLINE int delayed_at(const mbsri_newton_sweeps *newton, int i)
 {
     const mbsri_newton_step *s = newton->step + i;
     return s->below_massless & MBSRI_NO_INERTIA ? s->n : 0;
@@ -27,7 +27,7 @@ MBSRI_INLINE open_record record_of(const mbsri_newton_sweeps *newton, int i, int
 {
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_pool *pool = v->lane_pool + i;
-    const int span = mbsri_lane_span(pool->count + held_at(newton, i));
+    const int span = mbsri_lane_span(pool->count + delayed_at(newton, i));
     double *at = v->store + pool->record + MBSRI_LANE_RECORD * span * k;
     return (open_record){at, at + span, at + 2 * span, at + 3 * span, at + 4 * span};
 }

@@ -144,14 +144,14 @@ struct mbsri_newton_sweeps {
         bool unclear;        /* the bound of rounding errors did not tell once: not tried again */
         bool below_massless; /* some joint block was zero; below: NULL where none is expected to be
                               */
-        bool light;          /* and has bodies without inertia that count as such */
-        bool looped;         /* it has closures */
-        bool marked;         /* its bodies below massless joints are, and no others since */
-        bool joint_slopes;   /* are added: see mbsri_newton_add_joint_slopes */
-    } last;                  /* factorisation */
-    struct mbsr_newton *blocks;         /* has what is carried; NULL: there are no loops */
-    struct mbsri_front *mixed;          /* passes the joints of blocks; NULL: there are none */
-    int status;                         /* what it said last */
+        bool massless_on_loop;  /* and has bodies without inertia that count as such */
+        bool looped;            /* it has closures */
+        bool marked;            /* its bodies below massless joints are, and no others since */
+        bool joint_slopes;      /* are added: see mbsri_newton_add_joint_slopes */
+    } last;                     /* factorisation */
+    struct mbsr_newton *blocks; /* has what is carried; NULL: there are no loops */
+    struct mbsri_front *mixed;  /* passes the joints of blocks; NULL: there are none */
+    int status;                 /* what it said last */
     mbsri_newton_below_massless *below; /* nu */
     mbsri_newton_reaction *reaction;    /* bodies + 1 */
 };

@@ -98,7 +98,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->large = m->bodies > MBSRI_LARGE;
     if (!full) w->acting.own = NULL;
     if (!below_massless) w->below = NULL;
-    w->last.below_massless = w->last.unclear = w->last.light = w->last.marked = false;
+    w->last.below_massless = w->last.unclear = w->last.massless_on_loop = w->last.marked = false;
     w->last.looped = m->rows > 0;
     if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->acting.number, w->acting.pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
@@ -161,7 +161,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
         branch += (b->flags & MBSRI_BRANCHES) != 0;
     }
     for (int k = 0; k < tree->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
-    if (m->rows > 0) (void)finds_light(tree, &w->last.light);
+    if (m->rows > 0) (void)finds_light(tree, &w->last.massless_on_loop);
     return w;
 }
 

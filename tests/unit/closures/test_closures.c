@@ -269,7 +269,7 @@ static void differ(loops *s, double t, const bool *turn)
     for (int l = 0; l < 4; ++l) {
         for (int k = 0; k < s->nq; ++k) q[k] = s->q[k] + place[l] * h * s->u[k];
         loops_rows(s, t + place[l] * h, q, s->u, NULL, g, r, NULL);
-        for (int k = 0; k < s->held; ++k) by_g[k] += weight[l] * g[k] / (12.0 * h);
+        for (int k = 0; k < s->position_rows; ++k) by_g[k] += weight[l] * g[k] / (12.0 * h);
         for (int k = 0; k < s->rows; ++k) by_r[k] += weight[l] * r[k] / (12.0 * h);
     }
     loops_rows(s, t, s->q, s->u, NULL, g, rate, bias);

@@ -168,7 +168,7 @@ static void compare(bool flat, element make)
     assert_int_equal(mbsr_force_closure(closure.m, 1), 0);
     assert_int_equal(mbsr_model_closures(closure.m), 1);
     assert_string_equal(mbsr_closure_name(closure.m, 0), "spring");
-    assert_true(closure.rows > 0 && closure.rows == closure.held);
+    assert_true(closure.rows > 0 && closure.rows == closure.position_rows);
     for (int trial = 0; trial < 5; ++trial) {
         double q[LOOPS_MOST], u[LOOPS_MOST], udot[LOOPS_MOST];
         account x, y;

@@ -412,8 +412,8 @@ static void held_forces_are_the_callers_numbers(void **state)
     (void)state;
     double held[3] = {1.0, -2.0, 3.0}, f[3];
     const double q[NU] = {0};
-    const mbsr_force_def list[] = {mbsr_force_applied(0, mbsr_held_force, held),
-                                   mbsr_force_joint_applied(2, mbsr_held_force, held)};
+    const mbsr_force_def list[] = {mbsr_force_applied(0, mbsr_stored_force, held),
+                                   mbsr_force_joint_applied(2, mbsr_stored_force, held)};
     const scene s = make(list, 2);
     for (int round = 0; round < 2; ++round) {
         assert_int_equal(evaluate(s, 0.25, q, q), 0);
@@ -422,8 +422,8 @@ static void held_forces_are_the_callers_numbers(void **state)
         for (int k = 0; k < 2; ++k) assert_close(s.data->tau[6 + k], held[k], 0.0);
         held[1] = 7.0;
     }
-    assert_int_equal(mbsr_held_force(NULL, 0.0, 1, f), MBSR_ERR_NULL);
-    assert_int_equal(mbsr_held_force(held, 0.0, 1, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_stored_force(NULL, 0.0, 1, f), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_stored_force(held, 0.0, 1, NULL), MBSR_ERR_NULL);
     drop(s);
 }
 

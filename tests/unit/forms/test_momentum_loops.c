@@ -85,7 +85,7 @@ static void rates_of_momenta(void **state)
         const double *rows = F + s.nq + 2 * s.nu;
         for (int k = 0; k < s.nu; ++k) assert_close(F[s.nq + s.nu + k], 0.0, 1e-9 * size);
         for (int k = 0; k < s.rows; ++k) assert_close(rows[k], rate[k], 1e-14);
-        for (int k = 0; k < s.held; ++k) assert_close(rows[s.rows + k], g[k], 1e-14);
+        for (int k = 0; k < s.position_rows; ++k) assert_close(rows[s.rows + k], g[k], 1e-14);
     }
     loops_free(&s);
 }
@@ -114,10 +114,10 @@ static void what_each_multiplier_does(void **state)
     assert_memory_equal(F, G, (size_t)s.size * sizeof *F);
     /* q' = G (u + w C^T Eta'): the same as with other velocities */
     double w[LOOPS_MOST], eta[LOOPS_MOST], along[LOOPS_MOST], qdot[LOOPS_MOST], u[LOOPS_MOST];
-    test_fill(&rng, s.held, eta);
-    memcpy(yp + first + s.rows, eta, (size_t)s.held * sizeof *eta);
+    test_fill(&rng, s.position_rows, eta);
+    memcpy(yp + first + s.rows, eta, (size_t)s.position_rows * sizeof *eta);
     assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, G), error);
-    assert_int_equal(s.held, s.rows);
+    assert_int_equal(s.position_rows, s.rows);
     assert_ok(mbsr_closures_transpose(s.m, s.d, eta, along), error);
     assert_ok(mbsr_closures_weight(s.m, w), NULL);
     for (int k = 0; k < s.nu; ++k) u[k] = s.u[k] + w[k] * along[k];

@@ -281,7 +281,7 @@ static void closes_many(int count, size_t *bytes)
         before = rocker;
     }
     loops_build(&s);
-    double *q = calloc(2 * (size_t)s.nq + (size_t)s.held, sizeof *q), *closed = q + s.nq,
+    double *q = calloc(2 * (size_t)s.nq + (size_t)s.position_rows, sizeof *q), *closed = q + s.nq,
            *gap = closed + s.nq;
     for (int k = 0; k < s.nq; ++k) {
         const double angle = k == 0 || k % 2 == 0 ? 1.5 : -1.5; /* rockers up, couplers level */
@@ -291,7 +291,7 @@ static void closes_many(int count, size_t *bytes)
     assert_ok(mbsr_assemble(s.m, s.d, 0.0, q, NULL, closed, &info), mbsr_data_error(s.d));
     assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, closed), NULL);
     assert_ok(mbsr_closures_gap(s.m, s.d, gap), NULL);
-    assert_less(test_largest(s.held, gap), 1e-8);
+    assert_less(test_largest(s.position_rows, gap), 1e-8);
     assert_true(info.iterations <= 30);
     *bytes /= (size_t)s.nq;
     free(q);

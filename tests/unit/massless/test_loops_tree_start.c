@@ -145,7 +145,7 @@ static void as_dense(void **state)
  * velocities that stretch none, and the gaps are s / k. */
 static void springs_bear(loops *s, const double *y, const double *yp)
 {
-    double *g = calloc((size_t)(s->held + s->rows), sizeof *g), *rate = g + s->held;
+    double *g = calloc((size_t)(s->position_rows + s->rows), sizeof *g), *rate = g + s->position_rows;
     assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, y), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
     assert_ok(mbsr_stage_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
@@ -263,7 +263,7 @@ static void redundant_rows(void **state)
         assert_less(test_largest(s.size, F), 1e-11 * (1.0 + test_largest(s.size, yp)));
         assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, y), NULL);
         assert_ok(mbsr_closures_gap(s.m, s.d, F), NULL);
-        assert_less(test_largest(s.held, F), 1e-9);
+        assert_less(test_largest(s.position_rows, F), 1e-9);
         if (count == COUNT) {
             assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, y, y + s.nq + s.nu, NULL, F),
                       mbsr_data_error(s.d));

@@ -526,7 +526,7 @@ static const char *const others[] = {
     "mbsr_table_definition",
     "mbsr_table_motion",
     "mbsr_table_force",
-    "mbsr_held_force",
+    "mbsr_stored_force",
     "mbsr_model_kink",
     "mbsr_model_copy",
     /* values that are not finite: test_parameters.c */

@@ -132,8 +132,8 @@ static void forces(void **state)
     expect_force(mbsr_force_applied(0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
     expect_force(mbsr_force_joint_applied(0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
     expect_force(mbsr_force_wrench(0, NULL, 0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
-    expect_force(mbsr_force_joint_applied(0, mbsr_held_force, NULL), MBSR_ERR_NULL,
-                 "user is NULL, must be the numbers held");
+    expect_force(mbsr_force_joint_applied(0, mbsr_stored_force, NULL), MBSR_ERR_NULL,
+                 "user is NULL, must be the numbers stored");
     expect_force(mbsr_force_joint_rotation_spring(0, NULL, NULL, NULL), MBSR_OK, "");
     expect_force(mbsr_force_custom(NULL, 0, NULL, NULL), MBSR_ERR_VALUE, "table is NULL");
     expect_force(mbsr_force_custom(mbsr_force_applied(0, NULL, NULL).table, 1, NULL, NULL),

@@ -90,7 +90,7 @@ static void short_steps(void **state)
 
 /* A massless coupler without any load: its loop force is zero, or small, and with it all that would
  * be a pivot of its joint. */
-static void held_joints_without_load(void **state)
+static void locked_joints_without_load(void **state)
 {
     (void)state;
     static const double speed[] = {0.0, 1e-6, 1e-2, 1.0};
@@ -498,7 +498,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(fourbars),
                                        cmocka_unit_test(short_steps),
-                                       cmocka_unit_test(held_joints_without_load),
+                                       cmocka_unit_test(locked_joints_without_load),
                                        cmocka_unit_test(nested),
                                        cmocka_unit_test(redundant_rows),
                                        cmocka_unit_test(nothing_holds),

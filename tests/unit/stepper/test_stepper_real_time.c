@@ -346,7 +346,7 @@ static void a_motor_may_feed_energy(void **state)
         const double com[3] = {0.0}, tensor[6] = {0.5, 0.5, 0.5, 0.0, 0.0, 0.0};
         const int wheel = test_add_body(s.m, MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, z),
                                         mbsr_inertia_rigid(1.0, com, tensor));
-        const mbsr_force_def motor = mbsr_force_joint_applied(wheel, mbsr_held_force, &torque);
+        const mbsr_force_def motor = mbsr_force_joint_applied(wheel, mbsr_stored_force, &torque);
         assert_ok(mbsr_model_add_force(s.m, &motor, NULL), mbsr_model_error(s.m));
         loops_finish(&s);
         start(&r, s.m, s.q, s.u, order, 0.01);

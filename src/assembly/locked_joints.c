@@ -1,17 +1,17 @@
-/* Stock joints of which coordinates are held: see held_joints.h.
+/* Stock joints of which coordinates are locked_at: see locked_joints.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A chain of steps (joints/chain.c) takes frame A to frame B by A T_1 T_2 .. = X B. A step that is
- * held is a constant T. Those before the first free one become part of A. What is left stands
+ * locked_at is a constant T. Those before the first free one become part of A. What is left stands
  * before another step as C = (x, R) and passes it,
  *
  *   C Rot(a, q) = Rot(R a, q) C   where x is along R a        C Trans(a q) = Trans(R a q) C
  *
  * so that at the end B <- B C^-1. Where C does not pass there is no such chain.
  *
- * In the plane (joints/planar.c) both translations come before the rotation: x and y that are held
- * move frame A, an angle that is held turns frame B back. */
-#include "assembly/held_joints.h"
+ * In the plane (joints/planar.c) both translations come before the rotation: x and y that are
+ * locked_at move frame A, an angle that is locked_at turns frame B back. */
+#include "assembly/locked_joints.h"
 
 #include "algebra/space3.h"
 #include "joints/planar.h"
@@ -80,7 +80,7 @@ static bool passes(const mbsr_frame *C, int kind, double axis[4])
     return kind == MBSRI_TRANSLATION || (kind != MBSRI_QUATERNION && along);
 }
 
-static bool hold_chain(const mbsri_joint *joint, const double *held, double *param,
+static bool lock_chain(const mbsri_joint *joint, const double *locked_at, double *param,
                        mbsri_joint *left)
 {
     mbsr_frame A = frame_from(param + MBSRI_A), B = frame_from(param + MBSRI_B),
@@ -88,14 +88,14 @@ static bool hold_chain(const mbsri_joint *joint, const double *held, double *par
     int steps = 0, below[MBSRI_MAX_STEPS] = {0};
     bool waits = false; /* C is none */
     for (int k = 1; k < joint->n && k < MBSRI_MAX_STEPS; ++k)
-        below[k] = below[k - 1] + !isnan(held[k - 1]);
+        below[k] = below[k - 1] + !isnan(locked_at[k - 1]);
     for (int k = 0; k < joint->option[0]; ++k) {
         const int code = joint->option[1 + k], kind = code & MBSRI_STEP_KIND,
                   place = code >> MBSRI_PLACE_SHIFT;
         double axis[MBSRI_AXIS_SIZE];
         memcpy(axis, joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * k, sizeof axis);
-        if (!(code & MBSRI_DRIVEN) && !isnan(held[place])) {
-            const mbsr_frame T = step_by(kind, axis, held[place]);
+        if (!(code & MBSRI_DRIVEN) && !isnan(locked_at[place])) {
+            const mbsr_frame T = step_by(kind, axis, locked_at[place]);
             C = mbsr_frame_product(&C, &T);
             waits = true;
             continue;
@@ -122,15 +122,15 @@ static bool hold_chain(const mbsri_joint *joint, const double *held, double *par
 
 /* ---- in the plane ---- */
 
-static void hold_planar(const mbsri_joint *joint, const double *held, double *param,
+static void lock_planar(const mbsri_joint *joint, const double *locked_at, double *param,
                         mbsri_joint *left)
 {
     const double c = cos(param[A_ANGLE]), s = sin(param[A_ANGLE]);
     double by[3] = {0.0, 0.0, 0.0};
     for (int k = 0, place = 0; k < 3; ++k) {
         if (!(joint->option[FREE] & 1 << k)) continue;
-        if (!isnan(held[place])) {
-            by[k] = held[place];
+        if (!isnan(locked_at[place])) {
+            by[k] = locked_at[place];
             left->option[FREE] &= ~(1 << k);
         }
         ++place;
@@ -142,7 +142,7 @@ static void hold_planar(const mbsri_joint *joint, const double *held, double *pa
 
 /* ---- both ---- */
 
-bool mbsri_hold_joint(const mbsri_joint *joint, const double *held, double *param,
+bool mbsri_lock_joint(const mbsri_joint *joint, const double *locked_at, double *param,
                       mbsri_joint *left)
 {
     if (!mbsri_joint_has_frames(joint)) return false;
@@ -150,11 +150,11 @@ bool mbsri_hold_joint(const mbsri_joint *joint, const double *held, double *para
     left->param = param;
     memcpy(param, joint->param, (size_t)joint->params * sizeof *param);
     for (int k = 0; k < joint->n; ++k) {
-        left->n -= !isnan(held[k]);
-        left->nq -= !isnan(held[k]);
+        left->n -= !isnan(locked_at[k]);
+        left->nq -= !isnan(locked_at[k]);
     }
-    if (is_chain(joint)) return hold_chain(joint, held, param, left);
-    hold_planar(joint, held, param, left);
+    if (is_chain(joint)) return lock_chain(joint, locked_at, param, left);
+    lock_planar(joint, locked_at, param, left);
     return true;
 }
 

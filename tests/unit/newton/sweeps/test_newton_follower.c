@@ -11,8 +11,8 @@ static int count_turned(const mbsr_newton *newton)
     int count = 0;
     for (int k = 0; k < (int)newton->model->closures.count; ++k) {
         const mbsri_loop *loop = newton->carried.loop + k;
-        assert_true(!loop->turned || loop->rank == 0);
-        count += loop->turned;
+        assert_true(!loop->follower || loop->rank == 0);
+        count += loop->follower;
     }
     return count;
 }

@@ -1,13 +1,13 @@
 /* Joint coordinates that are locked, and what refers to them.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRI_HELD_H
-#define MBSRI_HELD_H
+#ifndef MBSRI_LOCKED_H
+#define MBSRI_LOCKED_H
 
 #include "model/record.h"
 
 /* The values of locked coordinates, NaN for the others, as many as the joint has as it was given;
  * NULL: none is locked, or the ground. */
-const double *mbsri_held_values(const mbsr_model *m, int id);
+const double *mbsri_locked_values(const mbsr_model *m, int id);
 
 /* Whether an element acts on joint coordinates all of which are locked; body: its ids. */
 bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int *body);

@@ -1,8 +1,8 @@
-/* A motion by numbers that are held: see mbsrank/fmu.h.
+/* A motion by numbers that are stored: see mbsrank/fmu.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include <mbsrank/fmu.h>
 
-int mbsr_fmu_held_motion(void *motion, double t, double *s, double *sdot, double *sddot)
+int mbsr_fmu_stored_motion(void *motion, double t, double *s, double *sdot, double *sddot)
 {
     const mbsr_fmu_motion *m = motion;
     (void)t;

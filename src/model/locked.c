@@ -1,6 +1,6 @@
-/* Joint coordinates that are locked, and what refers to them: see held.h.
+/* Joint coordinates that are locked, and what refers to them: see locked.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "model/held.h"
+#include "model/locked.h"
 
 #include "base/error.h"
 #include "closures/coupling.h"
@@ -13,7 +13,7 @@ static const mbsri_body_entry *given_entry(const mbsr_model *m, int id)
     return (const mbsri_body_entry *)m->entries.data + id;
 }
 
-const double *mbsri_held_values(const mbsr_model *m, int id)
+const double *mbsri_locked_values(const mbsr_model *m, int id)
 {
     const bool known = id >= 0 && (size_t)id < m->entries.count;
     if (!known || given_entry(m, id)->locks == 0) return NULL;
@@ -22,19 +22,20 @@ const double *mbsri_held_values(const mbsr_model *m, int id)
 
 static bool is_locked(const mbsr_model *m, int id, int coordinate)
 {
-    const double *held = mbsri_held_values(m, id);
-    return held && coordinate >= 0 && coordinate < given_entry(m, id)->joint.n &&
-           !isnan(held[coordinate]);
+    const double *locked_at = mbsri_locked_values(m, id);
+    return locked_at && coordinate >= 0 && coordinate < given_entry(m, id)->joint.n &&
+           !isnan(locked_at[coordinate]);
 }
 
 /* Place of a coordinate that is not locked, counted as given, among those that are left. What the
  * joint does not have stays as it is, to be refused. */
 static int place_left(const mbsr_model *m, int id, int coordinate)
 {
-    const double *held = mbsri_held_values(m, id);
+    const double *locked_at = mbsri_locked_values(m, id);
     int place = 0;
-    if (!held || coordinate < 0 || coordinate >= given_entry(m, id)->joint.n) return coordinate;
-    for (int k = 0; k < coordinate; ++k) place += isnan(held[k]);
+    if (!locked_at || coordinate < 0 || coordinate >= given_entry(m, id)->joint.n)
+        return coordinate;
+    for (int k = 0; k < coordinate; ++k) place += isnan(locked_at[k]);
     return place;
 }
 
@@ -58,7 +59,7 @@ void mbsri_force_hold(const mbsr_model *m, mbsri_force *force, const int *body)
     for (int k = 0; k < count && !force->resting; ++k) {
         const int given = def->option[k];
         if (is_locked(m, body[k], given))
-            mbsri_gear_hold(def, k, mbsri_held_values(m, body[k])[given]);
+            mbsri_gear_hold(def, k, mbsri_locked_values(m, body[k])[given]);
         else
             def->option[k] = place_left(m, body[k], given);
     }
@@ -82,7 +83,7 @@ int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *
         const int id = m->body[on[k]].id;
         if (given_entry(m, id)->drops_locked) return MBSR_OK;
         body[k].id = id;
-        body[k].q = mbsri_held_values(m, id);
+        body[k].q = mbsri_locked_values(m, id);
     }
     const mbsr_force_args args = {.force = def, .bodies = def->bodies, .body = body};
     return def->table->energy ? def->table->energy(&args, energy) : MBSR_OK;
@@ -119,7 +120,7 @@ static taken take_terms(const mbsr_model *m, mbsr_closure_def *def)
             continue;
         }
         t.drops = t.drops || given_entry(m, id)->drops_locked;
-        t.size += mbsri_coupling_hold(def, k, mbsri_held_values(m, id)[coordinate]);
+        t.size += mbsri_coupling_hold(def, k, mbsri_locked_values(m, id)[coordinate]);
         ++t.terms;
     }
     return t;
@@ -130,7 +131,7 @@ int mbsri_coupling_left(mbsr_model *m, mbsri_closure *closure, char text[MBSR_TE
     static const double rounding = 1e-12;
     bool any = false;
     for (int k = 0; k < closure->def.bodies && mbsri_is_linear_coupling(&closure->def); ++k)
-        any = any || mbsri_held_values(m, closure->def.body[k]);
+        any = any || mbsri_locked_values(m, closure->def.body[k]);
     if (!any) return MBSR_OK;
     if (!mbsri_reserve(&m->allocator, &m->given.closures, 1, sizeof closure->def)) {
         mbsri_print(text, MBSR_TEXT_SIZE, "no memory");

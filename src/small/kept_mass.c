@@ -1,10 +1,10 @@
-/* Candidates that keep their mass: see held.h.
+/* Candidates that keep their mass: see kept_mass.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * An undetermined direction of the reduced model leaves all its masses at rest; in the full one it
  * moves those that were made zero. Which of them tells the energy V^T M V, however far the joints
  * that move are from the body. */
-#include "small/held.h"
+#include "small/kept_mass.h"
 
 #include "algebra/dense.h"
 #include "recursion/data.h"
@@ -41,7 +41,8 @@ static bool moves_mass(const mbsr_small_masses *s, const mbsri_candidate *c)
     return energy > 1e-8 * size;
 }
 
-int mbsri_small_hold(mbsr_small_masses *s, double t, const mbsr_index_report *report, int *count)
+int mbsri_small_keep_mass(mbsr_small_masses *s, double t, const mbsr_index_report *report,
+                          int *count)
 {
     const mbsri_twin *twin = &s->full;
     const mbsr_model *m = twin->model;

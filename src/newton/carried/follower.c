@@ -1,11 +1,11 @@
-/* Closures whose forces turn with one of their bodies: see turned.h.
+/* Closures whose forces turn with one of their bodies: see follower.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/carried/turned.h"
+#include "newton/carried/follower.h"
 
 #include "algebra/dense.h"
 #include "newton/carried/carried.h"
 
-bool mbsri_turned_open(mbsr_newton *w, const mbsr_data *d, int k, double c)
+bool mbsri_follower_open(mbsr_newton *w, const mbsr_data *d, int k, double c)
 {
     mbsri_carried *v = &w->carried;
     const mbsri_closure *closure = (const mbsri_closure *)w->model->closures.data + k;
@@ -22,11 +22,11 @@ bool mbsri_turned_open(mbsr_newton *w, const mbsr_data *d, int k, double c)
     return true;
 }
 
-void mbsri_turned_load(mbsr_newton *w)
+void mbsri_follower_load(mbsr_newton *w)
 {
     const mbsri_carried *v = &w->carried;
     const mbsri_closure *all = w->model->closures.data;
-    for (int k = v->first_turned; k >= 0; k = v->loop[k].next_turned) {
+    for (int k = v->first_follower; k >= 0; k = v->loop[k].next_follower) {
         const mbsri_closure *c = all + k;
         const mbsri_closure_turn turn = mbsri_turn_of(v, c, v->loop + k);
         const mbsri_multiplier *eta = v->multiplier + mbsri_name_eta(w->model, c, 0);
@@ -37,11 +37,11 @@ void mbsri_turned_load(mbsr_newton *w)
     }
 }
 
-void mbsri_turned_finish(mbsr_newton *w)
+void mbsri_follower_finish(mbsr_newton *w)
 {
     const mbsri_carried *v = &w->carried;
     const mbsri_closure *all = w->model->closures.data;
-    for (int k = v->first_turned; k >= 0; k = v->loop[k].next_turned) {
+    for (int k = v->first_follower; k >= 0; k = v->loop[k].next_follower) {
         const mbsri_closure_turn turn = mbsri_turn_of(v, all + k, v->loop + k);
         for (int l = 0; l < all[k].rows; ++l)
             v->value[mbsri_name_lambda(all + k, l)] -= turn.shift[l];
