@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what is missing, then builds and tests libmbsrank in three ways, in build trees below
-# build/: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
+# build/, the second and third beside the first: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
 # Release, static, without LAPACK and vector code). Warnings are errors in all of them. The numerical tests of
 # the first run with the other LAPACK too. What the first build tests in full, the others test with
 # fewer random trees and without the longest runs. Where no compiler has sanitizers there is a clang
@@ -23,16 +23,20 @@ bash scripts/install.sh build test
 jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
 generator="Unix Makefiles"
 if command -v ninja >/dev/null; then generator=Ninja; fi
-failed=()
-summary=
+rm -rf build/test-results
+mkdir -p build/test-results
 
 # What no compiler has a part in is tested once.
 once='hygiene\.(finite|forbidden_calls|format|function_length|links|map|paths|reference|references|rooms|sentences|snippets|tables|validation)'
 
-# run NAME COMPILER OPTIONS -- CTEST_OPTIONS: configures, builds and tests in build/test-NAME.
+# says PLACE NAME TEXT; fails PLACE NAME: lines of the summary, by their places in it; what has failed.
+says() { echo "$2: $3" >>"build/test-results/$1.line"; }
+fails() { echo "$2" >>"build/test-results/$1.failed"; }
+
+# run PLACE NAME COMPILER OPTIONS -- CTEST_OPTIONS: configures, builds and tests in build/test-NAME.
 run() {
-    local name=$1 compiler=$2 tree=build/test-$1
-    shift 2
+    local place=$1 name=$2 compiler=$3 tree=build/test-$2
+    shift 3
     local options=()
     while [ "$1" != -- ]; do options+=("$1"); shift; done
     shift
@@ -43,19 +47,19 @@ run() {
         :
     else
         cat "$tree/configure.log"
-        failed+=("$name")
-        summary+="$name: does not configure"$'\n'
+        fails "$place" "$name"
+        says "$place" "$name" "does not configure"
         return
     fi
     if ! cmake --build "$tree" --parallel "$jobs" >"$tree/build.log" 2>&1; then
         cat "$tree/build.log"
-        failed+=("$name")
-        summary+="$name: does not build"$'\n'
+        fails "$place" "$name"
+        says "$place" "$name" "does not build"
         return
     fi
     (cd "$tree" && ctest --output-on-failure --no-tests=error --parallel "$jobs" "$@") |
-        tee "$tree/ctest.log" || failed+=("$name")
-    summary+="$name: $(grep -E '^[0-9]+% tests passed' "$tree/ctest.log" || echo 'no tests')"$'\n'
+        tee "$tree/ctest.log" || fails "$place" "$name"
+    says "$place" "$name" "$(grep -E '^[0-9]+% tests passed' "$tree/ctest.log" || echo 'no tests')"
 }
 
 # works COMPILER: whether it can build and run a program with the sanitizers.
@@ -85,9 +89,9 @@ other_lapacks() {
         MBSR_TEST_FEW=1 bash scripts/lapack.sh "$name" ctest --test-dir "$tree" \
             --output-on-failure --no-tests=error --parallel "$jobs" \
             -L "$labels" "${no_runs[@]}" |
-            tee "$tree/ctest-$name.log" || failed+=("LAPACK $name")
-        summary+="LAPACK $name: "
-        summary+=$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')$'\n'
+            tee "$tree/ctest-$name.log" || fails 2 "LAPACK $name"
+        says 2 "LAPACK $name" \
+            "$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')"
     done
 }
 
@@ -126,47 +130,62 @@ repeated+=$(names example 10_quarter_car 13_universal_joint 15_flyball_governor 
     demo_oscillators)
 if [ "$long" = ON ]; then repeated=none labels='^(unit|reference|property|ida|linear)$' no_runs=() long_tests=$once no_packages=(); fi
 # The module of WebAssembly, unoptimised but in the long run, where its packages and sources can be had.
-web=()
-mkdir -p build/test-web
-if bash scripts/install.sh web >build/test-web/install.log 2>&1 &&
-        bash scripts/wasm.sh --fetch build/test-web >>build/test-web/install.log 2>&1; then
-    web=(-DMBSR_WEB=ON -DMBSR_WEB_SOURCES="$PWD/build/test-web" -DMBSR_WEB_BUILD=Debug)
-    if [ "$long" = ON ]; then web+=(-DMBSR_WEB_BUILD=MinSizeRel); fi
-else
-    echo "==== web: left out, its packages or sources cannot be had"
-fi
-run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON "${web[@]}" -- "${no_packages[@]}"
-other_lapacks
-sanitizer=
-for compiler in clang "$gcc"; do
-    if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
-done
-if [ -n "$sanitizer" ]; then
-    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-        "${linker[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
-else
-    echo "==== sanitizers: left out, no compiler has them"
-fi
-if command -v clang >/dev/null; then
-    if [ -z "$sanitizer" ] || [ "$long" = ON ]; then
-        run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF -- -LE package
+first() {
+    local web=()
+    mkdir -p build/test-web
+    if bash scripts/install.sh web >build/test-web/install.log 2>&1 &&
+            bash scripts/wasm.sh --fetch build/test-web >>build/test-web/install.log 2>&1; then
+        web=(-DMBSR_WEB=ON -DMBSR_WEB_SOURCES="$PWD/build/test-web" -DMBSR_WEB_BUILD=Debug)
+        if [ "$long" = ON ]; then web+=(-DMBSR_WEB_BUILD=MinSizeRel); fi
+    else
+        echo "==== web: left out, its packages or sources cannot be had"
     fi
-else
-    echo "==== clang: left out, not found"
-fi
-# by clang, without LAPACK, vector code and what needs IDA; the tests that what is left out may change
-minimal=clang
-if ! command -v clang >/dev/null; then minimal=$gcc; fi
-only='(reference|property|files|fe|study|program|hygiene|example)\..*|package\.core_static|unit\.(any_bytes|blocks|completion|dense|finite.*|jacobi|lapack|no_allocation|own_lapack|parallel|start.*|threads)'
-less=("-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG") # a quarter less to compile, tests as fast
-if [ "$long" = ON ]; then only='.*' less=(); fi
-MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release "${less[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
-    -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF \
-    -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests)\$"
+    # what runs on old processors takes 70 s of compiling with -O3, 30 s with -O1
+    local base=-O1
+    if [ "$long" = ON ]; then base=; fi
+    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -DMBSR_BASE_KERNEL_FLAGS="$base" \
+        "${linker[@]}" "${web[@]}" -- "${no_packages[@]}"
+    other_lapacks
+}
+
+# The others, beside the first: they take what it leaves of the processors.
+others() {
+    local sanitizer= compiler minimal=clang only less
+    renice -n 10 "$BASHPID" >/dev/null 2>&1 || true
+    for compiler in clang "$gcc"; do
+        if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
+    done
+    if [ -n "$sanitizer" ]; then
+        run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
+            "${linker[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
+    else
+        echo "==== sanitizers: left out, no compiler has them"
+    fi
+    if command -v clang >/dev/null; then
+        if [ -z "$sanitizer" ] || [ "$long" = ON ]; then
+            run 4 clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF -- -LE package
+        fi
+    else
+        echo "==== clang: left out, not found"
+        minimal=$gcc
+    fi
+    # by clang, without LAPACK, vector code and what needs IDA; the tests that what is left out may change
+    only='(reference|property|files|fe|study|program|hygiene|example)\..*|package\.core_static|unit\.(any_bytes|blocks|completion|dense|finite.*|jacobi|lapack|no_allocation|own_lapack|parallel|start.*|threads)'
+    less=("-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG") # a quarter less to compile, tests as fast
+    if [ "$long" = ON ]; then only='.*' less=(); fi
+    MBSR_TEST_FEW=1 run 5 minimal "$minimal" -DCMAKE_BUILD_TYPE=Release "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
+        -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF \
+        -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests)\$"
+}
+
+others >build/test-results/others.log 2>&1 &
+first
+wait $! || fails 6 "the other builds"
+cat build/test-results/others.log
 
 echo "==== closing lines"
-printf '%s' "$summary"
-if [ ${#failed[@]} -gt 0 ]; then
-    echo "failed: ${failed[*]}"
+cat build/test-results/*.line
+if ls build/test-results/*.failed >/dev/null 2>&1; then
+    echo "failed: $(cat build/test-results/*.failed | paste -sd ' ')"
     exit 1
 fi

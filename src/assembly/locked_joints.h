@@ -1,5 +1,5 @@
-/* Stock joints of which coordinates are locked_at, and on other predecessors, as stock joints
- * again. SPDX-License-Identifier: BSD-3-Clause */
+/* Stock joints of which coordinates are locked, and on other predecessors, as stock joints again.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_LOCKED_JOINTS_H
 #define MBSRI_LOCKED_JOINTS_H
 

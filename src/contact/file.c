@@ -119,7 +119,7 @@ typedef struct made {
     const mbsr_file *file;
     double mass, stiffness;
     int *id; /* of each shape of the file; MBSR_NONE */
-    mbsr_contacts_of_file told;
+    mbsr_contacts_of_file done;
 } made;
 
 static int add_file_shape(made *m, int k, mbsr_error *error)
@@ -130,7 +130,7 @@ static int add_file_shape(made *m, int k, mbsr_error *error)
     m->id[k] = MBSR_NONE;
     if (!from->contact) return MBSR_OK;
     if (moves || (mesh && from->hull_corners == 0)) {
-        ++m->told.left_out;
+        ++m->done.left_out;
         return MBSR_OK;
     }
     mbsr_shape s = mbsr_default_shape();
@@ -147,10 +147,10 @@ static int add_file_shape(made *m, int k, mbsr_error *error)
     double *corner = mesh ? shrink_hull(from, &s) : NULL;
     if (mesh && !corner)
         return mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_contacts_add_file: no memory");
-    m->told.stiffness = fmax(m->told.stiffness, s.law.stiffness);
+    m->done.stiffness = fmax(m->done.stiffness, s.law.stiffness);
     const int status = mbsr_contacts_add(m->contacts, &s, m->id + k, error);
     free(corner);
-    m->told.shapes += status == MBSR_OK;
+    m->done.shapes += status == MBSR_OK;
     return status;
 }
 
@@ -181,7 +181,7 @@ static int add_file_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *fil
     for (int k = 0; k < file->shapes && !status; ++k) status = add_file_shape(&m, k, error);
     if (!status) status = add_file_pairs(&m, error);
     free(m.id);
-    *told = m.told;
+    *told = m.done;
     return status;
 }
 

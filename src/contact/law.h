@@ -18,7 +18,8 @@ typedef struct mbsri_action {
 void mbsri_act(const mbsr_contact_law *law, const mbsri_touch *t, const mbsr_force_body *a,
                const mbsr_force_body *b, mbsri_action *action);
 
-/* Adds to the derivatives; a and b are entries 0 and 1 of row and column, or, turned, 1 and 0. */
+/* Adds to the derivatives; a and b are entries 0 and 1 of row and column, or, exchanged, 1 and 0.
+ */
 void mbsri_action_slopes(const mbsr_contact_law *law, const mbsri_touch *t,
                          const mbsr_force_body *a, const mbsr_force_body *b,
                          const mbsri_action *action, const mbsr_force_derivatives *out);

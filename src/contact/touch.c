@@ -15,7 +15,7 @@ static const double tiny = 1e-300;
 typedef struct search {
     const mbsri_placed *a, *b;
     double margin; /* forces begin so far before the surfaces meet, m */
-    bool turned;
+    bool exchanged;
     double weight; /* of points of a */
     mbsri_touch_fn touch;
     void *user;
@@ -59,7 +59,7 @@ static void inward(const mbsri_placed *p, const double x[3], double in_shape[3])
 static int give(const search *w, mbsri_touch *t)
 {
     t->depth = t->ra + t->rb + w->margin - t->s;
-    t->exchanged = w->turned;
+    t->exchanged = w->exchanged;
     return t->depth > 0.0 && t->weight > 0.0 ? w->touch(w->user, t) : 0;
 }
 
@@ -547,7 +547,7 @@ static int sample_over(const void *user, const double x[3], double weight)
 static int on_field(const search *w)
 {
     const mbsri_core *core = &w->a->shape->core;
-    const search back = {w->b, w->a, w->margin, !w->turned, 1.0, w->touch, w->user};
+    const search back = {w->b, w->a, w->margin, !w->exchanged, 1.0, w->touch, w->user};
     int status = 0;
     if (w->a->shape->kind == MBSR_SHAPE_ELLIPSOID)
         return mbsri_field_feet(w->a, w->b, w->a->x, w->margin, give_found, w);

@@ -233,7 +233,7 @@ static int refuse_open_loops(const search *s, const mbsr_assembly_info *info, do
                       info->iterations, list);
 }
 
-/* Gaps of q into info, and to s->open in the measure of closing.h; the tolerance that counts. */
+/* Gaps of q into info, and to s->widest in the measure of closing.h; the tolerance that counts. */
 static int measure_gaps(search *s, const double *q, mbsr_assembly_info *info, double *limit)
 {
     const mbsri_closer *w = s->w;

@@ -16,10 +16,10 @@
 
 #include "massless/null_space.h"
 
-/* Reduces B^T (count x rows) into w->element.seen; MBSR_OK, or no memory. */
+/* Reduces B^T (count x rows) into w->element.reduced; MBSR_OK, or no memory. */
 int mbsri_seen_by_dampers(mbsri_null_space *w, int count, const int *direction);
 
-/* Reduces (A Z)^T (e x rows) into w->element.seen; Z (count x e) and what it may be wrong by. */
+/* Reduces (A Z)^T (e x rows) into w->element.reduced; Z (count x e) and what it may be wrong by. */
 int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, int e,
                           const double *Z, const double *Z_error);
 

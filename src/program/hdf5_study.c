@@ -85,7 +85,7 @@ static void put_statistics(study_file *f, const mbsr_study_output *o, const char
 }
 
 /* runs, or runs x times. */
-static void put_output(study_file *f, int k, double *turned)
+static void put_output(study_file *f, int k, double *transposed)
 {
     const study_results *r = f->results;
     const mbsr_study_output *o = r->work->study->output + k;
@@ -94,12 +94,12 @@ static void put_output(study_file *f, int k, double *turned)
     char name[OUTPUT_NAME], link[HDF5_LINK];
     for (int l = 0; l < o->count; ++l) {
         for (long run = 0; run < r->runs; ++run)
-            turned[run * o->count + l] = r->value[(o->first + l) * r->runs + run];
+            transposed[run * o->count + l] = r->value[(o->first + l) * r->runs + run];
     }
     study_output_name(r->work, k, name);
     hdf5_link(f->file, place, name, link);
     const hid_t set = put_set(f, f->file, link, o->count > 1 ? 2 : 1, shape, H5T_IEEE_F64LE,
-                              H5T_NATIVE_DOUBLE, turned);
+                              H5T_NATIVE_DOUBLE, transposed);
     describe_set(f, set, "output", name, study_output_unit(r->work, k));
     note_set(f, hdf5_put(set, "column", H5T_STD_I32LE, H5T_NATIVE_INT, &place));
     note_set(f, hdf5_put_text(set, "of", o->column));
@@ -110,7 +110,7 @@ static void put_output(study_file *f, int k, double *turned)
             put_set(f, f->file, of_times, 1, &times, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, o->time));
     }
     H5Dclose(set);
-    if (!f->bad) put_statistics(f, o, link, turned);
+    if (!f->bad) put_statistics(f, o, link, transposed);
 }
 
 static void put_outcomes(study_file *f)
@@ -155,15 +155,15 @@ static void put_study_file(study_file *f)
     int widest = 1;
     for (int k = 0; k < s->outputs; ++k)
         widest = s->output[k].count > widest ? s->output[k].count : widest;
-    double *turned = calloc((size_t)widest * (size_t)f->results->runs, sizeof *turned);
+    double *transposed = calloc((size_t)widest * (size_t)f->results->runs, sizeof *transposed);
     f->statistics = H5Gcreate2(f->file, "statistics", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    note_set(f, turned && f->statistics >= 0);
+    note_set(f, transposed && f->statistics >= 0);
     if (!f->bad) put_study(f);
     if (!f->bad) put_outcomes(f);
     if (!f->bad) put_parameters(f);
-    for (int k = 0; k < s->outputs && !f->bad; ++k) put_output(f, k, turned);
+    for (int k = 0; k < s->outputs && !f->bad; ++k) put_output(f, k, transposed);
     H5Gclose(f->statistics);
-    free(turned);
+    free(transposed);
 }
 
 int hdf5_write_study(const study_results *r, const char *path)

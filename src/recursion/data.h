@@ -58,7 +58,7 @@
     FULL(q_base, m->nq)       /* nq         the caller's q while displaced            rates */     \
     FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
     FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
-    EVERY(displaced, m->most.displaced) /* q, q', pose of the predecessor and its rate        rates */ \
+    EVERY(displaced, m->most.displaced) /* q, q', pose of the predecessor, its rate     rates */ \
     LEAN(imp, v)              /* d          joint impulse m                        momentum */     \
     LEAN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
     LEAN(impbar, v)           /* d          (17b) for momenta                      momentum */     \

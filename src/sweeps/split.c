@@ -18,7 +18,7 @@ enum { LEAST_CUT = 32, MOST_CUT = 1024, LEAST_TASK = 512, TASKS_A_WORKER = 4 };
 typedef struct cut {
     mbsri_part_state state;
     int first, last;
-    int moved; /* its motion is known */
+    int known; /* its motion is known */
     int idle[5];
 } cut;
 MBSRI_CHECK_LAYOUT(cut);
@@ -287,10 +287,10 @@ static int backward_of(const sweep *w, cut *c)
 {
     const mbsri_sweep_run *run = w->run;
     const mbsri_part_kernels *parts = run->tree->kernels->parts;
-    if (!c->moved) {
+    if (!c->known) {
         find_angles(run, c->first, c->last);
         if (parts->move(run, c->first, c->last, w->velocity)) return MBSRI_NOT_SERVED;
-        c->moved = 1;
+        c->known = 1;
     }
     if (!parts->backward(run, c->first, c->last, w->exact, true, &c->state)) return 1;
     if (!run->p) return 0;
@@ -306,7 +306,7 @@ static void backward_task(void *arg, int k)
     t->status = 0;
     for (int l = t->first; l <= t->last; ++l) {
         cut *c = w->split->cut + l;
-        if (!w->exact) c->moved = 0; /* exact sweeps come second */
+        if (!w->exact) c->known = 0; /* exact sweeps come second */
         if (atomic_load_explicit(w->unclear, memory_order_relaxed)) {
             t->status = t->status > 1 ? t->status : 1;
             continue;

@@ -120,7 +120,8 @@ void loops_close(loops *s, double t)
             int row, held;
             assert_ok(mbsr_closure_indices(s->m, c, &row, NULL, NULL, &held), NULL);
             for (int k = 0; k < held; ++k, ++to) {
-                for (int j = 0; j < s->nu; ++j) A[j * s->position_rows + to] = C[j * s->rows + row + k];
+                for (int j = 0; j < s->nu; ++j)
+                    A[j * s->position_rows + to] = C[j * s->rows + row + k];
             }
         }
         solve(s->position_rows, s->nu, A, g, x);

@@ -145,7 +145,8 @@ static void as_dense(void **state)
  * velocities that stretch none, and the gaps are s / k. */
 static void springs_bear(loops *s, const double *y, const double *yp)
 {
-    double *g = calloc((size_t)(s->position_rows + s->rows), sizeof *g), *rate = g + s->position_rows;
+    double *g = calloc((size_t)(s->position_rows + s->rows), sizeof *g),
+           *rate = g + s->position_rows;
     assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, y), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
     assert_ok(mbsr_stage_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
