@@ -1,8 +1,8 @@
-/* Stock joints of which coordinates are locked_at: see locked_joints.h.
+/* Stock joints of which coordinates are locked: see locked_joints.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A chain of steps (joints/chain.c) takes frame A to frame B by A T_1 T_2 .. = X B. A step that is
- * locked_at is a constant T. Those before the first free one become part of A. What is left stands
+ * locked is a constant T. Those before the first free one become part of A. What is left stands
  * before another step as C = (x, R) and passes it,
  *
  *   C Rot(a, q) = Rot(R a, q) C   where x is along R a        C Trans(a q) = Trans(R a q) C
@@ -10,7 +10,7 @@
  * so that at the end B <- B C^-1. Where C does not pass there is no such chain.
  *
  * In the plane (joints/planar.c) both translations come before the rotation: x and y that are
- * locked_at move frame A, an angle that is locked_at turns frame B back. */
+ * locked move frame A, an angle that is locked turns frame B back. */
 #include "assembly/locked_joints.h"
 
 #include "algebra/space3.h"

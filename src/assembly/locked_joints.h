@@ -12,7 +12,7 @@ enum { MBSRI_LOCKED_PARAMS = MBSR_JOINT_PARAMS };
 /* Whether it is a stock joint whose frames are known: a chain of steps, or one in the plane. */
 bool mbsri_joint_has_frames(const mbsri_joint *joint);
 
-/* The joint with the coordinates that are not NaN in `locked_at` (joint->n) locked_at at these
+/* The joint with the coordinates that are not NaN in `locked_at` (joint->n) locked at these
  * values, if that is such a joint; its parameters go to param (room for MBSRI_LOCKED_PARAMS).
  * False: it is none.
  */
