@@ -34,8 +34,8 @@ extern "C" {
  * each velocity row, then one for each position row, both algebraic. Loop forces are rates, lambda
  * = Lambda', and come with y'; Eta' is zero on solutions:
  *
- *   q' - G (u + C^T Eta');  p' - (.) - C^T Lambda';  u from p, or forces without mass;  C u + g_t;
- *       g
+ *   q' - G (u + w C^T Eta');  p' - (.) - C^T Lambda';  u from p, or forces without mass;
+ *   C u + g_t;  g                                  w: mbsr_closures_weight (driver.h)
  *
  * In the place of a stiff row's Lambda stands the force s of its spring, and lambda = -(s +
  * (damping / stiffness) s'). Origins of Lambda and Eta are free: mbsr_dae_pack gives zero, and the

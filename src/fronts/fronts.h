@@ -34,26 +34,26 @@ typedef struct mbsri_fronts {
     const mbsr_model *m;
     mbsr_data *d;
     const mbsri_plan *plan;
-    mbsri_plan *own_plan;     /* where that of the model does not serve */
-    mbsri_part **part;        /* steps: left by each, until it is taken; NULL: nothing */
-    mbsri_pivots front;       /* of the step at work */
-    int room;                 /* unknowns that it may have */
-    bool planned;             /* its unknowns are as in the plan */
-    mbsri_pivots **pivots;    /* steps: names of a front, and L; NULL: there is none */
-    mbsri_passing **passing;  /* steps; NULL: nothing passes */
-    bool *left_out;           /* rows: without a part in the equations; stiff ones at first */
-    const double *compliance; /* rows: P in C x + P lambda = b; NULL: zero */
-    int *slot, *set;          /* unknowns: places for a short time, -1; numbers */
-    double *s, *v;            /* unknowns: right-hand sides, solution */
-    double *e;                /* nu: joint forces, then rates */
-    double *share;            /* rows: of rows in norms, see algebra/pivots.h */
-    double lever;             /* the longest one in the mechanism */
-    int free; /* place of a joint rate whose motion nothing determines, -1: there is none */
+    mbsri_plan *own_plan;       /* where that of the model does not serve */
+    mbsri_part **part;          /* steps: left by each, until it is taken; NULL: nothing */
+    mbsri_pivots front;         /* of the step at work */
+    int room;                   /* unknowns that it may have */
+    bool planned;               /* its unknowns are as in the plan */
+    mbsri_pivots **pivots;      /* steps: names of a front, and L; NULL: there is none */
+    mbsri_passing **passing;    /* steps; NULL: nothing passes */
+    bool *left_out;             /* rows: without a part in the equations; stiff ones at first */
+    const double *compliance;   /* rows: P in C x + P lambda = b; NULL: zero */
+    int *slot, *set;            /* unknowns: place in the list at work, -1: none; that list */
+    double *s, *v;              /* unknowns: right-hand sides, solution */
+    double *e;                  /* nu: joint forces, then rates */
+    double *share;              /* rows: scale of its lambda in norms (algebra/pivots.h) */
+    double lever;               /* the longest lever of the mechanism, m */
+    int free;                   /* index of a joint rate that nothing determines; -1: none */
     struct mbsri_idle *idle;    /* of redundant rows (idle.h); NULL: none that matters */
-    struct mbsri_chunk *chunks; /* of memory */
+    struct mbsri_chunk *chunks; /* blocks of memory, the last first */
     struct mbsri_chunk *kept;   /* the last one that had been taken from before a factorisation */
-    size_t kept_bytes;          /* what was in use of it */
-    void *unused[96];           /* parts that were taken, by the sizes of memory */
+    size_t kept_bytes;          /* bytes of it in use then */
+    void *unused[96];           /* free lists of parts, by size */
     double *scratch;
     size_t scratch_size;
 } mbsri_fronts;

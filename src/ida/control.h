@@ -45,23 +45,23 @@ typedef enum mbsri_matrix {
  * quotients.c. */
 typedef struct mbsri_matrices {
     double share; /* of a correction that an old one may leave; 0: any, none is renewed for it */
-    double due;   /* age at which that is reached */
+    double due;   /* attempts after which a step begins with a new matrix */
     int age;      /* attempts with the one at hand */
     long made_at; /* step in which it was made */
     long life;    /* steps after which an ordinary one gets a new matrix; 0: when IDA wants one */
     long compared_at;   /* step in which what one has left was looked at */
-    double quadratic;   /* a in |d2| = a |d1|^2, known */
-    int rated;          /* for so many more steps */
+    double quadratic;   /* a of |d2| = a |d1|^2, d1 and d2 corrections one after the other */
+    int rated;          /* steps for which `quadratic` still serves */
     long verify_at;     /* step from which on plain iterations are verified by new matrices again */
     long pause;         /* steps from one to the next after it */
-    bool untested;      /* the one at hand has not been multiplied with a direction */
-    double tested_step; /* up to which no other needs to be, s */
-    long tested_at;     /* step in which one was */
+    bool untested;      /* whether the matrix at hand has not been checked along a direction */
+    double tested_step; /* the longest step for which the last check serves, s */
+    long tested_at;     /* the step of that check */
 } mbsri_matrices;
 
 typedef struct mbsri_evidence {
-    double points;
-    long at; /* step of the last */
+    double points; /* collected, fading (control.c) */
+    long at;       /* step of the last */
 } mbsri_evidence;
 
 /* Norms of an error test: of the momenta in the errors of its order and one below, of the
@@ -78,19 +78,19 @@ typedef struct mbsri_vibration {
 } mbsri_vibration;
 
 typedef struct mbsri_control {
-    bool learned;   /* what the linear solver is: */
+    bool learned;   /* whether the fields below on the linear solver are known */
     bool iterates;  /* it has no matrix, but a preconditioner */
     bool quotients; /* its matrices are made by difference quotients */
     bool dear;      /* a new matrix costs far more than a solution */
-    bool looks;     /* residuals of momenta show what is strained, see iteration.c */
+    bool looks;     /* whether residuals of momenta show what is strained (iteration.c) */
     mbsri_care care;
-    long until;         /* steps before this one are careful */
-    long span;          /* as many as were meant to be when they began; 0: none yet */
+    long until;         /* the first step that is ordinary again */
+    long span;          /* length of the last stretch of careful steps; 0: none yet */
     double doubt;       /* low orders have to show so many times the points */
     int patience;       /* spans between those of something that vibrates */
     long failed_at;     /* step of the last error test that failed; -1: none */
     long low_until;     /* steps before this one are of order 2 at most */
-    double long_enough; /* unless they are longer than this, s */
+    double long_enough; /* length of a step that ends `low_until` early, s */
     mbsri_vibration vibration;
     mbsri_evidence evidence[MBSRI_SIGNS];
     mbsri_matrices matrices;

@@ -15,8 +15,8 @@ typedef struct mbsri_ida_kinks {
     bool aimed;     /* IDA has had a time to stop at */
     bool reached;   /* the run stands at the kink: the state is the one before it */
     bool requested; /* mbsr_ida_jump */
-    bool sampled;   /* a sample is under way, up to */
-    double end;     /* s */
+    bool sampled;   /* whether a sample is under way */
+    double end;     /* end of that sample, s */
     int patience;   /* restarts to come without c */
     double step;    /* the first one after the last restart with c; 0: none so far */
 

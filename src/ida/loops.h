@@ -10,7 +10,7 @@ int mbsri_ida_loops(const mbsr_ida *ida);
 
 /* Tolerances of the multipliers from those of p and q: what moves no p, or q, by more; place
  * (nu): of what the joint rates move. False: none are set, as there are no closures or too many.
- * Uses `work`, and nu numbers of `moved`. */
+ * Uses `work`, and nu numbers of `displaced`. */
 bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place);
 
 /* Raises tolerances of the forces of stiff rows to what rounding of their gaps makes. */

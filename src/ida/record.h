@@ -1,4 +1,4 @@
-/* The driver's structure.
+/* The driver's structure; what goes on from step to step is decided by control.h and stiff.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_RECORD_H
 #define MBSRI_IDA_RECORD_H
@@ -21,10 +21,10 @@
 typedef struct mbsri_ida_output {
     mbsr_completion *completion; /* NULL: as it was interpolated */
     N_Vector y, yp;              /* size */
-    bool complete;               /* they are those of the present time */
-    bool tried;                  /* these have been asked for */
+    bool complete;               /* whether they are completed at the present time */
+    bool tried;                  /* whether that was tried at the present time */
     long raw;                    /* states that could not be completed, since mbsr_ida_start */
-    double since;                /* s: nothing has jumped since then */
+    double since;                /* time of the last jump, s */
 } mbsri_ida_output;
 
 /* What tolerances are made of, see tolerances.c. */
@@ -53,7 +53,7 @@ typedef struct mbsri_ida_count_record {
 /* Where the run is. */
 typedef struct mbsri_ida_run {
     bool started; /* a state is set and no step from it has failed for good */
-    bool failed;  /* one has; y and yp are the last state that was good */
+    bool failed;  /* a step has failed for good; y and yp are the last good state */
     bool stepped; /* IDASolve was called since */
     bool event;   /* the last call of mbsr_ida_advance ended in an event */
     double present;
@@ -66,7 +66,7 @@ typedef struct mbsri_ida_failing {
     int callback; /* status of the last evaluation of the residual or of the event functions */
     mbsr_error failure;           /* what is known of it when it is not zero */
     double wall;                  /* time of the last recoverable failure of the residual */
-    int blocked;                  /* how many in a row were at the same time but for rounding */
+    int blocked;                  /* failures in a row at time `wall`, but for rounding */
     char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
 } mbsri_ida_failing;
 
@@ -87,7 +87,8 @@ typedef struct mbsri_ida_drift_record {
 /* The last look at closures. */
 typedef struct mbsri_ida_look {
     long steps;
-    double at, longest_way; /* the time then; the longest between two looks */
+    double at;          /* its time, s */
+    double longest_way; /* the longest between two looks, s */
 } mbsri_ida_look;
 
 struct mbsr_ida {

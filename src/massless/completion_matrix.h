@@ -26,31 +26,31 @@ struct mbsr_completion {
     mbsr_error error;
     mbsr_completion_times times;
     mbsr_completion_info info;
-    int size, rates, loops, places; /* of the momentum form's y; where u, Lambda, Eta begin */
+    int size, rates, loops, places; /* length of y; where u, Lambda and Eta begin in it */
 
     struct {
         mbsri_completion_matrix matrix[MBSRI_MATRICES]; /* of this state, or of an earlier one */
-        bool pair;                                      /* there are two */
-        double c;                                       /* 1/s, of the nearer one */
-        double *work;                                   /* 4 size */
-        int *pivots;                                    /* size */
+        bool pair;    /* whether MBSRI_FAR has a matrix of its own */
+        double c;     /* 1/s: factor of MBSRI_NEAR */
+        double *work; /* 4 size */
+        int *pivots;  /* size */
     } solver;
     struct {
         double *y, *yp;
     } ahead; /* size: y, y' that are differenced; also along a path */
 
     double *y, *yp, *F;    /* size: the state, y' = (0, 0, 0, lambda, 0), the residual there */
-    double *r, *x, *other; /* size: a right side, solutions for c and for another one */
+    double *r, *x, *other; /* size: a right side, solutions for c and for the factor of MBSRI_FAR */
     double *rate;          /* size: what q', p', s' and u' are found to be */
     double *time;          /* size: -dF/dt of the algebraic equations */
     double *given;         /* size + rows: the state as it was given, and loop forces */
-    double *further;       /* size: a second right side */
+    double *further;       /* size: a second right side, for MBSRI_FAR */
     double *force_rate;    /* rows: lambda', where springs alone hold directions */
     struct {
-        double *per;  /* nu: 1 over that of each rate; 1/s over it is 1 */
-        double least; /* 1/s, of the model's rates */
+        double *per;  /* nu: 1 over the typical size of each joint rate */
+        double least; /* 1/s: the typical rate of the model */
     } span;
-    bool *lacks; /* nu: of a push */
+    bool *lacks; /* nu: whether the joint, or its group, lacks rank */
     struct {
         double *q, *u; /* nq, nu: of the state in another form */
     } form;
@@ -60,8 +60,8 @@ struct mbsr_completion {
         bool elastic;   /* springs alone hold some */
     } kind;
     struct {
-        bool found;   /* the state and its rates are those of the last call, */
-        bool follows; /* and were before this one */
+        bool found;   /* whether the last call has succeeded */
+        bool follows; /* whether the call before it had */
     } last;
     void *memory;
 };

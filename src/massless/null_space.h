@@ -64,17 +64,17 @@ typedef struct mbsri_null_elements {
     double *q_rate, *V_rate; /* nq x k, size_v x k: change of q and of V along the directions */
     double *strain;          /* k: forces, were all positions off by their typical sizes */
     double *reaction;        /* 4 x the most rows or columns of an element's derivatives */
-    int *moving;             /* k */
-    int *touched;            /* bodies */
+    int *moving;             /* k: directions that move the element at work */
+    int *touched;            /* N: bodies whose V changes along the direction at work */
     mbsri_slopes slope;      /* work of element_slopes.c */
     double *factor;          /* factor_size (factor_size + 3) */
     int factor_size;         /* the most rows or columns */
     int *factor_places;      /* 2 factor_size */
     mbsri_array rows, entries;
-    bool *dense[2];          /* k: directions that C and S see otherwise, too */
-    int *place;              /* k */
-    mbsri_reduction reduced; /* of rows, in `room` (seen.h) */
-    mbsri_array room;
+    bool *dense[2];          /* k: whether C, and S, have entries that no row explains */
+    int *place;              /* k: place in the list at work; -1: not in it */
+    mbsri_reduction reduced; /* reduction of the rows (seen.h) */
+    mbsri_array room;        /* its numbers */
 } mbsri_null_elements;
 
 /* Typical sizes (scales.h). */
@@ -98,10 +98,10 @@ typedef struct mbsri_null_space {
     double *C;            /* k x k: d gamma / d u along the directions */
     double *S;            /* k x k: d gamma / d q along the directions */
     double *C_error, *S_error; /* k x k: what their entries may be wrong by */
-    double *q, *u, *rate;      /* nq, nu, nq */
-    double *force;             /* nu */
+    double *q, *u, *rate;      /* nq, nu, nq: displaced state of differences, q' of a direction */
+    double *force;             /* nu: forces along null directions, scratch */
     double *q_given;           /* nq: where the directions were counted */
-    int *rank;                 /* bodies + 1: of the joint blocks there */
+    int *rank;                 /* bodies + 1: ranks of the joint blocks at q_given */
     int *from, *to;            /* 3 k: rows of direction, twist and q_rate that are not zero */
     mbsri_null_lifting lift;
     mbsri_null_loads loads;

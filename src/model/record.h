@@ -62,10 +62,9 @@ typedef struct mbsri_stand {
 typedef struct mbsri_grouping {
     int head;    /* first body of the group */
     int members; /* number of its bodies at the head; 0 at others */
-    int n,
-        nq; /* joint rates and coordinates of the group at the head, of the own joint at others */
-    int at; /* index in the model's `order.member` */
-    int iu, iq;   /* first index of the own rates and coordinates in vectors by groups */
+    int n, nq;   /* joint rates and coordinates: of the group at the head, of the joint at others */
+    int at;      /* index in the model's `order.member` */
+    int iu, iq;  /* first index of the own rates and coordinates in vectors by groups */
     bool coupled; /* whether the sweeps keep the group in one piece (assembly/survey.h) */
 } mbsri_grouping;
 
@@ -78,7 +77,8 @@ typedef struct mbsri_body {
     struct {
         int welded; /* first body welded to this one, index into the model's `stand` from 1; 0: none
                      */
-        int first, next; /* first marker on the body; next one on its predecessor; 0: none */
+        int first, next; /* index of the first body mounted here at a marker; of the next one on the
+                          * same predecessor; 0: none */
     } on;
     /* --- sizes, and where its numbers stand */
     int d;                /* velocity coordinates */
@@ -90,7 +90,7 @@ typedef struct mbsri_body {
     size_t dd, dp, dn;    /* offsets of d x d, d x pred.d and d x n numbers */
     size_t k;             /* offset of K^-1 (d x d); none with MBSR_JOINT_UNIT_K */
     size_t nn, dg;        /* offsets of n x n and d x n numbers; n: of the group at a head */
-    size_t scalar_offset; /* offset of one number */
+    size_t scalar_offset; /* offset into arrays with one number a body */
     struct {
         mbsr_space space; /* space of the predecessor */
         int d;            /* its velocity coordinates */
@@ -106,15 +106,15 @@ typedef struct mbsri_body {
     struct {
         bool spans;     /* whether a loop spans its joint, and closes nearer to the root */
         bool empty;     /* with closures: whether neither it nor a body behind it has inertia */
-        bool massless;  /* whether it is both, and loops determine it and all behind it */
+        bool massless;  /* whether it spans and is empty, and rows of loops hold all its rates */
         bool closes;    /* whether a loop closes on it */
-        bool by_blocks; /* whether its loop takes bodies one by one (sweeps/build.c) */
+        bool by_blocks; /* whether vector code passes its loop body by body (sweeps/build.c) */
     } loop;
     struct {
         bool whole; /* whether the steps of recursion/ eliminate it */
         bool users; /* whether its joint is a user's that the sweeps take (sweeps/users_joint.h) */
         bool in_sweeps; /* whether the sweeps read or write its arrays too (assembly/places.h) */
-        int rank;       /* of the joint at the position surveyed, plus 1 */
+        int rank;       /* rank of the joint at the surveyed position, plus 1; 0: not clear there */
     } survey;           /* assembly/survey.h */
     /* --- joint and inertia */
     mbsri_joint joint;    /* the joint, of which locked coordinates are part */

@@ -25,7 +25,7 @@
  * Turning the tensor of a body into the world's axes leaves errors of the size of its trace in all
  * of its moments, and so do lever arms, of m |r|^2. About an axis with next to no moment of its own
  * Diag does not show them; so the traces, and m |r|^2 from body to body, are added up beside W
- * (`turned`), as if no joint took any of them, for the decision alone.
+ * (`rotated`), as if no joint took any of them, for the decision alone.
  *
  * Where D_j has several rows but not full rank its eigenvalues are wrong by the largest of them,
  * lambda_1 S^-2, which then takes the place of J^T Diag(Mbar) J if it is larger. */

@@ -13,7 +13,7 @@
  *
  * U and D are what the recursion needs of a joint, and Mbar_r = C_r; for a group of one they are
  * Mbar J and J^T Mbar J. Vectors over the rates of a group (e, s, X, ...) have them in the order of
- * its members; mbsri_body.ig is where a joint begins there. */
+ * its members; mbsri_body.group.iu is where a joint begins there. */
 #ifndef MBSRI_GROUP_H
 #define MBSRI_GROUP_H
 

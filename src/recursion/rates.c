@@ -137,7 +137,7 @@ static double step_of(double speed)
 
 /* ---- one body ---- */
 
-/* The arrays in `moved`: what its joint looks at, and its rate. */
+/* The arrays in `displaced`: what its joint looks at, and its rate. */
 typedef struct view {
     mbsr_space space;
     int nq, np;

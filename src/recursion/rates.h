@@ -14,7 +14,7 @@ int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i);
 int mbsri_joint_rates_of(const mbsr_model *m, mbsr_data *d, int i);
 bool mbsri_rates_need_tree(const mbsri_body *b);
 
-/* Numbers that the differences of a body take in `moved` of the data. */
+/* Numbers that the differences of a body take in `displaced` of the data. */
 size_t mbsri_rates_room(const mbsr_model *m, const mbsri_body *b);
 
 #endif

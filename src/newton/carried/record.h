@@ -1,11 +1,11 @@
-/* The Newton solver's structure.
+/* The Newton solver (struct mbsr_newton), and what loops carry in vector code.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Perturbations of a body: of its pose, e numbers (SPATIAL: a small rotation about its origin and
  * the displacement of that origin, along the world's axes; else the np numbers of the pose), of its
  * velocity V and, where needed, of its acceleration A, d numbers each. */
-#ifndef MBSRI_BLOCKS_RECORD_H
-#define MBSRI_BLOCKS_RECORD_H
+#ifndef MBSRI_CARRIED_RECORD_H
+#define MBSRI_CARRIED_RECORD_H
 
 #include "newton/front/front.h"
 
@@ -48,16 +48,17 @@ typedef struct mbsri_correction {
 
 /* What of a closure enters the elimination. */
 typedef struct mbsri_loop {
-    int level;         /* of the front that closes it */
-    int pool;          /* of that front */
-    int across;        /* names of what crosses the tree: the first */
-    int most, rank;    /* of them: at most, and at the last factorisation */
-    size_t S, slope;   /* offsets: columns x columns, rows x columns */
-    size_t left, read; /* columns x most, most x columns */
-    int next;          /* of the same front in vector code (lane_pools.h); -1: none */
-    bool follower;     /* at the last factorisation: nothing crosses, see follower.h */
-    int next_follower; /* -1: none */
-    size_t turn;       /* offset, where anything may cross */
+    int level;         /* place of the front that closes it in the order of elimination */
+    int pool;          /* index of that front and of its pool */
+    int across;        /* name of the first unknown w that carries its forces across the tree */
+    int most, rank;    /* number of these unknowns: at most, and at the last factorisation */
+    size_t S;          /* offset of d(C^T lambda) over motions, columns x columns */
+    size_t slope;      /* offset of slopes of the velocity rows, rows x columns */
+    size_t left, read; /* offsets of the factors of S: columns x most, most x columns */
+    int next;          /* next loop of the same front in vector code (lane_pools.h); -1: none */
+    bool follower;     /* whether its forces follow a body and no w is needed (follower.h) */
+    int next_follower; /* next loop of that kind; -1: none */
+    size_t turn;       /* offset of its mbsri_closure_turn; nothing where `most` is 0 */
 } mbsri_loop;
 
 /* A multiplier lambda or eta in a solution. */
@@ -79,17 +80,17 @@ typedef struct mbsri_loop_end {
  * code. */
 typedef struct mbsri_pool {
     int body;
-    int up; /* the pool that its front hands on to */
-    int most, count;
-    short stride,
-        motions; /* numbers of a column of Q and of a row of R, at most; kappa has stride / 3 */
-    bool
-        in_lanes; /* the body is in vector code, and the pool of that kind; so are the next three */
-    bool in_place;        /* the pool above goes on where this one is */
-    bool loose;           /* joints from behind may be delayed here */
-    size_t column, place; /* ints: names of unknowns, then of rows; places of rows in the front */
-    size_t Q, right;      /* doubles: stride x most, and behind it R, T and kappa; most */
-    size_t record;        /* doubles, in vector code: what solving needs of the front */
+    int up;          /* the pool that its front hands on to */
+    int most, count; /* unknowns: the most, and those in it now */
+    short stride;    /* numbers of a column of Q, at most; kappa has stride / 3 */
+    short motions;   /* numbers of a row of R, at most */
+    bool in_lanes;   /* whether vector code passes the body */
+    bool in_place;   /* whether pool `up` goes on in the same memory */
+    bool loose;      /* whether unknowns of joints behind may be delayed into it */
+    size_t column;   /* offset among ints: names of unknowns, then of rows */
+    size_t place;    /* offset among ints: places of rows in the front */
+    size_t Q, right; /* offsets among doubles: stride x most, behind it R, T and kappa; most */
+    size_t record;   /* offset among doubles, in vector code: what solving needs of the front */
 } mbsri_pool;
 _Static_assert(sizeof(mbsri_pool) <= 64, "mbsri_pool");
 

@@ -71,14 +71,14 @@ typedef struct mbsri_front {
         double *M, *N;     /* its matrix, and what was added up in its entries */
         double *row_scale, *column_scale, *largest;
     } now;             /* the present front */
-    double *value, *h; /* by number: of a solution */
+    double *value, *h; /* by number: the solution; right-hand sides */
     double *local;     /* of one step */
     double *rates;     /* 4 nu: L (1 - P) r_u, then scratch */
-    double *wbar;      /* size_v */
-    double *left_over; /* twice as y */
+    double *wbar;      /* size_v: part of w of the successors, as an impulse */
+    double *left_over; /* 2 size: residual, correction of a refinement */
     void *memory;
-    unsigned char *of_plan; /* in memory: what the plan determines the sizes of, */
-    size_t room, bytes;     /* and how much that may be */
+    unsigned char *of_plan; /* part of `memory` whose size the plan determines */
+    size_t room, bytes;     /* bytes of that part, and of all */
 } mbsri_front;
 
 /* What a text of MBSR_SINGULAR_BLOCK says of a joint. */
@@ -99,7 +99,7 @@ int mbsri_front_replan(mbsri_front *f, mbsr_data *d);
 int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
                        double c);
 
-/* delta from r; not the same. */
+/* Solves for delta with right-hand side r, which do not overlap. */
 void mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
 
 /* ---- body by body ---- */

@@ -15,20 +15,22 @@
 
 typedef struct mbsri_front_step {
     int body;
-    int first_child, children;   /* in `child`: steps whose fronts are added here */
-    int first_element, elements; /* in `element`: a force; the number of forces and a closure; that
-                                  * of both and a pair */
-    int first_border, borders;   /* in `border`: bodies, as they are passed */
-    int next;                    /* the step that takes in what is handed on; -1: nothing is */
-    int unknowns; /* own, multipliers, and carried ones, at most; then the rest of the matrix */
-    int rates;    /* of the joint */
-    int rows, columns;
-    int border_rows, border_columns;
-    int carried;        /* unknowns that are handed on, at most */
-    bool axes;          /* axes_step.h may serve it */
-    int delayed;        /* of these, the most for want of a pivot, but for those of an open group */
-    size_t matrix;      /* doubles: of what is handed on, */
-    size_t LU, numbers; /* and of what is eliminated, with d(M u) and dp' of the joint; ints */
+    int first_child,
+        children; /* range in `child`: steps whose contribution blocks are added here */
+    int first_element, elements; /* range in `element`: k: force k; forces + k: closure k; forces +
+                                  * closures + k: pair k */
+    int first_border, borders;   /* range in `border`: bodies, as they are passed */
+    int next;     /* the step that takes in the contribution block; -1: there is none */
+    int unknowns; /* the most that may be eliminated: of the joint, multipliers, delayed ones */
+    int rates;    /* joint rates of the body */
+    int rows, columns;               /* the most of the front */
+    int border_rows, border_columns; /* of the bodies of the border */
+    int carried;                     /* the most unknowns that are left to step `next` */
+    bool axes;                       /* whether axes_step.h may pass it */
+    int delayed;                     /* the most of these for want of a pivot, open groups apart */
+    size_t matrix;  /* offset of the contribution block in `matrices` of the front */
+    size_t LU;      /* offset in its `LU`: factors, then d(M u) and dp' of the joint */
+    size_t numbers; /* offset in its `numbers`: of rows, then of columns */
 } mbsri_front_step;
 
 /* A body of a border. */
@@ -38,14 +40,14 @@ typedef struct mbsri_front_border {
 } mbsri_front_border;
 
 typedef struct mbsri_front_plan {
-    int steps, entries, children, elements;
+    int steps, entries, children, elements; /* lengths of step, border, child and element */
     mbsri_front_step *step;
     int *position; /* N + 1: the step of a body */
     int *child, *element;
     mbsri_front_border *border;
-    bool *coordinates; /* N + 1: joints that something reads that other bodies belong to */
-    int most_rows, most_columns;
-    size_t matrices, doubles, ints; /* lengths */
+    bool *coordinates; /* N + 1: whether what acts on several bodies reads its joint coordinates */
+    int most_rows, most_columns;    /* of all steps */
+    size_t matrices, doubles, ints; /* lengths of `matrices`, `LU` and `numbers` of the front */
     double operations;              /* multiplications of a factorisation, about */
 } mbsri_front_plan;
 

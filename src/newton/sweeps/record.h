@@ -117,22 +117,22 @@ struct mbsri_newton_sweeps {
     const mbsr_model *model;
     const mbsri_sweeps *tree;
     const struct mbsri_newton_kernels *kernels;
-    double c, by_c; /* c and 1 / c */
-    unsigned char *column;
-    size_t column_size;        /* bytes from one to the next */
+    double c, by_c;            /* c and 1 / c */
+    unsigned char *column;     /* nu records mbsri_newton_column, */
+    size_t column_size;        /* so many bytes apart */
     mbsri_newton_step *step;   /* bodies + 1 */
     mbsri_newton_block *block; /* tree->multi */
     struct {
         /* slopes of the forces on a body over its own motion, over that of its predecessor, and of
          * the forces on the predecessor over the body's */
         mbsri_newton_slopes *at, *by_pred, *on_pred;
-        int *number, *pair;    /* bodies + 1: among those with such elements, or -1 */
-        size_t acted, pairs;   /* how many of these there are */
+        int *number, *pair;    /* N + 1: index in `at`, and in `by_pred` and `on_pred`; -1: none */
+        size_t acted, pairs;   /* lengths of `at`, and of `by_pred` and `on_pred` */
         mbsri_newton_own *own; /* bodies + 1 */
     } acting;                  /* elements on bodies */
-    double *k, *p;             /* of the last solution, by coordinate */
+    double *k, *p;             /* nu: k of du = k - K x, p of d(M u) = p + Q x, last solution */
     double (*x)[16];           /* motions of the bodies where the tree branches */
-    mbsri_newton_flow *said;   /* of their loads, in transposed solutions; likewise */
+    mbsri_newton_flow *said;   /* loads of these bodies, in transposed solutions alone */
     mbsri_newton_carry *carry; /* tree->depth */
     mbsri_newton_flow *flow;   /* tree->depth */
     double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate; tau_u
@@ -141,18 +141,17 @@ struct mbsri_newton_sweeps {
     double least_pivot; /* of joints of several axes; below, the front takes over */
     bool large;         /* the model does not fit into a cache */
     struct {
-        bool unclear;        /* the bound of rounding errors did not tell once: not tried again */
-        bool below_massless; /* some joint block was zero; below: NULL where none is expected to be
-                              */
-        bool massless_on_loop;  /* and has bodies without inertia that count as such */
-        bool looped;            /* it has closures */
-        bool marked;            /* its bodies below massless joints are, and no others since */
-        bool joint_slopes;      /* are added: see mbsri_newton_add_joint_slopes */
-    } last;                     /* factorisation */
-    struct mbsr_newton *blocks; /* has what is carried; NULL: there are no loops */
-    struct mbsri_front *mixed;  /* passes the joints of blocks; NULL: there are none */
-    int status;                 /* what it said last */
-    mbsri_newton_below_massless *below; /* nu */
+        bool unclear;          /* the bound of rounding errors did not tell once: not tried again */
+        bool below_massless;   /* some joint block was zero */
+        bool massless_on_loop; /* bodies without inertia on loops were passed as such */
+        bool looped;           /* loops were eliminated */
+        bool marked;           /* marks below massless joints are those of `massless_on_loop` */
+        bool joint_slopes;     /* those of joint forces were added (newton/sweeps/sweeps.c) */
+    } last;                    /* factorisation */
+    struct mbsr_newton *blocks;         /* has what is carried; NULL: there are no loops */
+    struct mbsri_front *mixed;          /* passes the joints of blocks; NULL: there are none */
+    int status;                         /* of the last failure in loops or in `mixed` */
+    mbsri_newton_below_massless *below; /* nu; NULL: no joint block is expected to be zero */
     mbsri_newton_reaction *reaction;    /* bodies + 1 */
 };
 
