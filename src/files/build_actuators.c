@@ -110,13 +110,13 @@ static void find_limits(mbsri_scene *s, const int *users)
 static bool add_actuator(mbsri_scene *s, mbsr_file *file, const mbsri_scene_actuator *of,
                          mbsr_file_actuator *a, const double *control)
 {
-    const mbsri_law law = {.gain = a->gain,
-                           .bias = {a->bias[0], a->bias[1], a->bias[2]},
-                           .control_limited = a->limited != 0,
-                           .force_limited = a->force_limited != 0,
-                           .control_range = {a->range[0], a->range[1]},
-                           .force_range = {a->force_range[0], a->force_range[1]},
-                           .control = control};
+    const mbsri_file_law law = {.gain = a->gain,
+                                .bias = {a->bias[0], a->bias[1], a->bias[2]},
+                                .control_limited = a->limited != 0,
+                                .force_limited = a->force_limited != 0,
+                                .control_range = {a->range[0], a->range[1]},
+                                .force_range = {a->force_range[0], a->force_range[1]},
+                                .control = control};
     if (of->site < 0)
         return mbsri_scene_sum_force(s, file, &of->sum, a->gear, &law, of->element, &a->force);
     const mbsr_file_site *site = (const mbsr_file_site *)s->sites.items + of->site;

@@ -86,7 +86,8 @@ static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon
     if (!s->with_passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
     if (t->count > 0) return add_path(s, file, t);
     if (t->sum.count == 0) return true;
-    mbsri_law law = {.bias = {0.0, -t->stiffness, -t->damping}, .rest = {t->rest[0], t->rest[1]}};
+    mbsri_file_law law = {.bias = {0.0, -t->stiffness, -t->damping},
+                          .rest = {t->rest[0], t->rest[1]}};
     if (isnan(t->rest[0])) {
         law.rest[0] = 0.0;
         for (int k = 0; k < t->sum.count; ++k)

@@ -41,7 +41,7 @@ static void place_sum(const mbsri_scene *s, const mbsri_scene_sum *sum, double g
 }
 
 bool mbsri_scene_sum_force(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum, double gear,
-                           const mbsri_law *law, const mbsri_element *e, int *id)
+                           const mbsri_file_law *law, const mbsri_element *e, int *id)
 {
     int body[MBSRI_TERMS], coordinate[MBSRI_TERMS];
     double factor[MBSRI_TERMS];

@@ -17,7 +17,7 @@ bool mbsri_scene_force(mbsri_scene *s, mbsr_file *file, mbsr_force_def def, cons
 
 /* A law on gear times a sum over joints. */
 bool mbsri_scene_sum_force(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum, double gear,
-                           const mbsri_law *law, const mbsri_element *e, int *id);
+                           const mbsri_file_law *law, const mbsri_element *e, int *id);
 
 /* Lengths of rest of tendons along sites, while sites are on bodies as drawn. */
 bool mbsri_scene_settle(mbsri_scene *s);

@@ -62,11 +62,11 @@ static bool tint(mbsri_mjcf *m, const mbsri_element *texture, double rgba[4])
     return true;
 }
 
-bool mbsri_mjcf_colour(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
+bool mbsri_mjcf_colour(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape)
 {
     const mbsri_element *material =
         mbsri_looks_find(&m->materials, mbsri_mjcf_get(node, "material"));
-    mbsri_node look;
+    mbsri_mjcf_part look;
     int given = 0;
     if (material) {
         for (int k = 0; k < 4; ++k) shape->colour[k] = 1.0;

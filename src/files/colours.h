@@ -18,6 +18,6 @@ bool mbsri_mjcf_looks(mbsri_scene *s, const mbsri_element *list, const char *kin
 
 /* Of a geom: rgba, else its material's, times the first colour of a texture that is computed.
  * False: refused. */
-bool mbsri_mjcf_colour(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape);
+bool mbsri_mjcf_colour(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape);
 
 #endif

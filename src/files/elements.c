@@ -13,7 +13,7 @@
 enum { GAIN, BIAS, REST = 4, CONTROL = 6, FORCE = 8, TERMS = MBSRI_LAW_PARAMS };
 enum { CONTROL_HOLDS = 1, FORCE_HOLDS = 2 };
 
-void mbsri_law_put(const mbsri_law *law, mbsr_force_def *def)
+void mbsri_law_put(const mbsri_file_law *law, mbsr_force_def *def)
 {
     def->param[GAIN] = law->gain;
     memcpy(def->param + BIAS, law->bias, sizeof law->bias);
@@ -25,12 +25,12 @@ void mbsri_law_put(const mbsri_law *law, mbsr_force_def *def)
     def->user = (void *)law->control;
 }
 
-void mbsri_law_get(const mbsr_force_def *def, mbsri_law *law)
+void mbsri_law_get(const mbsr_force_def *def, mbsri_file_law *law)
 {
-    *law = (mbsri_law){.gain = def->param[GAIN],
-                       .control_limited = (def->option[0] & CONTROL_HOLDS) != 0,
-                       .force_limited = (def->option[0] & FORCE_HOLDS) != 0,
-                       .control = def->user};
+    *law = (mbsri_file_law){.gain = def->param[GAIN],
+                            .control_limited = (def->option[0] & CONTROL_HOLDS) != 0,
+                            .force_limited = (def->option[0] & FORCE_HOLDS) != 0,
+                            .control = def->user};
     memcpy(law->bias, def->param + BIAS, sizeof law->bias);
     memcpy(law->rest, def->param + REST, sizeof law->rest);
     memcpy(law->control_range, def->param + CONTROL, sizeof law->control_range);

@@ -10,18 +10,18 @@
 
 /* F = gain w + bias[0] + bias[1] x + bias[2] l', w and F each no further than its range, x = l
  * beyond rest[0] .. rest[1], measured from there (0 between; {0, 0}: x = l). */
-typedef struct mbsri_law {
+typedef struct mbsri_file_law {
     double gain, bias[3], rest[2];
     bool control_limited, force_limited;
     double control_range[2], force_range[2];
     const double *control; /* w; NULL: 0 */
-} mbsri_law;
+} mbsri_file_law;
 
 enum { MBSRI_LAW_PARAMS = 10 };
 
 /* A law in the first parameters of an element, its options and `user`. */
-void mbsri_law_put(const mbsri_law *law, mbsr_force_def *def);
-void mbsri_law_get(const mbsr_force_def *def, mbsri_law *law);
+void mbsri_law_put(const mbsri_file_law *law, mbsr_force_def *def);
+void mbsri_law_get(const mbsr_force_def *def, mbsri_file_law *law);
 
 /* F, and its slopes in l and l'. */
 double mbsri_law_force(const mbsr_force_def *def, double l, double rate, double slope[2]);
@@ -31,7 +31,7 @@ typedef struct mbsri_transmission {
     int count;
     const int *body, *coordinate;
     const double *factor;
-    mbsri_law law;
+    mbsri_file_law law;
 } mbsri_transmission;
 
 enum { MBSRI_TRANSMISSION_MOST = 10 };

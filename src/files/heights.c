@@ -158,7 +158,7 @@ static bool read_samples(mbsri_mjcf *m, const mbsri_element *e, int *rows, int *
     return *height != NULL;
 }
 
-bool mbsri_mjcf_field_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+bool mbsri_mjcf_field_shape(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape,
                             bool *known)
 {
     const char *name = mbsri_mjcf_get(node, "hfield"), *wrong = NULL;

@@ -11,7 +11,7 @@ static bool is(const char *a, const char *b)
 }
 
 /* Whether its group is switched off. */
-static bool is_idle(const mbsri_mjcf *m, const mbsri_node *node)
+static bool is_idle(const mbsri_mjcf *m, const mbsri_mjcf_part *node)
 {
     const char *own = mbsri_mjcf_get(node, "group"), *at = m->idle;
     double group = 0.0, idle;
@@ -69,7 +69,7 @@ static bool read_target(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_actua
 /* ---- its law ---- */
 
 /* Why a general actuator is left out; NULL: it is not. */
-static const char *obstacle(const mbsri_node *node)
+static const char *obstacle(const mbsri_mjcf_part *node)
 {
     const char *gain = mbsri_mjcf_get(node, "gaintype"), *bias = mbsri_mjcf_get(node, "biastype"),
                *state = mbsri_mjcf_get(node, "dyntype");
@@ -80,7 +80,7 @@ static const char *obstacle(const mbsri_node *node)
     return NULL;
 }
 
-static bool read_general(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a,
+static bool read_general(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_actuator *a,
                          const char **left)
 {
     const char *state = mbsri_mjcf_get(node, "dyntype");
@@ -98,7 +98,7 @@ static bool read_general(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuat
 }
 
 /* A damping above zero is a ratio of the critical one: build_actuators.c. */
-static bool read_position(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a)
+static bool read_position(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_actuator *a)
 {
     double kp = 1.0, kv = 0.0, ratio = 0.0, time = 0.0;
     int damped, rated;
@@ -118,7 +118,7 @@ static bool read_position(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actua
 }
 
 /* *left: why it is left out, NULL: it is not. */
-static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a,
+static bool read_law(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_actuator *a,
                      const char **left)
 {
     double kv = 1.0;
@@ -139,7 +139,7 @@ static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *
 /* ---- its ranges ---- */
 
 /* That of its joint, made larger about its middle by a factor. */
-static bool inherit_range(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_actuator *a)
+static bool inherit_range(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_actuator *a)
 {
     double factor = 0.0;
     if (!mbsri_mjcf_number(m, node, "inheritrange", &factor)) return false;
@@ -157,7 +157,7 @@ static bool inherit_range(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_act
     return true;
 }
 
-static bool read_ranges(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_actuator *a)
+static bool read_ranges(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_actuator *a)
 {
     mbsr_file_actuator *to = &a->actuator;
     bool limited, force_limited;
@@ -182,7 +182,7 @@ static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
                               .tendon = -1,
                               .site = -1,
                               .gear = {1.0}};
-    mbsri_node node;
+    mbsri_mjcf_part node;
     const char *left;
     if (!mbsri_mjcf_node(m, e, e->name, NULL, &node) || !read_law(m, &node, &a.actuator, &left))
         return false;

@@ -33,16 +33,16 @@ mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_cl
 }
 
 bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
-                     const char *childclass, mbsri_node *node)
+                     const char *childclass, mbsri_mjcf_part *node)
 {
     const char *class = mbsri_attribute(e, "class");
     if (!class) class = childclass;
     if (class && strcmp(class, "main") == 0) class = NULL;
-    *node = (mbsri_node){e, kind, mjcf_class(m, class), NULL};
+    *node = (mbsri_mjcf_part){e, kind, mjcf_class(m, class), NULL};
     return !class || node->class || mbsri_file_refuse(m->s, e, "there is no class '%.50s'", class);
 }
 
-static bool is_kind(const mbsri_node *node, const mbsri_element *e)
+static bool is_kind(const mbsri_mjcf_part *node, const mbsri_element *e)
 {
     bool is = mbsri_is(e, node->kind);
     for (const char *const *kind = node->alike; kind && *kind && !is; ++kind)
@@ -51,7 +51,7 @@ static bool is_kind(const mbsri_node *node, const mbsri_element *e)
 }
 
 /* What a class says of this kind of elements; the last of several defaults counts. */
-static const char *said_by_class(const mbsri_class *class, const mbsri_node *node,
+static const char *said_by_class(const mbsri_class *class, const mbsri_mjcf_part *node,
                                  const char *attribute)
 {
     const mbsri_element *const *elements = class->elements.items;
@@ -65,7 +65,7 @@ static const char *said_by_class(const mbsri_class *class, const mbsri_node *nod
     return said;
 }
 
-const char *mbsri_mjcf_get(const mbsri_node *node, const char *attribute)
+const char *mbsri_mjcf_get(const mbsri_mjcf_part *node, const char *attribute)
 {
     const char *value = mbsri_attribute(node->e, attribute);
     const mbsri_class *class = node->kind ? node->class : NULL;
@@ -73,20 +73,21 @@ const char *mbsri_mjcf_get(const mbsri_node *node, const char *attribute)
     return value;
 }
 
-bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, int least,
-                        int most, double *to, int *count)
+bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                        int least, int most, double *to, int *count)
 {
     return mbsri_numbers(m->s, node->e, attribute, mbsri_mjcf_get(node, attribute), least, most, to,
                          count);
 }
 
-bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to)
+bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                       double *to)
 {
     return mbsri_mjcf_numbers(m, node, attribute, 1, 1, to, NULL);
 }
 
-bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
-                    double *cubic)
+bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                    double *linear, double *cubic)
 {
     double law[3] = {*linear};
     if (!mbsri_mjcf_numbers(m, node, attribute, 1, 3, law, NULL)) return false;
@@ -98,14 +99,14 @@ bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute
     return true;
 }
 
-bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic)
+bool mbsri_mjcf_switch(const mbsri_mjcf_part *node, const char *attribute, bool automatic)
 {
     const char *value = mbsri_mjcf_get(node, attribute);
     if (!value || strcmp(value, "auto") == 0) return automatic;
     return strcmp(value, "true") == 0;
 }
 
-bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
                       const char *limited, double range[2], bool *holds)
 {
     if (!mbsri_mjcf_numbers(m, node, attribute, 2, 2, range, NULL)) return false;
@@ -159,7 +160,7 @@ static bool by_axes(mbsr_frame *frame, const double axes[6])
     return size > 0.0 && rest > 1e-12 * length_of(3, axes + 3);
 }
 
-bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame)
+bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_frame *frame)
 {
     static const char *const names[] = {"quat", "axisangle", "xyaxes", "zaxis", "euler"};
     static const int sizes[] = {4, 4, 6, 3, 3};

@@ -19,7 +19,7 @@ static bool enter(mbsri_mjcf *m, const mbsri_element *e, mbsri_names *names, int
 
 /* ---- joints ---- */
 
-static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind *kind)
+static bool kind_of(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_joint_kind *kind)
 {
     const char *type = mbsri_mjcf_get(node, "type");
     *kind = MBSR_FILE_HINGE;
@@ -33,7 +33,7 @@ static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind 
 
 /* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second
  * is the largest. */
-static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint *j)
+static bool read_limit(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_joint *j)
 {
     double impedance[5] = {0.9, 0.95};
     if (!mbsri_mjcf_numbers(m, node, "solreflimit", 1, 2, j->limit_reference, NULL) ||
@@ -46,7 +46,7 @@ static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint 
     return true;
 }
 
-static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *frame,
+static bool read_joint(mbsri_mjcf *m, const mbsri_mjcf_part *node, const mbsr_frame *frame,
                        mbsri_scene_joint *j)
 {
     const mbsri_compiler *c = mbsri_mjcf_compiler(m, node->e);
@@ -102,7 +102,7 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
     if (at->body < 0) return mbsri_file_refuse(s, e, "the world has no joints");
     if (!enter(m, e, &m->joints, s->joints.count)) return false;
     if (mbsri_is(e, "joint")) {
-        mbsri_node node;
+        mbsri_mjcf_part node;
         if (!mbsri_mjcf_node(m, e, "joint", at->childclass, &node) ||
             !read_joint(m, &node, at->frame, &j))
             return false;
@@ -126,7 +126,7 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
 static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *inertia,
                           mbsr_frame *principal)
 {
-    const mbsri_node node = {.e = e};
+    const mbsri_mjcf_part node = {.e = e};
     mbsr_frame frame;
     double mass = 0.0, I[6] = {0.0}, moments[3];
     int diagonal, full;
@@ -143,7 +143,7 @@ static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *i
 
 static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
 {
-    mbsri_node node;
+    mbsri_mjcf_part node;
     mbsr_frame frame;
     if (!mbsri_mjcf_node(m, e, "site", at->childclass, &node) ||
         !mbsri_mjcf_frame(m, &node, &frame) || !enter(m, e, &m->sites, m->s->sites.count))
@@ -193,7 +193,7 @@ static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
 static bool step_into(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
                       mbsr_frame *frame, mbsri_mjcf_at *within)
 {
-    const mbsri_node node = {.e = e};
+    const mbsri_mjcf_part node = {.e = e};
     const char *class = mbsri_attribute(e, "childclass");
     mbsr_frame own;
     if (!mbsri_mjcf_frame(m, &node, &own)) return false;
@@ -277,7 +277,7 @@ static void align(mbsri_mjcf *m, int body, mbsr_frame *principal)
     mbsri_scene_body *b = mbsri_scene_bodies(m->s) + body;
     const mbsri_scene_joint *j = mbsri_scene_joints(m->s) + b->first;
     if (b->joints != 1 || j->joint.kind != MBSR_FILE_FREE || m->s->bodies.count > body + 1) return;
-    const mbsri_node node = {.e = j->element};
+    const mbsri_mjcf_part node = {.e = j->element};
     if (b->inertia.kind != MBSR_INERTIA_SPATIAL ||
         !mbsri_mjcf_switch(&node, "align", mbsri_mjcf_compiler(m, b->element)->align))
         return;
@@ -295,7 +295,7 @@ static void align(mbsri_mjcf *m, int body, mbsr_frame *principal)
 
 static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
 {
-    const mbsri_node node = {.e = e};
+    const mbsri_mjcf_part node = {.e = e};
     const char *class = mbsri_attribute(e, "childclass"), *mocap = mbsri_attribute(e, "mocap");
     mbsri_scene_body b = {.name = mbsri_mjcf_name(e), .element = e, .parent = at->body};
     const mbsr_frame own = mbsr_frame_identity();

@@ -36,7 +36,7 @@ static void find_changes(mbsri_mjcf *m, const mbsri_element *e)
 /* Of the file itself. */
 static bool read_total(mbsri_mjcf *m, const mbsri_element *e)
 {
-    const mbsri_node node = {.e = e};
+    const mbsri_mjcf_part node = {.e = e};
     double other = 0.0;
     if (!mbsri_mjcf_number(m, &node, "settotalmass", e->model == 0 ? &m->total : &other))
         return false;
@@ -48,7 +48,7 @@ static bool read_total(mbsri_mjcf *m, const mbsri_element *e)
 bool mbsri_mjcf_read_compiler(mbsri_mjcf *m, const mbsri_element *e)
 {
     mbsri_compiler *c = mbsri_mjcf_compiler(m, e);
-    const mbsri_node node = {.e = e};
+    const mbsri_mjcf_part node = {.e = e};
     const char *angle = mbsri_attribute(e, "angle"), *sequence = mbsri_attribute(e, "eulerseq"),
                *shapes = mbsri_attribute(e, "inertiafromgeom"),
                *coordinate = mbsri_attribute(e, "coordinate"),

@@ -38,7 +38,7 @@ static const char *mesh_name(mbsri_mjcf *m, const mbsri_element *e)
     return name || !file ? name : mbsri_mjcf_stem(m->s->arena, file);
 }
 
-static bool read_inertia(mbsri_mjcf *m, const mbsri_node *node, mbsri_mjcf_mesh *mesh)
+static bool read_inertia(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_mjcf_mesh *mesh)
 {
     const char *kind = mbsri_mjcf_get(node, "inertia");
     mesh->kind =
@@ -54,7 +54,7 @@ bool mbsri_mjcf_add_mesh(mbsri_mjcf *m, const mbsri_element *e)
 {
     mbsri_mjcf_mesh mesh = {.element = e, .place.scale = {1.0, 1.0, 1.0}};
     double origin[3] = {0.0}, turn[4] = {1.0};
-    mbsri_node node;
+    mbsri_mjcf_part node;
     if (!mbsri_mjcf_node(m, e, "mesh", NULL, &node) || !read_inertia(m, &node, &mesh) ||
         !mbsri_mjcf_numbers(m, &node, "scale", 3, 3, mesh.place.scale, NULL) ||
         !mbsri_mjcf_numbers(m, &node, "refpos", 3, 3, origin, NULL) ||
@@ -215,7 +215,7 @@ static void fit_shape(const mbsri_mjcf_mesh *mesh, bool around, double factor,
     shape->frame = mbsr_frame_product(&shape->frame, &frame);
 }
 
-bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape,
                            bool *known)
 {
     const char *name = mbsri_mjcf_get(node, "mesh");

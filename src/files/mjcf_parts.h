@@ -85,13 +85,13 @@ typedef struct mbsri_mjcf {
 } mbsri_mjcf;
 
 /* An element with its class, from which it has what it does not say itself. */
-typedef struct mbsri_node {
+typedef struct mbsri_mjcf_part {
     const mbsri_element *e;
     const char *kind; /* its name among the defaults; NULL: it has none */
     const mbsri_class *class;
     const char *const
         *alike; /* kinds whose defaults count, too, NULL behind the last; NULL: none */
-} mbsri_node;
+} mbsri_mjcf_part;
 
 /* The class of that name, NULL for the main one, made where there is none; NULL: no memory. */
 mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_class *parent);
@@ -101,29 +101,30 @@ mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_cl
 
 /* childclass: of the bodies around it; NULL: none. False: there is no such class. */
 bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
-                     const char *childclass, mbsri_node *node);
+                     const char *childclass, mbsri_mjcf_part *node);
 
 /* NULL: nobody says so. */
-const char *mbsri_mjcf_get(const mbsri_node *node, const char *attribute);
-bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, int least,
-                        int most, double *to, int *count);
-bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to);
+const char *mbsri_mjcf_get(const mbsri_mjcf_part *node, const char *attribute);
+bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                        int least, int most, double *to, int *count);
+bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                       double *to);
 
 /* The numbers k, a, b of a spring or damper with the force k x + a x^2 + b x^3, of a damper a x
  * |x|: a finding where they are more than the one, or for springs than k and `cubic` (NULL: not
  * taken). */
-bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
-                    double *cubic);
+bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                    double *linear, double *cubic);
 
 /* Whether an attribute that is on, off or (`automatic`) missing or "auto". */
-bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic);
+bool mbsri_mjcf_switch(const mbsri_mjcf_part *node, const char *attribute, bool automatic);
 
 /* A range, and whether it holds: as its switch says, else where it is not zero. */
-bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
                       const char *limited, double range[2], bool *holds);
 
 /* pos and the orientation in all its spellings. */
-bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame);
+bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_frame *frame);
 
 /* z along a direction by the shortest turn. */
 mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
@@ -154,7 +155,7 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
 
 /* Size and frame of a shape that has a mesh; *known false: it cannot be fitted, as a finding says.
  */
-bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape,
                            bool *known);
 
 /* The file of an asset, with the folders of its model and of assets; NULL: it has none. */
@@ -162,7 +163,7 @@ const char *mbsri_mjcf_asset_path(const mbsri_mjcf *m, const mbsri_element *e);
 
 /* Size and samples of a shape that is a height field; *known false: its file is not read, as a
  * finding says. */
-bool mbsri_mjcf_field_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+bool mbsri_mjcf_field_shape(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape,
                             bool *known);
 
 /* ---- what a file means, before it is read ---- */

@@ -59,7 +59,7 @@ static mbsri_element *frame_of(mbsri_mjcf *m, const mbsri_element *e, int i, con
         !mbsri_element_set_numbers(arena, frame, "euler", 3, turn) ||
         (class && !mbsri_element_set(arena, frame, "childclass", class)))
         return NULL;
-    const mbsri_node node = {.e = frame};
+    const mbsri_mjcf_part node = {.e = frame};
     if (!mbsri_mjcf_frame(m, &node, &at)) return NULL;
     for (int k = 0; k < 3; ++k)
         for (int l = 0; l < 3; ++l) x[k] += at.R[3 * l + k] * offset[l];

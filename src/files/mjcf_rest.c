@@ -24,7 +24,7 @@ static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute,
 }
 
 /* Frames on bodies that coincide. */
-static bool read_sites(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
+static bool read_sites(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_equality *q)
 {
     static const char *const attributes[2] = {"site1", "site2"};
     const mbsr_file_site *sites = m->s->sites.items;
@@ -64,7 +64,7 @@ static bool add_length(mbsri_mjcf *m, const mbsri_element *e, const char *attrib
     return true;
 }
 
-static bool read_tendons(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q,
+static bool read_tendons(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_equality *q,
                          bool *known)
 {
     double power[MBSRI_POWERS] = {0.0, 1.0};
@@ -84,7 +84,8 @@ static bool read_tendons(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equa
     return true;
 }
 
-static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q, bool *known)
+static bool read_bodies(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_equality *q,
+                        bool *known)
 {
     const mbsri_element *e = node->e;
     double pose[7] = {0.0}, turning = 1.0;
@@ -126,7 +127,7 @@ static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribut
                               mbsri_attribute(e, attribute)));
 }
 
-static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
+static bool read_joints(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_equality *q)
 {
     const mbsri_element *e = node->e;
     q->power[1] = 1.0;
@@ -139,7 +140,7 @@ static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
 }
 
 /* *known false: it is left out, as a finding says. */
-static bool read_equality(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q,
+static bool read_equality(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_equality *q,
                           bool *known)
 {
     const mbsri_element *e = node->e;
@@ -160,7 +161,7 @@ static bool read_equality(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equ
 static bool add_equality(mbsri_mjcf *m, const mbsri_element *e)
 {
     mbsri_scene_equality q = {.name = mbsri_mjcf_name(e), .element = e};
-    mbsri_node node;
+    mbsri_mjcf_part node;
     if (!mbsri_mjcf_node(m, e, "equality", NULL, &node)) return false;
     if (!mbsri_mjcf_switch(&node, "active", true)) {
         mbsri_file_find(m->s, e, "it is not active and left out");
@@ -199,7 +200,7 @@ static bool add_own_pair(mbsri_mjcf *m, const mbsri_element *e)
 {
     mbsr_file_pair pair = {.shape = {shape_of(m, e, "geom1"), shape_of(m, e, "geom2")}};
     double friction[5], kinds = 3.0;
-    mbsri_node node;
+    mbsri_mjcf_part node;
     int given;
     if (pair.shape[0] < 0 || pair.shape[1] < 0 || pair.shape[0] == pair.shape[1]) {
         const char *name = mbsri_attribute(e, pair.shape[0] < 0 ? "geom1" : "geom2");
@@ -304,7 +305,7 @@ static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
 {
     mbsri_scene_tendon t = {.name = mbsri_mjcf_name(e), .element = e, .rest = {-1.0, -1.0}};
     const bool fixed = mbsri_is(e, "fixed");
-    mbsri_node node;
+    mbsri_mjcf_part node;
     double friction = 0.0, armature = 0.0;
     int lengths;
     bool known;

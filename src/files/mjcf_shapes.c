@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *kind, bool *known)
+static bool shape_kind(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_shape_kind *kind,
+                       bool *known)
 {
     static const char *const names[] = {"box",       "sphere", "cylinder", "capsule",
                                         "ellipsoid", "plane",  "mesh",     "hfield"};
@@ -29,7 +30,7 @@ static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *k
 }
 
 /* Sizes, and the frame of one that is given from end to end. */
-static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
+static bool read_size(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape)
 {
     static const int least[] = {3, 1, 2, 2, 3, 0, 0, 0};
     double ends[6], along[3], length = 0.0, middle[3];
@@ -62,7 +63,7 @@ static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *sh
 
 /* Volume, tensor and frame at the centre of a mesh, its principal axes there; false: not known, as
  * a finding says. */
-static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
+static bool weigh_mesh(mbsri_mjcf *m, const mbsri_mjcf_part *node, const mbsr_frame *at,
                        mbsr_frame *frame, mbsr_frame *principal, double *volume, double tensor[6])
 {
     const char *name = mbsri_mjcf_get(node, "mesh");
@@ -85,7 +86,7 @@ static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
 }
 
 /* Its part of the inertia of the body, where `sum` is given. */
-static bool weigh_shape(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
+static bool weigh_shape(mbsri_mjcf *m, const mbsri_mjcf_part *node, const mbsr_frame *at,
                         const mbsr_file_shape *shape, mbsri_mjcf_solids *sum)
 {
     const double *groups = mbsri_mjcf_compiler(m, node->e)->groups;
@@ -134,7 +135,7 @@ void mbsri_mjcf_rub(double kinds, double friction[3])
 }
 
 /* Groups above 2 are those that MuJoCo does not show at first. */
-static bool find_use(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
+static bool find_use(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape *shape)
 {
     double group = 0.0, type = 1.0, affinity = 1.0, kinds = 3.0;
     mbsri_mjcf_plain_law(shape->friction, shape->settle);
@@ -160,7 +161,7 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
 {
     mbsr_file_shape shape = {
         .name = mbsri_mjcf_name(e), .body = at->body, .colour = {0.5, 0.5, 0.5, 1.0}};
-    mbsri_node node;
+    mbsri_mjcf_part node;
     bool known;
     if (!mbsri_mjcf_node(m, e, "geom", at->childclass, &node) ||
         !shape_kind(m, &node, &shape.kind, &known))

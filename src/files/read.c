@@ -228,7 +228,7 @@ static void write_element(mbsri_text *t, const mbsri_element *e)
     mbsri_out(t, e->name);
 }
 
-static int expand_text(mbsri_written *w, const char *text, size_t size, const char *name,
+static int expand_text(mbsri_file_written *w, const char *text, size_t size, const char *name,
                        const mbsr_file_opt *opt, mbsr_error *error)
 {
     mbsri_scene s = open_scene(&w->arena, opt);
@@ -251,7 +251,7 @@ int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->model.allocator);
-    mbsri_written *w = mbsri_arena_take(&arena, sizeof *w);
+    mbsri_file_written *w = mbsri_arena_take(&arena, sizeof *w);
     if (!w) return fail(error, MBSR_ERR_NO_MEMORY, expand_entry, "no memory");
     w->arena = arena;
     status = expand_text(w, text, size, name, opt, error);

@@ -12,7 +12,7 @@ typedef struct mbsri_thrust {
     int body;
     mbsr_frame frame;
     double gear[6];
-    mbsri_law law;
+    mbsri_file_law law;
 } mbsri_thrust;
 
 mbsr_force_def mbsri_force_thrust(const mbsri_thrust *t);

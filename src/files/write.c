@@ -31,7 +31,7 @@ static int refuse_writing(mbsr_error *error, int status, const char *text)
 
 /* ---- what is to be written ---- */
 
-static bool take_tables(mbsri_writer *w)
+static bool take_tables(mbsri_file_writer *w)
 {
     const size_t bodies = (size_t)w->bodies + 1, rates = (size_t)w->nu + 1;
     w->body = mbsri_arena_take(w->arena, bodies * sizeof *w->body);
@@ -48,7 +48,7 @@ static bool take_tables(mbsri_writer *w)
 }
 
 /* Why a body cannot be written; NULL: it can. */
-static const char *obstacle(const mbsri_writer *w, int k)
+static const char *obstacle(const mbsri_file_writer *w, int k)
 {
     const mbsr_joint_chain *c = w->chain + k;
     if (mbsr_joint_chain_of(&w->def[k].joint, w->chain + k))
@@ -62,7 +62,7 @@ static const char *obstacle(const mbsri_writer *w, int k)
 }
 
 /* Free joints of MJCF begin at the world: those on bodies that do not move are moved there. */
-static bool lift_free(mbsri_writer *w, int k)
+static bool lift_free(mbsri_file_writer *w, int k)
 {
     mbsr_joint_chain *c = w->chain + k;
     if (!c->quaternion || c->axes == 0) return true;
@@ -77,14 +77,14 @@ static bool lift_free(mbsri_writer *w, int k)
     return true;
 }
 
-static bool cannot(mbsri_writer *w, int k, const char *why)
+static bool cannot(mbsri_file_writer *w, int k, const char *why)
 {
     snprintf(w->message, sizeof w->message, "body %d '%.80s': %s", k, mbsr_body_name(w->model, k),
              why);
     return false;
 }
 
-static bool read_bodies(mbsri_writer *w)
+static bool read_bodies(mbsri_file_writer *w)
 {
     for (int k = 0; k < w->bodies; ++k) {
         mbsr_body_definition(w->model, k, w->def + k);
@@ -97,7 +97,7 @@ static bool read_bodies(mbsri_writer *w)
 }
 
 /* A name that no other one has: as given, else what stands for it. */
-static const char *own_name(mbsri_writer *w, mbsri_names *names, const char *given,
+static const char *own_name(mbsri_file_writer *w, mbsri_names *names, const char *given,
                             const char *instead, int number)
 {
     const char *name = given;
@@ -108,7 +108,7 @@ static const char *own_name(mbsri_writer *w, mbsri_names *names, const char *giv
 }
 
 /* What was read of each joint, by its first rate. */
-static const mbsr_file_joint **joints_read(const mbsri_writer *w)
+static const mbsr_file_joint **joints_read(const mbsri_file_writer *w)
 {
     const mbsr_file_joint **read = mbsri_arena_take(w->arena, ((size_t)w->nu + 1) * sizeof *read);
     for (int k = 0; read && w->file && k < w->file->joints; ++k) {
@@ -121,7 +121,8 @@ static const mbsr_file_joint **joints_read(const mbsri_writer *w)
     return read;
 }
 
-static void name_joints(mbsri_writer *w, mbsri_names *names, const mbsr_file_joint **read, int k)
+static void name_joints(mbsri_file_writer *w, mbsri_names *names, const mbsr_file_joint **read,
+                        int k)
 {
     const mbsr_joint_chain *c = w->chain + k;
     const int count = c->quaternion ? 1 : c->axes;
@@ -147,7 +148,7 @@ static mbsr_frame turned_by(const mbsr_axis *axis, double q)
 }
 
 /* Its axes and where it is drawn; a free joint where q0 has it. */
-static void draw_body(mbsri_writer *w, int k)
+static void draw_body(mbsri_file_writer *w, int k)
 {
     const mbsr_joint_chain *c = w->chain + k;
     mbsri_written_joint *joints = w->joint + w->joint_at[k];
@@ -177,7 +178,7 @@ static void draw_body(mbsri_writer *w, int k)
 
 /* Whether the reader made this body to carry a joint of another one, whose only predecessor it is.
  */
-static bool is_between(const mbsri_writer *w, int k, int child)
+static bool is_between(const mbsri_file_writer *w, int k, int child)
 {
     const char *name = mbsr_body_name(w->model, k), *of = mbsr_body_name(w->model, child);
     const size_t length = strlen(of);
@@ -189,7 +190,7 @@ static bool is_between(const mbsri_writer *w, int k, int child)
     return !(mass > 0.0) && !(size > 0.0);
 }
 
-static void count_children(const mbsri_writer *w, int *children)
+static void count_children(const mbsri_file_writer *w, int *children)
 {
     for (int k = 0; k < w->bodies; ++k) children[k] = 0;
     for (int k = 0; k < w->bodies; ++k)
@@ -198,7 +199,7 @@ static void count_children(const mbsri_writer *w, int *children)
 
 /* Axes and anchors of body k and of those whose joints stand before its own, seen from its one
  * successor. */
-static void carry_joints(mbsri_writer *w, int k, const mbsr_frame *child)
+static void carry_joints(mbsri_file_writer *w, int k, const mbsr_frame *child)
 {
     const mbsr_frame back = mbsr_frame_inverse(child);
     for (int at = k; at != MBSR_NONE; at = w->before[at]) {
@@ -221,7 +222,7 @@ static void carry_joints(mbsri_writer *w, int k, const mbsr_frame *child)
 }
 
 /* Bodies in between give their joints to the body that they carry. */
-static void join_bodies(mbsri_writer *w)
+static void join_bodies(mbsri_file_writer *w)
 {
     int *children = mbsri_arena_take(w->arena, ((size_t)w->bodies + 1) * sizeof *children);
     if (!children) return;
@@ -241,7 +242,7 @@ static void join_bodies(mbsri_writer *w)
 /* ---- frames in the world ---- */
 
 /* Predecessors may have larger ids: those of a body are drawn first. */
-static void place_in_world(mbsri_writer *w, int k)
+static void place_in_world(mbsri_file_writer *w, int k)
 {
     mbsr_frame T = w->frame[k];
     for (int p = w->def[k].parent; p != MBSR_GROUND; p = w->def[p].parent)
@@ -249,7 +250,7 @@ static void place_in_world(mbsri_writer *w, int k)
     w->world[k] = T;
 }
 
-static bool too_deep(mbsri_writer *w, int k)
+static bool too_deep(mbsri_file_writer *w, int k)
 {
     int depth = 0;
     for (int p = k; p != MBSR_GROUND; p = w->def[p].parent) ++depth;
@@ -259,7 +260,7 @@ static bool too_deep(mbsri_writer *w, int k)
     return true;
 }
 
-static bool prepare_writing(mbsri_writer *w)
+static bool prepare_writing(mbsri_file_writer *w)
 {
     mbsri_names bodies = {.count = 0}, joints = {.count = 0};
     if (!take_tables(w) || !read_bodies(w)) return false;
@@ -280,7 +281,7 @@ static bool prepare_writing(mbsri_writer *w)
 
 /* ---- all of it ---- */
 
-static void write_all(mbsri_writer *w)
+static void write_all(mbsri_file_writer *w)
 {
     mbsri_text *t = &w->text;
     mbsri_begin(t, "mujoco");
@@ -299,17 +300,17 @@ static void write_all(mbsri_writer *w)
     mbsri_out(t, "mujoco");
 }
 
-static int write_model(mbsri_written *to, const mbsr_model *model, const mbsr_file *file,
+static int write_model(mbsri_file_written *to, const mbsr_model *model, const mbsr_file *file,
                        const mbsr_write_opt *opt, mbsr_error *error)
 {
-    mbsri_writer writer = {.arena = &to->arena,
-                           .model = model,
-                           .file = file,
-                           .opt = opt,
-                           .text = {.arena = &to->arena},
-                           .bodies = mbsr_model_bodies(model),
-                           .nu = mbsr_model_nu(model)};
-    mbsri_writer *w = &writer;
+    mbsri_file_writer writer = {.arena = &to->arena,
+                                .model = model,
+                                .file = file,
+                                .opt = opt,
+                                .text = {.arena = &to->arena},
+                                .bodies = mbsr_model_bodies(model),
+                                .nu = mbsr_model_nu(model)};
+    mbsri_file_writer *w = &writer;
     const bool good = prepare_writing(w);
     if (good) write_all(w);
     if (w->arena->failed) return refuse_writing(error, MBSR_ERR_NO_MEMORY, "no memory");
@@ -346,7 +347,7 @@ int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file, const m
                               "the model is not that of the file as read");
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->allocator);
-    mbsri_written *to = mbsri_arena_take(&arena, sizeof *to);
+    mbsri_file_written *to = mbsri_arena_take(&arena, sizeof *to);
     if (!to) {
         mbsri_arena_close(&arena);
         return refuse_writing(error, MBSR_ERR_NO_MEMORY, "no memory");
@@ -363,6 +364,6 @@ int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file, const m
 void mbsr_written_destroy(mbsr_written *written)
 {
     if (!written) return;
-    mbsri_arena arena = ((mbsri_written *)(void *)written)->arena;
+    mbsri_arena arena = ((mbsri_file_written *)(void *)written)->arena;
     mbsri_arena_close(&arena);
 }

@@ -20,7 +20,7 @@ static bool differs(const mbsr_frame *frame)
 /* ---- inertias ---- */
 
 /* What MuJoCo refuses, or changes. */
-static void find_weight(mbsri_writer *w, int k, const char *element, double mass,
+static void find_weight(mbsri_file_writer *w, int k, const char *element, double mass,
                         const double tensor[6])
 {
     double moments[3];
@@ -36,7 +36,7 @@ static void find_weight(mbsri_writer *w, int k, const char *element, double mass
                          "file");
 }
 
-static void write_inertia(mbsri_writer *w, int k, const char *element)
+static void write_inertia(mbsri_file_writer *w, int k, const char *element)
 {
     double mass, centre[3], I[6];
     const mbsr_inertia *inertia = &w->def[k].inertia;
@@ -56,14 +56,14 @@ static void write_inertia(mbsri_writer *w, int k, const char *element)
 
 /* ---- joints ---- */
 
-static void find_joint(mbsri_writer *w, const mbsri_written_joint *j, const char *what)
+static void find_joint(mbsri_file_writer *w, const mbsri_written_joint *j, const char *what)
 {
     char element[120];
     snprintf(element, sizeof element, "joint '%.80s'", j->name);
     mbsri_write_find(w, element, "%s", what);
 }
 
-static void set_passive(mbsri_writer *w, const mbsri_written_joint *j)
+static void set_passive(mbsri_file_writer *w, const mbsri_written_joint *j)
 {
     mbsri_text *t = &w->text;
     const double armature = mbsr_body_armature(w->model, j->body)[j->coordinate],
@@ -80,7 +80,7 @@ static void set_passive(mbsri_writer *w, const mbsri_written_joint *j)
     }
 }
 
-static void write_joint(mbsri_writer *w, const mbsri_written_joint *j)
+static void write_joint(mbsri_file_writer *w, const mbsri_written_joint *j)
 {
     static const char *const types[] = {"", "hinge", "slide", "ball", "free"};
     mbsri_text *t = &w->text;
@@ -96,7 +96,7 @@ static void write_joint(mbsri_writer *w, const mbsri_written_joint *j)
     mbsri_end(t);
 }
 
-static void write_own_joints(mbsri_writer *w, int k)
+static void write_own_joints(mbsri_file_writer *w, int k)
 {
     const mbsr_joint_chain *c = w->chain + k;
     const mbsri_written_joint *j = w->joint + w->joint_at[k];
@@ -116,7 +116,7 @@ static void write_own_joints(mbsri_writer *w, int k)
 }
 
 /* Those of bodies in between first, outermost before. */
-static void write_joints(mbsri_writer *w, int k)
+static void write_joints(mbsri_file_writer *w, int k)
 {
     int chain[MBSRI_XML_DEPTH], count = 0;
     for (int at = k; at != MBSR_NONE && count < MBSRI_XML_DEPTH; at = w->before[at])
@@ -127,7 +127,7 @@ static void write_joints(mbsri_writer *w, int k)
 /* ---- what stands on a body ---- */
 
 /* A name where it stands for the first time; then none. */
-static const char *only_name(mbsri_writer *w, mbsri_names *names, const char *name)
+static const char *only_name(mbsri_file_writer *w, mbsri_names *names, const char *name)
 {
     if (!*name || mbsri_names_find(names, name) >= 0) return NULL;
     mbsri_names_add(w->arena, names, name, 0);
@@ -135,7 +135,7 @@ static const char *only_name(mbsri_writer *w, mbsri_names *names, const char *na
 }
 
 /* What a mesh is to MuJoCo: STL, OBJ or MSH; and the caller may have none of that name. */
-static bool keeps_mesh(const mbsri_writer *w, const mbsr_file_shape *s)
+static bool keeps_mesh(const mbsri_file_writer *w, const mbsr_file_shape *s)
 {
     const char *path = s->mesh;
     static const char *const endings[] = {".stl", ".STL", ".obj", ".OBJ", ".msh", ".MSH"};
@@ -148,7 +148,7 @@ static bool keeps_mesh(const mbsri_writer *w, const mbsr_file_shape *s)
 }
 
 /* Whether it can be written: a finding, where it cannot. */
-static bool has_size(mbsri_writer *w, const mbsr_file_shape *s, int sizes)
+static bool has_size(mbsri_file_writer *w, const mbsr_file_shape *s, int sizes)
 {
     char element[120];
     bool good = s->kind != MBSR_SHAPE_MESH || keeps_mesh(w, s);
@@ -177,7 +177,7 @@ static span span_of(const mbsr_file_shape *s)
     return (span){low, high - low};
 }
 
-static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
+static void write_shape(mbsri_file_writer *w, const mbsr_file_shape *s, int number)
 {
     static const char *const types[] = {"box",       "sphere", "cylinder", "capsule",
                                         "ellipsoid", "plane",  "mesh",     "hfield"};
@@ -203,7 +203,7 @@ static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
     mbsri_end(t);
 }
 
-static void write_site(mbsri_writer *w, const char *name, const mbsr_frame *frame)
+static void write_site(mbsri_file_writer *w, const char *name, const mbsr_frame *frame)
 {
     mbsri_begin(&w->text, "site");
     mbsri_set_text(&w->text, "name", only_name(w, &w->sites, name));
@@ -212,7 +212,7 @@ static void write_site(mbsri_writer *w, const char *name, const mbsr_frame *fram
 }
 
 /* Where actuators push that act on sites. */
-static void write_thrusts(mbsri_writer *w, int body)
+static void write_thrusts(mbsri_file_writer *w, int body)
 {
     for (int k = 0; w->file && k < w->file->actuators; ++k) {
         const int id = w->file->actuator[k].force;
@@ -226,7 +226,7 @@ static void write_thrusts(mbsri_writer *w, int body)
 }
 
 /* Ends of pins that are open as drawn. */
-static void write_ends(mbsri_writer *w, int body)
+static void write_ends(mbsri_file_writer *w, int body)
 {
     for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
         mbsr_closure_def def;
@@ -241,7 +241,7 @@ static void write_ends(mbsri_writer *w, int body)
     }
 }
 
-static void write_shapes_and_sites(mbsri_writer *w, int body)
+static void write_shapes_and_sites(mbsri_file_writer *w, int body)
 {
     const mbsri_written_spring *spring = w->springs.items;
     for (int k = 0; w->file && k < w->file->shapes; ++k)
@@ -261,7 +261,7 @@ static void write_shapes_and_sites(mbsri_writer *w, int body)
 }
 
 /* Corners, three for each triangle. */
-static void set_triangles(mbsri_writer *w, const mbsr_file_shape *s)
+static void set_triangles(mbsri_file_writer *w, const mbsr_file_shape *s)
 {
     const size_t count = 3 * (size_t)s->triangles;
     double *number = mbsri_arena_take(w->arena, count * sizeof *number);
@@ -271,7 +271,7 @@ static void set_triangles(mbsri_writer *w, const mbsr_file_shape *s)
     mbsri_set_numbers(&w->text, "face", (int)count, number);
 }
 
-static void write_mesh(mbsri_writer *w, int k)
+static void write_mesh(mbsri_file_writer *w, int k)
 {
     const mbsr_file_shape *s = w->file->shape + k;
     mbsri_begin(&w->text, "mesh");
@@ -285,7 +285,7 @@ static void write_mesh(mbsri_writer *w, int k)
 }
 
 /* The first row of the text has the largest y; MuJoCo scales heights to its size. */
-static void write_field(mbsri_writer *w, int k)
+static void write_field(mbsri_file_writer *w, int k)
 {
     const mbsr_file_shape *s = w->file->shape + k;
     const span heights = span_of(s);
@@ -308,7 +308,7 @@ static void write_field(mbsri_writer *w, int k)
     mbsri_end(&w->text);
 }
 
-static void write_assets(mbsri_writer *w)
+static void write_assets(mbsri_file_writer *w)
 {
     bool some = false;
     for (int k = 0; w->file && k < w->file->shapes; ++k) {
@@ -328,7 +328,7 @@ static void write_assets(mbsri_writer *w)
 /* ---- bodies ---- */
 
 /* The part of its weight that is carried, where it is one. */
-static void write_lift(mbsri_writer *w, int k, const char *element)
+static void write_lift(mbsri_file_writer *w, int k, const char *element)
 {
     double mass, centre[3], tensor[6], along = 0.0, weight = 0.0, off = 0.0, size = 0.0;
     const double *F = w->lift + 3 * k, *g = w->gravity;
@@ -347,7 +347,7 @@ static void write_lift(mbsri_writer *w, int k, const char *element)
         mbsri_write_find(w, element, "a force on it is left out: it is not against its weight");
 }
 
-static void begin_body(mbsri_writer *w, int k)
+static void begin_body(mbsri_file_writer *w, int k)
 {
     char element[120];
     snprintf(element, sizeof element, "body '%.80s'", w->body[k]);
@@ -365,7 +365,7 @@ static void begin_body(mbsri_writer *w, int k)
 
 /* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of
  * body 0. */
-static bool link_children(mbsri_writer *w, int **first, int **next)
+static bool link_children(mbsri_file_writer *w, int **first, int **next)
 {
     const size_t size = ((size_t)w->bodies + 1) * sizeof **first;
     *first = mbsri_arena_take(w->arena, size);
@@ -381,7 +381,7 @@ static bool link_children(mbsri_writer *w, int **first, int **next)
     return true;
 }
 
-void mbsri_write_bodies(mbsri_writer *w)
+void mbsri_write_bodies(mbsri_file_writer *w)
 {
     int *first, *next;
     if (!link_children(w, &first, &next)) return;

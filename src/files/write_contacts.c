@@ -28,7 +28,7 @@ static void set_law(mbsri_text *t, const double friction[3], const double settle
     if (margin > 0.0) mbsri_set_numbers(t, "margin", 1, &margin);
 }
 
-void mbsri_set_contact(mbsri_writer *w, const mbsr_file_shape *s)
+void mbsri_set_contact(mbsri_file_writer *w, const mbsr_file_shape *s)
 {
     mbsri_text *t = &w->text;
     const unsigned groups = s->contact ? s->groups : 0, mask = s->contact ? s->mask : 0;
@@ -37,12 +37,12 @@ void mbsri_set_contact(mbsri_writer *w, const mbsr_file_shape *s)
     if (s->contact) set_law(t, s->friction, s->settle, s->margin, false);
 }
 
-static const char *name_of_body(const mbsri_writer *w, int body)
+static const char *name_of_body(const mbsri_file_writer *w, int body)
 {
     return body == MBSR_GROUND ? "world" : w->joined[body] ? NULL : w->body[body];
 }
 
-static void write_exclude(mbsri_writer *w, bool *open, const int *body)
+static void write_exclude(mbsri_file_writer *w, bool *open, const int *body)
 {
     const char *a = name_of_body(w, body[0]), *b = name_of_body(w, body[1]);
     if (!a || !b) return; /* bodies between joints of one body have no shapes */
@@ -53,7 +53,7 @@ static void write_exclude(mbsri_writer *w, bool *open, const int *body)
     mbsri_end(&w->text);
 }
 
-static void write_pair(mbsri_writer *w, bool *open, const mbsr_file_pair *pair)
+static void write_pair(mbsri_file_writer *w, bool *open, const mbsr_file_pair *pair)
 {
     const char *a = w->file->shape[pair->shape[0]].name, *b = w->file->shape[pair->shape[1]].name;
     if (mbsri_names_find(&w->shapes, a) < 0 || mbsri_names_find(&w->shapes, b) < 0) {
@@ -68,7 +68,7 @@ static void write_pair(mbsri_writer *w, bool *open, const mbsr_file_pair *pair)
     mbsri_end(&w->text);
 }
 
-void mbsri_write_contacts(mbsri_writer *w)
+void mbsri_write_contacts(mbsri_file_writer *w)
 {
     bool open = false;
     for (int k = 0; w->file && k < w->file->excluded; ++k)

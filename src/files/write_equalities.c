@@ -16,7 +16,7 @@ static mbsr_frame frame_at(const double param[12])
 }
 
 /* The bodies, the first of which is none of the ground; which one that is. */
-static int set_bodies(mbsri_writer *w, const mbsr_closure_def *def)
+static int set_bodies(mbsri_file_writer *w, const mbsr_closure_def *def)
 {
     const int first = def->body[0] == MBSR_GROUND, other = def->body[!first];
     mbsri_set_text(&w->text, "body1", w->body[def->body[first]]);
@@ -24,7 +24,7 @@ static int set_bodies(mbsri_writer *w, const mbsr_closure_def *def)
     return first;
 }
 
-static void write_weld(mbsri_writer *w, const mbsr_closure_def *def)
+static void write_weld(mbsri_file_writer *w, const mbsr_closure_def *def)
 {
     mbsr_frame end[2] = {frame_at(def->param), frame_at(def->param + 12)};
     double pose[7];
@@ -39,7 +39,7 @@ static void write_weld(mbsri_writer *w, const mbsr_closure_def *def)
     mbsri_end(&w->text);
 }
 
-bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def)
+bool mbsri_written_is_open(const mbsri_file_writer *w, const mbsr_closure_def *def)
 {
     const mbsr_frame unit = mbsr_frame_identity();
     double x[2][3], gap = 0.0, size = 1e-9;
@@ -58,7 +58,7 @@ bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def)
 
 /* MJCF tells the point on the first body; that on the other is where it is as drawn, else both are
  * sites. */
-static void write_connect(mbsri_writer *w, const mbsr_closure_def *def, int id)
+static void write_connect(mbsri_file_writer *w, const mbsr_closure_def *def, int id)
 {
     mbsri_begin(&w->text, "connect");
     mbsri_set_text(&w->text, "name", def->name);
@@ -73,7 +73,7 @@ static void write_connect(mbsri_writer *w, const mbsr_closure_def *def, int id)
 }
 
 /* q0 - ref0 = polynomial of (q1 - ref1). */
-static void write_relation(mbsri_writer *w, const char *name, const mbsri_written_joint *a,
+static void write_relation(mbsri_file_writer *w, const char *name, const mbsri_written_joint *a,
                            const mbsri_written_joint *b, const double power[5])
 {
     mbsri_begin(&w->text, "joint");
@@ -90,7 +90,7 @@ static double ref_of(const mbsri_written_joint *j)
 }
 
 /* A relation of more than two coordinates: of a fixed tendon, which write_tendons has. */
-static bool write_sum_equality(mbsri_writer *w, const mbsr_closure_def *def, int id)
+static bool write_sum_equality(mbsri_file_writer *w, const mbsr_closure_def *def, int id)
 {
     double power[5] = {def->param[MBSR_CLOSURE_BODIES]};
     if (!mbsri_written_has_axes(w, def)) return false;
@@ -104,7 +104,7 @@ static bool write_sum_equality(mbsri_writer *w, const mbsr_closure_def *def, int
     return true;
 }
 
-static bool write_coupling(mbsri_writer *w, const mbsr_closure_def *def, int id)
+static bool write_coupling(mbsri_file_writer *w, const mbsr_closure_def *def, int id)
 {
     const double *f = def->param, offset = def->param[MBSR_CLOSURE_BODIES];
     const mbsri_written_joint *j[2] = {NULL, NULL};
@@ -121,7 +121,7 @@ static bool write_coupling(mbsri_writer *w, const mbsr_closure_def *def, int id)
     return true;
 }
 
-static bool write_polynomial(mbsri_writer *w, const mbsr_closure_def *def)
+static bool write_polynomial(mbsri_file_writer *w, const mbsr_closure_def *def)
 {
     int coordinate[2];
     double ref[2], power[5];
@@ -135,7 +135,7 @@ static bool write_polynomial(mbsri_writer *w, const mbsr_closure_def *def)
     return true;
 }
 
-static bool write_equality(mbsri_writer *w, const mbsr_closure_def *def, int id)
+static bool write_equality(mbsri_file_writer *w, const mbsr_closure_def *def, int id)
 {
     const mbsr_closure_table *weld = mbsr_closure_weld(0, NULL, 1, NULL).table,
                              *ball = mbsr_closure_ball(0, NULL, 1, NULL).table,
@@ -154,14 +154,14 @@ static bool write_equality(mbsri_writer *w, const mbsr_closure_def *def, int id)
 }
 
 /* A force element that is a closure has been told among the forces. */
-static bool is_spring(const mbsri_writer *w, int closure)
+static bool is_spring(const mbsri_file_writer *w, int closure)
 {
     for (int k = 0; k < mbsr_model_forces(w->model); ++k)
         if (mbsr_force_closure(w->model, k) == closure) return true;
     return false;
 }
 
-void mbsri_write_equalities(mbsri_writer *w)
+void mbsri_write_equalities(mbsri_file_writer *w)
 {
     bool open = false;
     for (int k = 0; k < mbsr_model_closures(w->model); ++k) {
@@ -180,7 +180,7 @@ void mbsri_write_equalities(mbsri_writer *w)
 /* ---- keys ---- */
 
 /* Of the actuators that are written. */
-static void write_controls(mbsri_writer *w, const double *control)
+static void write_controls(mbsri_file_writer *w, const double *control)
 {
     const mbsr_file *f = w->file;
     double *written = mbsri_arena_take(w->arena, ((size_t)f->actuators + 1) * sizeof *written);
@@ -190,7 +190,7 @@ static void write_controls(mbsri_writer *w, const double *control)
     if (count > 0) mbsri_set_numbers(&w->text, "ctrl", count, written);
 }
 
-void mbsri_write_keys(mbsri_writer *w)
+void mbsri_write_keys(mbsri_file_writer *w)
 {
     const mbsr_file *f = w->file;
     bool open = false;

@@ -20,7 +20,7 @@ static double parameter(const mbsr_force_def *def, const char *name)
 
 /* ---- force elements: into joints and gravity, or lists ---- */
 
-static bool add_joint_spring(mbsri_writer *w, const mbsr_force_def *def)
+static bool add_joint_spring(mbsri_file_writer *w, const mbsr_force_def *def)
 {
     mbsri_written_joint *j = w->joint + w->joint_at[def->body[0]] + def->option[0];
     const double stiffness = parameter(def, " (stiffness)");
@@ -32,7 +32,7 @@ static bool add_joint_spring(mbsri_writer *w, const mbsr_force_def *def)
 }
 
 /* The same about all axes, at rest where the joint is drawn. */
-static bool add_rotation_spring(mbsri_writer *w, const mbsr_force_def *def)
+static bool add_rotation_spring(mbsri_file_writer *w, const mbsr_force_def *def)
 {
     mbsri_written_joint *j = w->joint + w->joint_at[def->body[0]];
     const double k = parameter(def, " (stiffness[0])"), d = parameter(def, " (damping[0])");
@@ -47,7 +47,7 @@ static bool add_rotation_spring(mbsri_writer *w, const mbsr_force_def *def)
 }
 
 /* The same along all coordinates of a free joint, at rest where its body is drawn. */
-static bool add_free_spring(mbsri_writer *w, const mbsr_force_def *def)
+static bool add_free_spring(mbsri_file_writer *w, const mbsr_force_def *def)
 {
     const int body = def->body[1];
     double k[6], d[6], off = 0.0;
@@ -67,7 +67,7 @@ static bool add_free_spring(mbsri_writer *w, const mbsr_force_def *def)
     return true;
 }
 
-static mbsri_written_spring *new_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
+static mbsri_written_spring *new_spring(mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     mbsri_written_spring *s = mbsri_list_add(w->arena, &w->springs, sizeof *s);
     const int *body = def->body_list ? def->body_list : def->body;
@@ -81,7 +81,7 @@ static mbsri_written_spring *new_spring(mbsri_writer *w, const mbsr_force_def *d
     return s;
 }
 
-static bool add_point_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
+static bool add_point_spring(mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     if (def->option[0] != 0 || parameter(def, " (cubic)") > 0.0) return false;
     mbsri_written_spring *s = new_spring(w, def, id);
@@ -99,14 +99,14 @@ static bool add_point_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
     return true;
 }
 
-static bool add_path(mbsri_writer *w, const mbsr_force_def *def, int id)
+static bool add_path(mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     mbsri_written_spring *s = new_spring(w, def, id);
     return !s || mbsri_path_of(def, s->point, &s->stiffness, &s->damping, s->rest);
 }
 
 /* Those between joint coordinates become tendons and actuators, which are written later. */
-static bool is_transmission(const mbsri_writer *w, const mbsr_force_def *def, int id)
+static bool is_transmission(const mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     int coordinate[MBSRI_TRANSMISSION_MOST];
     double factor[MBSRI_TRANSMISSION_MOST];
@@ -122,7 +122,7 @@ static bool is_transmission(const mbsri_writer *w, const mbsr_force_def *def, in
 }
 
 /* What carries a part of the weight of a body: all gravity is known behind the last element. */
-static bool add_lift(mbsri_writer *w, const mbsr_force_def *def)
+static bool add_lift(mbsri_file_writer *w, const mbsr_force_def *def)
 {
     double F[3];
     if (!mbsri_lift_of(def, F)) return false;
@@ -131,7 +131,7 @@ static bool add_lift(mbsri_writer *w, const mbsr_force_def *def)
 }
 
 /* The thrust of an actuator, which is written later. */
-static bool is_thrust(const mbsri_writer *w, const mbsr_force_def *def, int id)
+static bool is_thrust(const mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     mbsri_thrust t;
     bool known = false;
@@ -140,7 +140,7 @@ static bool is_thrust(const mbsri_writer *w, const mbsr_force_def *def, int id)
     return known && mbsri_thrust_of(def, &t);
 }
 
-static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
+static bool add_force(mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     const mbsr_force_table *joint = mbsr_force_joint_spring(0, 0, 1.0, 0.0, 0.0).table,
                            *rotation = mbsr_force_joint_rotation_spring(0, NULL, NULL, NULL).table,
@@ -158,7 +158,7 @@ static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
     return true;
 }
 
-void mbsri_write_collect(mbsri_writer *w)
+void mbsri_write_collect(mbsri_file_writer *w)
 {
     for (int id = 0; id < mbsr_model_forces(w->model); ++id) {
         mbsr_force_def def;
@@ -171,8 +171,8 @@ void mbsri_write_collect(mbsri_writer *w)
 
 /* ---- tendons and actuators ---- */
 
-static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmission *t, double scale,
-                      bool spring)
+static void write_sum(mbsri_file_writer *w, const char *name, const mbsri_transmission *t,
+                      double scale, bool spring)
 {
     mbsri_text *x = &w->text;
     mbsri_begin(x, "fixed");
@@ -193,7 +193,7 @@ static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmissio
 }
 
 /* Sums of coordinates that closures relate. */
-static void write_closure_sums(mbsri_writer *w, bool *open)
+static void write_closure_sums(mbsri_file_writer *w, bool *open)
 {
     const mbsr_closure_table *coupling = mbsr_closure_coupling(0, NULL, NULL, NULL, 0.0).table;
     for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
@@ -214,7 +214,7 @@ static double gear_of(const mbsr_file_actuator *a)
 }
 
 /* Of a tendon there is a name by the element; springlength -1 is none in MJCF. */
-static void write_tendons(mbsri_writer *w)
+static void write_tendons(mbsri_file_writer *w)
 {
     bool open = false;
     const mbsri_written_spring *s = w->springs.items;
@@ -252,7 +252,7 @@ static void write_tendons(mbsri_writer *w)
 }
 
 /* What it acts on: a joint, a tendon or a site. False: nothing that is written. */
-static bool write_target(mbsri_writer *w, const mbsr_file_actuator *a)
+static bool write_target(mbsri_file_writer *w, const mbsr_file_actuator *a)
 {
     int coordinate[MBSRI_TRANSMISSION_MOST];
     double factor[MBSRI_TRANSMISSION_MOST];
@@ -278,7 +278,7 @@ static bool write_target(mbsri_writer *w, const mbsr_file_actuator *a)
     return true;
 }
 
-static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
+static void write_actuator(mbsri_file_writer *w, const mbsr_file_actuator *a)
 {
     mbsri_text *x = &w->text;
     if (!write_target(w, a)) return;
@@ -298,7 +298,7 @@ static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
     mbsri_end(x);
 }
 
-static void write_actuators(mbsri_writer *w)
+static void write_actuators(mbsri_file_writer *w)
 {
     bool open = false;
     for (int k = 0; w->file && k < w->file->actuators; ++k) {
@@ -315,7 +315,7 @@ static void write_actuators(mbsri_writer *w)
     if (open) mbsri_out(&w->text, "actuator");
 }
 
-void mbsri_write_rest(mbsri_writer *w)
+void mbsri_write_rest(mbsri_file_writer *w)
 {
     write_tendons(w);
     write_actuators(w);

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-const char *mbsri_write_print(mbsri_writer *w, const char *format, ...)
+const char *mbsri_write_print(mbsri_file_writer *w, const char *format, ...)
 {
     char text[MBSR_TEXT_SIZE];
     va_list arguments;
@@ -18,7 +18,7 @@ const char *mbsri_write_print(mbsri_writer *w, const char *format, ...)
     return kept ? kept : "";
 }
 
-void mbsri_write_find(mbsri_writer *w, const char *element, const char *format, ...)
+void mbsri_write_find(mbsri_file_writer *w, const char *element, const char *format, ...)
 {
     char text[MBSR_TEXT_SIZE];
     mbsr_finding *f = mbsri_list_add(w->arena, &w->findings, sizeof *f);
@@ -32,7 +32,7 @@ void mbsri_write_find(mbsri_writer *w, const char *element, const char *format, 
                         .text = mbsri_arena_text(w->arena, text, strlen(text))};
 }
 
-void mbsri_write_frame(mbsri_writer *w, const mbsr_frame *frame)
+void mbsri_write_frame(mbsri_file_writer *w, const mbsr_frame *frame)
 {
     static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
     double quaternion[4];
@@ -44,7 +44,7 @@ void mbsri_write_frame(mbsri_writer *w, const mbsr_frame *frame)
     mbsri_set_numbers(&w->text, "quat", 4, quaternion);
 }
 
-void mbsri_write_section(mbsri_writer *w, bool *open, const char *name)
+void mbsri_write_section(mbsri_file_writer *w, bool *open, const char *name)
 {
     if (*open) return;
     *open = true;
@@ -52,7 +52,8 @@ void mbsri_write_section(mbsri_writer *w, bool *open, const char *name)
     mbsri_into(&w->text);
 }
 
-const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate)
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_file_writer *w, int body,
+                                                  int coordinate)
 {
     const mbsri_written_joint *j = w->joint + w->joint_at[body] + coordinate;
     return j->name ? j : NULL;
@@ -63,7 +64,7 @@ bool mbsri_written_has_axis(const mbsri_written_joint *j)
     return j && (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE);
 }
 
-bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def)
+bool mbsri_written_has_axes(const mbsri_file_writer *w, const mbsr_closure_def *def)
 {
     for (int k = 0; k < def->bodies; ++k)
         if (!mbsri_written_has_axis(mbsri_written_joint_of(w, def->body[k], def->option[k])))

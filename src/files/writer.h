@@ -12,10 +12,10 @@
 #include <stdbool.h>
 
 /* What is written; first its public part. */
-typedef struct mbsri_written {
+typedef struct mbsri_file_written {
     mbsr_written written;
     mbsri_arena arena;
-} mbsri_written;
+} mbsri_file_written;
 
 /* A joint of the file to be: by the place of its first rate in u. */
 typedef struct mbsri_written_joint {
@@ -34,7 +34,7 @@ typedef struct mbsri_written_spring {
     double point[MBSRI_PATH_MOST][3], stiffness, damping, rest[2];
 } mbsri_written_spring;
 
-typedef struct mbsri_writer {
+typedef struct mbsri_file_writer {
     mbsri_arena *arena;
     const mbsr_model *model;
     const mbsr_file *file; /* NULL: none */
@@ -56,46 +56,47 @@ typedef struct mbsri_writer {
     double *lift;       /* by body: what carries a part of its weight, N */
     mbsri_list springs; /* mbsri_written_spring */
     mbsri_names shapes, sites;
-} mbsri_writer;
+} mbsri_file_writer;
 
 /* Lists what MJCF cannot say of an element: such as ("body 'a'", "..."). */
-void mbsri_write_find(mbsri_writer *w, const char *element, const char *format, ...)
+void mbsri_write_find(mbsri_file_writer *w, const char *element, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* A text of the arena by a format; "" without memory. */
-const char *mbsri_write_print(mbsri_writer *w, const char *format, ...)
+const char *mbsri_write_print(mbsri_file_writer *w, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
 /* pos and quat of a frame, left out where they are zero and 1. */
-void mbsri_write_frame(mbsri_writer *w, const mbsr_frame *frame);
+void mbsri_write_frame(mbsri_file_writer *w, const mbsr_frame *frame);
 
 /* What force elements there are: springs of joints, gravity, springs between points. */
-void mbsri_write_collect(mbsri_writer *w);
+void mbsri_write_collect(mbsri_file_writer *w);
 
 /* Bodies with their joints, inertias, shapes and sites. */
-void mbsri_write_bodies(mbsri_writer *w);
+void mbsri_write_bodies(mbsri_file_writer *w);
 
 /* The joint of a coordinate; NULL: it is none that a joint begins with. */
-const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate);
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_file_writer *w, int body,
+                                                  int coordinate);
 
 /* Whether it is a joint with one axis; j may be NULL. All coordinates of a coupling. */
 bool mbsri_written_has_axis(const mbsri_written_joint *j);
-bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def);
+bool mbsri_written_has_axes(const mbsri_file_writer *w, const mbsr_closure_def *def);
 
 /* Whether it is a pin whose points are apart as drawn. */
-bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def);
+bool mbsri_written_is_open(const mbsri_file_writer *w, const mbsr_closure_def *def);
 
 /* Begins a section with its first element. */
-void mbsri_write_section(mbsri_writer *w, bool *open, const char *name);
+void mbsri_write_section(mbsri_file_writer *w, bool *open, const char *name);
 
 /* How a shape touches, as attributes of its element; bodies that never touch, and pairs. */
-void mbsri_set_contact(mbsri_writer *w, const mbsr_file_shape *s);
-void mbsri_write_contacts(mbsri_writer *w);
+void mbsri_set_contact(mbsri_file_writer *w, const mbsr_file_shape *s);
+void mbsri_write_contacts(mbsri_file_writer *w);
 
-void mbsri_write_equalities(mbsri_writer *w);
-void mbsri_write_keys(mbsri_writer *w);
+void mbsri_write_equalities(mbsri_file_writer *w);
+void mbsri_write_keys(mbsri_file_writer *w);
 
 /* Equalities, tendons, actuators and keys. */
-void mbsri_write_rest(mbsri_writer *w);
+void mbsri_write_rest(mbsri_file_writer *w);
 
 #endif

@@ -198,13 +198,13 @@ bool mbsri_arithmetic(mbsri_xacro *x, const char *mark, const mbsri_value *a, co
 
 /* ---- functions ---- */
 
-static bool call_one(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_one(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     double a;
     return mbsri_call_number(x, c, 0, &a) && give_real(x, c->function->one(a), isfinite(a), out);
 }
 
-static bool call_two(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_two(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     double a, b;
     return mbsri_call_number(x, c, 0, &a) && mbsri_call_number(x, c, 1, &b) &&
@@ -219,7 +219,7 @@ bool mbsri_make_whole(mbsri_xacro *x, double real, double (*round)(double), mbsr
     return true;
 }
 
-static bool call_whole(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_whole(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     double a;
     if (c->argument->kind == MBSRI_WHOLE) {
@@ -229,7 +229,7 @@ static bool call_whole(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return mbsri_call_number(x, c, 0, &a) && mbsri_make_whole(x, a, c->function->one, out);
 }
 
-static bool call_log(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_log(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     double a, base = 0.0;
     if (!mbsri_call_number(x, c, 0, &a)) return false;
@@ -239,7 +239,7 @@ static bool call_log(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return give_real(x, log(a) / log(base), isfinite(a) && isfinite(base), out);
 }
 
-static bool call_is(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_is(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     double a;
     if (!mbsri_call_number(x, c, 0, &a)) return false;

@@ -14,25 +14,25 @@ const mbsri_function *mbsri_function_find(const mbsri_function *table, size_t co
     return NULL;
 }
 
-bool mbsri_call_refuse(mbsri_xacro *x, const mbsri_call *c, int k)
+bool mbsri_call_refuse(mbsri_xacro *x, const mbsri_macro_call *c, int k)
 {
     return mbsri_xacro_refuse(x, "%s() is given %s", c->function->name,
                               mbsri_kind_name(c->argument + k));
 }
 
-bool mbsri_call_number(mbsri_xacro *x, const mbsri_call *c, int k, double *number)
+bool mbsri_call_number(mbsri_xacro *x, const mbsri_macro_call *c, int k, double *number)
 {
     return mbsri_is_number(c->argument + k, number) || mbsri_call_refuse(x, c, k);
 }
 
-bool mbsri_call_string(mbsri_xacro *x, const mbsri_call *c, int k, const char **string)
+bool mbsri_call_string(mbsri_xacro *x, const mbsri_macro_call *c, int k, const char **string)
 {
     const bool good = c->argument[k].kind == MBSRI_STRING;
     *string = good ? c->argument[k].of.string : "";
     return good || mbsri_call_refuse(x, c, k);
 }
 
-bool mbsri_call_items(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+bool mbsri_call_items(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const mbsri_value *v = c->argument;
     mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);

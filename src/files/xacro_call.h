@@ -5,13 +5,13 @@
 
 #include "files/xacro_value.h"
 
-typedef struct mbsri_call {
+typedef struct mbsri_macro_call {
     const struct mbsri_function *function;
     const mbsri_value *self; /* of a method */
     const mbsri_value *argument;
     const char *const *keyword; /* of each argument, NULL without */
     int count;
-} mbsri_call;
+} mbsri_macro_call;
 
 typedef enum mbsri_module {
     MBSRI_EVERYWHERE = 1, /* without a module's name */
@@ -22,9 +22,9 @@ typedef enum mbsri_module {
 
 typedef struct mbsri_function {
     const char *name;
-    int where;                                                           /* modules, added */
-    int least, most;                                                     /* arguments */
-    bool (*call)(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out); /* false: refused */
+    int where;                                                                 /* modules, added */
+    int least, most;                                                           /* arguments */
+    bool (*call)(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out); /* false: refused */
     double (*one)(double);
     double (*two)(double, double);
 } mbsri_function;
@@ -36,11 +36,11 @@ const mbsri_function *mbsri_function_find(const mbsri_function *table, size_t co
 
 /* Argument k as a number or string; and what argument 0 consists of, a sequence, a string or the
  * keys of a dictionary, as a list. False: refused. */
-bool mbsri_call_number(mbsri_xacro *x, const mbsri_call *c, int k, double *number);
-bool mbsri_call_string(mbsri_xacro *x, const mbsri_call *c, int k, const char **string);
-bool mbsri_call_items(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out);
+bool mbsri_call_number(mbsri_xacro *x, const mbsri_macro_call *c, int k, double *number);
+bool mbsri_call_string(mbsri_xacro *x, const mbsri_macro_call *c, int k, const char **string);
+bool mbsri_call_items(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out);
 
 /* Says what argument k is. Always false. */
-bool mbsri_call_refuse(mbsri_xacro *x, const mbsri_call *c, int k);
+bool mbsri_call_refuse(mbsri_xacro *x, const mbsri_macro_call *c, int k);
 
 #endif

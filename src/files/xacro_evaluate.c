@@ -14,7 +14,7 @@ typedef struct evaluation {
     struct mbsri_scope *scope;
 } evaluation;
 
-static bool evaluate_node(evaluation *e, const mbsri_node *node, mbsri_value *out);
+static bool evaluate_node(evaluation *e, const mbsri_expression_node *node, mbsri_value *out);
 
 /* ---- names and members ---- */
 
@@ -26,7 +26,7 @@ static bool find_name(evaluation *e, const char *name, mbsri_value *out)
            mbsri_xacro_refuse(e->x, "there is no property or function '%.50s'", name);
 }
 
-static bool find_member(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool find_member(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     const char *name = node->text;
     mbsri_value *of = mbsri_xacro_take(e->x, sizeof *of);
@@ -64,7 +64,7 @@ static int64_t indexed_length(mbsri_xacro *x, const mbsri_value *of)
     return mbsri_xacro_spend(x, length) ? (int64_t)length : -1;
 }
 
-static bool find_part(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool find_part(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     mbsri_value of, at;
     int64_t place;
@@ -94,7 +94,7 @@ static bool find_part(evaluation *e, const mbsri_node *node, mbsri_value *out)
 }
 
 /* One end of a slice, which may be missing or beyond the others. */
-static bool find_end(evaluation *e, const mbsri_node *node, int64_t length, int64_t *end)
+static bool find_end(evaluation *e, const mbsri_expression_node *node, int64_t length, int64_t *end)
 {
     mbsri_value value;
     if (!node) return true;
@@ -107,7 +107,7 @@ static bool find_end(evaluation *e, const mbsri_node *node, int64_t length, int6
     return true;
 }
 
-static bool slice(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool slice(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     mbsri_value of;
     if (!evaluate_node(e, node->a, &of)) return false;
@@ -129,7 +129,7 @@ static bool slice(evaluation *e, const mbsri_node *node, mbsri_value *out)
 
 /* ---- operators ---- */
 
-static bool negate(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool negate(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     const mbsri_value zero = mbsri_value_whole(0);
     mbsri_value a;
@@ -194,7 +194,7 @@ static bool holds(mbsri_xacro *x, const char *mark, const mbsri_value *a, const 
     return true;
 }
 
-static bool compare_values(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool compare_values(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     mbsri_value a, b;
     bool result = true;
@@ -216,7 +216,7 @@ static bool spend_on(mbsri_xacro *x, const mbsri_value *v)
     return !v || v->kind != MBSRI_STRING || mbsri_xacro_spend(x, strlen(v->of.string));
 }
 
-static bool call(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool call(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     mbsri_value function;
     mbsri_list arguments = {.count = 0}, keywords = {.count = 0};
@@ -238,11 +238,11 @@ static bool call(evaluation *e, const mbsri_node *node, mbsri_value *out)
     }
     if (arguments.count < f->least || arguments.count > f->most)
         return mbsri_xacro_refuse(e->x, "%s() is given %d arguments", f->name, arguments.count);
-    const mbsri_call c = {f, function.self, arguments.items, keywords.items, arguments.count};
+    const mbsri_macro_call c = {f, function.self, arguments.items, keywords.items, arguments.count};
     return f->call(e->x, &c, out);
 }
 
-static bool gather(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool gather(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     mbsri_list *list =
         mbsri_value_begin(e->x, node->kind == MBSRI_NODE_LIST ? MBSRI_LIST : MBSRI_TUPLE, out);
@@ -256,7 +256,7 @@ static bool gather(evaluation *e, const mbsri_node *node, mbsri_value *out)
 
 /* ---- all ---- */
 
-static bool evaluate_kind(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool evaluate_kind(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     mbsri_value a, b;
     switch (node->kind) {
@@ -285,7 +285,7 @@ static bool evaluate_kind(evaluation *e, const mbsri_node *node, mbsri_value *ou
     return false;
 }
 
-static bool evaluate_node(evaluation *e, const mbsri_node *node, mbsri_value *out)
+static bool evaluate_node(evaluation *e, const mbsri_expression_node *node, mbsri_value *out)
 {
     if (!mbsri_xacro_spend(e->x, 16) || !mbsri_xacro_enter(e->x)) return false;
     const bool good = evaluate_kind(e, node, out);
@@ -296,6 +296,6 @@ static bool evaluate_node(evaluation *e, const mbsri_node *node, mbsri_value *ou
 bool mbsri_xacro_evaluate(mbsri_xacro *x, struct mbsri_scope *scope, const char *text,
                           mbsri_value *value)
 {
-    const mbsri_node *node = mbsri_xacro_parse(x, text);
+    const mbsri_expression_node *node = mbsri_xacro_parse(x, text);
     return node && evaluate_node(&(evaluation){x, scope}, node, value);
 }

@@ -11,20 +11,20 @@
 
 /* ---- conversions ---- */
 
-static bool call_list(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_list(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     if (c->count == 0) return mbsri_value_begin(x, MBSRI_LIST, out) != NULL;
     return mbsri_call_items(x, c, out);
 }
 
-static bool call_tuple(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_tuple(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const bool good = call_list(x, c, out);
     out->kind = MBSRI_TUPLE;
     return good;
 }
 
-static bool call_dict(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_dict(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     mbsri_list *list = mbsri_value_begin(x, MBSRI_DICTIONARY, out);
     for (int k = 0; list && k < c->count; ++k) {
@@ -45,14 +45,14 @@ static bool call_dict(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return list != NULL;
 }
 
-static bool call_str(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_str(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *text = c->count > 0 ? mbsri_value_text(x, c->argument) : "";
     *out = mbsri_value_string(text);
     return text != NULL;
 }
 
-static bool call_float(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_float(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const mbsri_value *v = c->argument;
     double real;
@@ -66,7 +66,7 @@ static bool call_float(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_int(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_int(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const mbsri_value *v = c->argument;
     int64_t whole;
@@ -83,7 +83,7 @@ static bool call_int(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 
 /* ---- numbers ---- */
 
-static bool call_len(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_len(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const mbsri_value *v = c->argument;
     int64_t length = 0;
@@ -98,7 +98,7 @@ static bool call_len(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_abs(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_abs(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const mbsri_value zero = mbsri_value_whole(0), *v = c->argument;
     int64_t whole;
@@ -114,7 +114,7 @@ static bool call_abs(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 }
 
 /* To digits behind the point, of which exactly halves go to even ones. */
-static bool call_round(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_round(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     char text[360];
     int64_t digits;
@@ -132,7 +132,7 @@ static bool call_round(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_extreme(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_extreme(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const int sign = strcmp(c->function->name, "min") == 0 ? -1 : 1;
     mbsri_value all;
@@ -152,7 +152,7 @@ static bool call_extreme(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_sum(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_sum(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     mbsri_value all;
     if (!mbsri_call_items(x, c, &all)) return false;
@@ -164,7 +164,7 @@ static bool call_sum(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_all(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_all(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const bool all = strcmp(c->function->name, "all") == 0;
     mbsri_value list;
@@ -179,7 +179,7 @@ static bool call_all(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 
 /* ---- lists ---- */
 
-static bool call_range(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_range(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     int64_t given[3] = {0, 0, 1};
     mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
@@ -198,7 +198,7 @@ static bool call_range(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 }
 
 /* By insertion: what is sorted in a file of a robot is short. */
-static bool call_sorted(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_sorted(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     if (!mbsri_call_items(x, c, out)) return false;
     mbsri_value *item = out->of.list->items;
@@ -217,13 +217,13 @@ static bool call_sorted(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 
 /* ---- of xacro ---- */
 
-static bool call_load_yaml(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_load_yaml(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *path;
     return mbsri_call_string(x, c, 0, &path) && x->load_yaml(x, path, out);
 }
 
-static bool call_arg(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_arg(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *name;
     if (!mbsri_call_string(x, c, 0, &name)) return false;
@@ -231,7 +231,7 @@ static bool call_arg(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return out->of.string || mbsri_xacro_refuse(x, "the argument '%.40s' has no value", name);
 }
 
-static bool call_abs_filename(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_abs_filename(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *path;
     if (!mbsri_call_string(x, c, 0, &path)) return false;
@@ -239,14 +239,14 @@ static bool call_abs_filename(mbsri_xacro *x, const mbsri_call *c, mbsri_value *
     return out->of.string != NULL;
 }
 
-static bool call_dotify(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_dotify(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     *out = *c->argument;
     return out->kind == MBSRI_DICTIONARY || mbsri_call_refuse(x, c, 0);
 }
 
 /* message, warning, error: a finding. */
-static bool call_message(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_message(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *text = mbsri_value_text(x, c->argument);
     *out = mbsri_value_string("");
@@ -254,7 +254,7 @@ static bool call_message(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return text != NULL;
 }
 
-static bool call_fatal(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_fatal(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *text = mbsri_value_text(x, c->argument);
     *out = mbsri_value_string("");

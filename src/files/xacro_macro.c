@@ -37,13 +37,13 @@ static const char *end_of_default(const char *s)
 }
 
 /* The parameter at *text, which moves behind it and the white space there. */
-static bool read_parameter(mbsri_xacro *x, const char **text, mbsri_parameter *p)
+static bool read_parameter(mbsri_xacro *x, const char **text, mbsri_macro_parameter *p)
 {
     const char *s = *text;
     size_t length = strcspn(s, " \t\r\n:=");
     const char *mark = s + length + strspn(s + length, white);
     const bool with_default = length > 0 && (mark[0] == '=' || (mark[0] == ':' && mark[1] == '='));
-    *p = (mbsri_parameter){.name = NULL};
+    *p = (mbsri_macro_parameter){.name = NULL};
     if (!with_default) length = strcspn(s, white);
     p->name = mbsri_xacro_copy(x, s, length);
     s += length;
@@ -73,9 +73,9 @@ bool mbsri_macro_define(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *sco
     macro->body = e;
     if (text) text += strspn(text, white);
     while (text && *text) {
-        mbsri_parameter *p = mbsri_xacro_spend(x, 64)
-                                 ? mbsri_list_add(x->s->arena, &macro->parameters, sizeof *p)
-                                 : NULL;
+        mbsri_macro_parameter *p = mbsri_xacro_spend(x, 64)
+                                       ? mbsri_list_add(x->s->arena, &macro->parameters, sizeof *p)
+                                       : NULL;
         if (!p || !read_parameter(x, &text, p)) return false;
     }
     const int k = mbsri_names_find(&scope->macro_names, name);
@@ -124,9 +124,9 @@ typedef struct calling {
     mbsri_scope *caller, *scope;
 } calling;
 
-static const mbsri_parameter *parameter_of(const mbsri_macro *macro, const char *name)
+static const mbsri_macro_parameter *parameter_of(const mbsri_macro *macro, const char *name)
 {
-    const mbsri_parameter *p = macro->parameters.items;
+    const mbsri_macro_parameter *p = macro->parameters.items;
     for (int k = 0; k < macro->parameters.count; ++k) {
         if (strcmp(p[k].name, name) == 0) return p + k;
     }
@@ -149,7 +149,7 @@ static bool set_attributes(calling *c, const mbsri_element *e, const char *witho
 
 static bool set_blocks(calling *c, const mbsri_element *block)
 {
-    const mbsri_parameter *p = c->macro->parameters.items;
+    const mbsri_macro_parameter *p = c->macro->parameters.items;
     for (int k = 0; k < c->macro->parameters.count; ++k) {
         const mbsri_value value = {.kind = MBSRI_BLOCK, .of.block = block};
         if (p[k].name[0] != '*') continue;
@@ -160,7 +160,7 @@ static bool set_blocks(calling *c, const mbsri_element *block)
     return !block || mbsri_xacro_refuse(c->x, "the macro takes no block <%.40s>", block->name);
 }
 
-static bool set_default(calling *c, const mbsri_parameter *p)
+static bool set_default(calling *c, const mbsri_macro_parameter *p)
 {
     mbsri_value value;
     const int found = p->forwarded ? mbsri_scope_find(c->x, c->caller, p->name, &value) : 0;
@@ -175,7 +175,7 @@ mbsri_scope *mbsri_macro_open(mbsri_xacro *x, const mbsri_macro *macro, const mb
                               const char *without, const mbsri_element *blocks, mbsri_scope *scope)
 {
     calling c = {x, macro, scope, mbsri_scope_open(x, scope, false)};
-    const mbsri_parameter *p = macro->parameters.items;
+    const mbsri_macro_parameter *p = macro->parameters.items;
     if (!c.scope || !set_attributes(&c, e, without) || !set_blocks(&c, blocks->child)) return NULL;
     for (int k = 0; k < macro->parameters.count; ++k) {
         if (p[k].name[0] == '*' || mbsri_names_find(&c.scope->names, p[k].name) >= 0) continue;

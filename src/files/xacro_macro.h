@@ -7,11 +7,11 @@
 
 /* name, name:=default, name:=^ (the caller's property of this name), name:=^|default, *name (an
  * element), **name (what is in an element). */
-typedef struct mbsri_parameter {
+typedef struct mbsri_macro_parameter {
     const char *name;
     const char *standard; /* text; NULL: none */
     bool forwarded;
-} mbsri_parameter;
+} mbsri_macro_parameter;
 
 typedef struct mbsri_macro {
     const mbsri_element *body;

@@ -8,7 +8,7 @@
 
 /* ---- dictionaries ---- */
 
-static bool call_get(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_get(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     mbsri_value *found;
     if (!mbsri_value_find(x, c->self, c->argument, &found)) return false;
@@ -17,7 +17,7 @@ static bool call_get(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 }
 
 /* keys, values, items as lists. */
-static bool call_items(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_items(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char what = c->function->name[0];
     mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
@@ -38,7 +38,7 @@ static bool call_items(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 
 static const char space[] = " \t\n\r\f\v";
 
-static bool call_case(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_case(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char from = c->function->name[0] == 'l' ? 'A' : 'a', to = (char)('A' + 'a' - from);
     char *text = mbsri_xacro_copy(x, c->self->of.string, strlen(c->self->of.string));
@@ -49,7 +49,7 @@ static bool call_case(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return text != NULL;
 }
 
-static bool call_ends(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_ends(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *part, *whole = c->self->of.string;
     if (!mbsri_call_string(x, c, 0, &part)) return false;
@@ -59,7 +59,7 @@ static bool call_ends(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_strip(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_strip(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *from = c->self->of.string + strspn(c->self->of.string, space);
     size_t length = strlen(from);
@@ -69,7 +69,7 @@ static bool call_strip(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 }
 
 /* At a separator, or without one at white space. */
-static bool call_split(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_split(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     const char *mark = NULL, *at = c->self->of.string;
     mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
@@ -87,7 +87,7 @@ static bool call_split(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return list != NULL;
 }
 
-static bool call_join(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_join(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     mbsri_value all;
     if (!mbsri_call_items(x, c, &all)) return false;
@@ -103,11 +103,11 @@ static bool call_join(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     return true;
 }
 
-static bool call_replace(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
+static bool call_replace(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
     mbsri_value pieces;
-    const mbsri_call cut = {c->function, c->self, c->argument, c->keyword, 1},
-                     glue = {c->function, c->argument + 1, &pieces, c->keyword, 1};
+    const mbsri_macro_call cut = {c->function, c->self, c->argument, c->keyword, 1},
+                           glue = {c->function, c->argument + 1, &pieces, c->keyword, 1};
     const char *with;
     return mbsri_call_string(x, c, 1, &with) && call_split(x, &cut, &pieces) &&
            call_join(x, &glue, out);

@@ -21,7 +21,7 @@ typedef struct parser {
     mbsri_token token; /* that comes next */
 } parser;
 
-static const mbsri_node *parse_test(parser *p);
+static const mbsri_expression_node *parse_test(parser *p);
 
 static bool next_token(parser *p)
 {
@@ -52,15 +52,17 @@ static bool expect(parser *p, const char *mark)
                               p->token.text ? p->token.text : "a value");
 }
 
-static mbsri_node *make_node(parser *p, mbsri_node_kind kind, const mbsri_node *a,
-                             const mbsri_node *b)
+static mbsri_expression_node *make_node(parser *p, mbsri_node_kind kind,
+                                        const mbsri_expression_node *a,
+                                        const mbsri_expression_node *b)
 {
-    mbsri_node *node = mbsri_xacro_take(p->x, sizeof *node);
-    if (node) *node = (mbsri_node){.kind = kind, .a = a, .b = b};
+    mbsri_expression_node *node = mbsri_xacro_take(p->x, sizeof *node);
+    if (node) *node = (mbsri_expression_node){.kind = kind, .a = a, .b = b};
     return node;
 }
 
-static mbsri_item *add_item(parser *p, mbsri_item **last, const char *text, const mbsri_node *node)
+static mbsri_item *add_item(parser *p, mbsri_item **last, const char *text,
+                            const mbsri_expression_node *node)
 {
     mbsri_item *item = node ? mbsri_xacro_take(p->x, sizeof *item) : NULL;
     if (!item) return NULL;
@@ -96,10 +98,10 @@ bool mbsri_is_name(const char *text)
 /* ---- atoms ---- */
 
 /* Up to the closing mark, which is taken; *single: one item without a comma. */
-static const mbsri_node *parse_items(parser *p, mbsri_node_kind kind, const char *closing,
-                                     bool *single)
+static const mbsri_expression_node *parse_items(parser *p, mbsri_node_kind kind,
+                                                const char *closing, bool *single)
 {
-    mbsri_node *node = make_node(p, kind, NULL, NULL);
+    mbsri_expression_node *node = make_node(p, kind, NULL, NULL);
     mbsri_item *last = NULL;
     *single = false;
     if (!node || !next_token(p)) return NULL;
@@ -120,9 +122,9 @@ static const mbsri_node *parse_items(parser *p, mbsri_node_kind kind, const char
 }
 
 /* Strings beside each other are one. */
-static const mbsri_node *parse_value(parser *p)
+static const mbsri_expression_node *parse_value(parser *p)
 {
-    mbsri_node *node = make_node(p, MBSRI_NODE_CONSTANT, NULL, NULL);
+    mbsri_expression_node *node = make_node(p, MBSRI_NODE_CONSTANT, NULL, NULL);
     if (!node) return NULL;
     node->value = p->token.value;
     if (!next_token(p)) return NULL;
@@ -140,7 +142,7 @@ static const mbsri_node *parse_value(parser *p)
     return node;
 }
 
-static const mbsri_node *parse_name(parser *p)
+static const mbsri_expression_node *parse_name(parser *p)
 {
     const char *text = p->token.text;
     const bool constant = is_word(p, "True") || is_word(p, "False") || is_word(p, "None");
@@ -148,20 +150,21 @@ static const mbsri_node *parse_name(parser *p)
         mbsri_xacro_refuse(p->x, "'%s' is nothing that expressions have here", text);
         return NULL;
     }
-    mbsri_node *node = make_node(p, constant ? MBSRI_NODE_CONSTANT : MBSRI_NODE_NAME, NULL, NULL);
+    mbsri_expression_node *node =
+        make_node(p, constant ? MBSRI_NODE_CONSTANT : MBSRI_NODE_NAME, NULL, NULL);
     if (!node) return NULL;
     node->text = text;
     if (constant && *text != 'N') node->value = mbsri_value_truth(*text == 'T');
     return next_token(p) ? node : NULL;
 }
 
-static const mbsri_node *parse_atom(parser *p)
+static const mbsri_expression_node *parse_atom(parser *p)
 {
     bool single;
     if (p->token.kind == MBSRI_TOKEN_VALUE) return parse_value(p);
     if (p->token.kind == MBSRI_TOKEN_NAME) return parse_name(p);
     if (is_mark(p, "(")) {
-        const mbsri_node *inner = parse_items(p, MBSRI_NODE_TUPLE, ")", &single);
+        const mbsri_expression_node *inner = parse_items(p, MBSRI_NODE_TUPLE, ")", &single);
         return inner && single ? inner->first->node : inner;
     }
     if (is_mark(p, "[")) return parse_items(p, MBSRI_NODE_LIST, "]", &single);
@@ -171,14 +174,14 @@ static const mbsri_node *parse_atom(parser *p)
 
 /* ---- calls, indices, attributes ---- */
 
-static const mbsri_node *parse_call(parser *p, const mbsri_node *function)
+static const mbsri_expression_node *parse_call(parser *p, const mbsri_expression_node *function)
 {
-    mbsri_node *node = make_node(p, MBSRI_NODE_CALL, function, NULL);
+    mbsri_expression_node *node = make_node(p, MBSRI_NODE_CALL, function, NULL);
     mbsri_item *last = NULL;
     if (!node || !next_token(p)) return NULL;
     while (!is_mark(p, ")")) {
         const char *keyword = NULL;
-        const mbsri_node *value = parse_test(p);
+        const mbsri_expression_node *value = parse_test(p);
         if (value && value->kind == MBSRI_NODE_NAME && is_mark(p, "=")) {
             keyword = value->text;
             value = next_token(p) ? parse_test(p) : NULL;
@@ -191,9 +194,9 @@ static const mbsri_node *parse_call(parser *p, const mbsri_node *function)
     return next_token(p) ? node : NULL;
 }
 
-static const mbsri_node *parse_index(parser *p, const mbsri_node *of)
+static const mbsri_expression_node *parse_index(parser *p, const mbsri_expression_node *of)
 {
-    mbsri_node *node = make_node(p, MBSRI_NODE_INDEX, of, NULL);
+    mbsri_expression_node *node = make_node(p, MBSRI_NODE_INDEX, of, NULL);
     if (!node || !next_token(p)) return NULL;
     if (!is_mark(p, ":") && !(node->b = parse_test(p))) return NULL;
     if (is_mark(p, ":")) {
@@ -204,16 +207,16 @@ static const mbsri_node *parse_index(parser *p, const mbsri_node *of)
     return expect(p, "]") ? node : NULL;
 }
 
-static const mbsri_node *parse_postfix(parser *p)
+static const mbsri_expression_node *parse_postfix(parser *p)
 {
-    const mbsri_node *node = parse_atom(p);
+    const mbsri_expression_node *node = parse_atom(p);
     while (node) {
         if (is_mark(p, "(")) {
             node = parse_call(p, node);
         } else if (is_mark(p, "[")) {
             node = parse_index(p, node);
         } else if (is_mark(p, ".")) {
-            mbsri_node *of = make_node(p, MBSRI_NODE_ATTRIBUTE, node, NULL);
+            mbsri_expression_node *of = make_node(p, MBSRI_NODE_ATTRIBUTE, node, NULL);
             if (!of || !next_token(p)) return NULL;
             of->text = p->token.text;
             if (p->token.kind != MBSRI_TOKEN_NAME) {
@@ -230,21 +233,21 @@ static const mbsri_node *parse_postfix(parser *p)
 
 /* ---- operators ---- */
 
-static const mbsri_node *parse_sign(parser *p)
+static const mbsri_expression_node *parse_sign(parser *p)
 {
     static const char *const signs[] = {"+", "-", NULL};
     const char *sign = one_of(p, signs);
     if (!mbsri_xacro_enter(p->x)) return NULL;
-    const mbsri_node *node;
+    const mbsri_expression_node *node;
     if (sign) {
-        mbsri_node *unary = make_node(p, MBSRI_NODE_UNARY, NULL, NULL);
+        mbsri_expression_node *unary = make_node(p, MBSRI_NODE_UNARY, NULL, NULL);
         if (!unary || !next_token(p) || !(unary->a = parse_sign(p))) return NULL;
         unary->text = sign;
         node = unary;
     } else {
         node = parse_postfix(p);
         if (node && is_mark(p, "**")) {
-            mbsri_node *power = make_node(p, MBSRI_NODE_BINARY, node, NULL);
+            mbsri_expression_node *power = make_node(p, MBSRI_NODE_BINARY, node, NULL);
             if (!power || !next_token(p) || !(power->b = parse_sign(p))) return NULL;
             power->text = "**";
             node = power;
@@ -255,12 +258,12 @@ static const mbsri_node *parse_sign(parser *p)
 }
 
 /* Operands of one rank between marks, from left to right. */
-static const mbsri_node *parse_row(parser *p, const char *const *marks,
-                                   const mbsri_node *(*operand)(parser *p))
+static const mbsri_expression_node *parse_row(parser *p, const char *const *marks,
+                                              const mbsri_expression_node *(*operand)(parser *p))
 {
-    const mbsri_node *node = operand(p);
+    const mbsri_expression_node *node = operand(p);
     for (const char *mark; node && (mark = one_of(p, marks));) {
-        mbsri_node *both = make_node(p, MBSRI_NODE_BINARY, node, NULL);
+        mbsri_expression_node *both = make_node(p, MBSRI_NODE_BINARY, node, NULL);
         if (!both || !next_token(p) || !(both->b = operand(p))) return NULL;
         both->text = mark;
         node = both;
@@ -268,13 +271,13 @@ static const mbsri_node *parse_row(parser *p, const char *const *marks,
     return node;
 }
 
-static const mbsri_node *parse_product(parser *p)
+static const mbsri_expression_node *parse_product(parser *p)
 {
     static const char *const marks[] = {"*", "/", "//", "%", NULL};
     return parse_row(p, marks, parse_sign);
 }
 
-static const mbsri_node *parse_sum(parser *p)
+static const mbsri_expression_node *parse_sum(parser *p)
 {
     static const char *const marks[] = {"+", "-", NULL};
     return parse_row(p, marks, parse_product);
@@ -297,10 +300,10 @@ static const char *take_comparison(parser *p)
     return next_token(p) ? no ? "not in" : "is not" : NULL;
 }
 
-static const mbsri_node *parse_compare(parser *p)
+static const mbsri_expression_node *parse_compare(parser *p)
 {
-    const mbsri_node *a = parse_sum(p);
-    mbsri_node *chain = NULL;
+    const mbsri_expression_node *a = parse_sum(p);
+    mbsri_expression_node *chain = NULL;
     mbsri_item *last = NULL;
     for (const char *mark; a;) {
         if (!(mark = take_comparison(p))) return NULL;
@@ -313,10 +316,10 @@ static const mbsri_node *parse_compare(parser *p)
     return NULL;
 }
 
-static const mbsri_node *parse_not(parser *p)
+static const mbsri_expression_node *parse_not(parser *p)
 {
     if (!is_word(p, "not")) return parse_compare(p);
-    mbsri_node *node = make_node(p, MBSRI_NODE_UNARY, NULL, NULL);
+    mbsri_expression_node *node = make_node(p, MBSRI_NODE_UNARY, NULL, NULL);
     if (!node || !mbsri_xacro_enter(p->x) || !next_token(p) || !(node->a = parse_not(p)))
         return NULL;
     node->text = "not";
@@ -324,34 +327,34 @@ static const mbsri_node *parse_not(parser *p)
     return node;
 }
 
-static const mbsri_node *parse_and(parser *p)
+static const mbsri_expression_node *parse_and(parser *p)
 {
-    const mbsri_node *node = parse_not(p);
+    const mbsri_expression_node *node = parse_not(p);
     while (node && is_word(p, "and")) {
-        mbsri_node *both = make_node(p, MBSRI_NODE_AND, node, NULL);
+        mbsri_expression_node *both = make_node(p, MBSRI_NODE_AND, node, NULL);
         if (!both || !next_token(p) || !(both->b = parse_not(p))) return NULL;
         node = both;
     }
     return node;
 }
 
-static const mbsri_node *parse_or(parser *p)
+static const mbsri_expression_node *parse_or(parser *p)
 {
-    const mbsri_node *node = parse_and(p);
+    const mbsri_expression_node *node = parse_and(p);
     while (node && is_word(p, "or")) {
-        mbsri_node *both = make_node(p, MBSRI_NODE_OR, node, NULL);
+        mbsri_expression_node *both = make_node(p, MBSRI_NODE_OR, node, NULL);
         if (!both || !next_token(p) || !(both->b = parse_and(p))) return NULL;
         node = both;
     }
     return node;
 }
 
-static const mbsri_node *parse_test(parser *p)
+static const mbsri_expression_node *parse_test(parser *p)
 {
     if (!mbsri_xacro_enter(p->x)) return NULL;
-    const mbsri_node *node = parse_or(p);
+    const mbsri_expression_node *node = parse_or(p);
     if (node && is_word(p, "if")) {
-        mbsri_node *choice = make_node(p, MBSRI_NODE_CONDITIONAL, node, NULL);
+        mbsri_expression_node *choice = make_node(p, MBSRI_NODE_CONDITIONAL, node, NULL);
         if (!choice || !next_token(p) || !(choice->b = parse_or(p))) return NULL;
         if (!is_word(p, "else")) {
             mbsri_xacro_refuse(p->x, "an expression has 'if' without 'else'");
@@ -364,13 +367,13 @@ static const mbsri_node *parse_test(parser *p)
     return node;
 }
 
-const mbsri_node *mbsri_xacro_parse(mbsri_xacro *x, const char *text)
+const mbsri_expression_node *mbsri_xacro_parse(mbsri_xacro *x, const char *text)
 {
     parser p = {.x = x, .rest = text};
     if (!next_token(&p)) return NULL;
-    const mbsri_node *node = parse_test(&p);
+    const mbsri_expression_node *node = parse_test(&p);
     if (node && is_mark(&p, ",")) { /* a tuple without brackets */
-        mbsri_node *tuple = make_node(&p, MBSRI_NODE_TUPLE, NULL, NULL);
+        mbsri_expression_node *tuple = make_node(&p, MBSRI_NODE_TUPLE, NULL, NULL);
         mbsri_item *last = NULL;
         if (!tuple || !(tuple->first = add_item(&p, &last, NULL, node))) return NULL;
         while (is_mark(&p, ",")) {

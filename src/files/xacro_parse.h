@@ -25,20 +25,20 @@ typedef enum mbsri_node_kind {
 
 typedef struct mbsri_item {
     const char *text;
-    const struct mbsri_node *node;
+    const struct mbsri_expression_node *node;
     struct mbsri_item *next;
 } mbsri_item;
 
-typedef struct mbsri_node {
+typedef struct mbsri_expression_node {
     mbsri_node_kind kind;
     const char *text;
     mbsri_value value;
-    const struct mbsri_node *a, *b, *c;
+    const struct mbsri_expression_node *a, *b, *c;
     const mbsri_item *first;
-} mbsri_node;
+} mbsri_expression_node;
 
 /* NULL: refused. */
-const mbsri_node *mbsri_xacro_parse(mbsri_xacro *x, const char *text);
+const mbsri_expression_node *mbsri_xacro_parse(mbsri_xacro *x, const char *text);
 
 /* Whether a text is a name that is no keyword. */
 bool mbsri_is_name(const char *text);

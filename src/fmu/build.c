@@ -61,7 +61,7 @@ static int amend(const mbsri_built *b, const mbsri_plan_body *body, int id)
     return status;
 }
 
-static int add_bodies(const mbsri_plan *plan, const mbsri_built *b, const double *input)
+static int add_bodies(const mbsri_unit_plan *plan, const mbsri_built *b, const double *input)
 {
     for (int k = 0; k < plan->bodies; ++k) {
         const mbsri_plan_body *body = plan->body + k;
@@ -77,7 +77,7 @@ static int add_bodies(const mbsri_plan *plan, const mbsri_built *b, const double
     return MBSR_OK;
 }
 
-static int add_plan_elements(const mbsri_plan *plan, const mbsri_built *b, const double *input)
+static int add_plan_elements(const mbsri_unit_plan *plan, const mbsri_built *b, const double *input)
 {
     int status = MBSR_OK;
     for (int k = 0; k < plan->forces && !status; ++k) {
@@ -98,8 +98,8 @@ static int add_plan_elements(const mbsri_plan *plan, const mbsri_built *b, const
 }
 
 /* What the parts link to. */
-static int make_parts(const mbsri_plan *plan, const double *input, const double *t0, mbsri_built *b,
-                      mbsr_error *error)
+static int make_parts(const mbsri_unit_plan *plan, const double *input, const double *t0,
+                      mbsri_built *b, mbsr_error *error)
 {
     int status = MBSR_OK;
     b->table = calloc((size_t)plan->tables + 1, sizeof(mbsr_table *));
@@ -118,7 +118,7 @@ static int make_parts(const mbsri_plan *plan, const double *input, const double 
 }
 
 /* Whether coordinates and sites of the plan are those of the model. */
-static int check_sizes(const mbsri_plan *plan, const mbsri_built *b, mbsr_error *error)
+static int check_sizes(const mbsri_unit_plan *plan, const mbsri_built *b, mbsr_error *error)
 {
     if (mbsr_model_nq(b->model) == plan->nq && mbsr_model_nu(b->model) == plan->nu) return MBSR_OK;
     return mbsri_fail_plain(error, MBSR_ERR_FILE,
@@ -126,8 +126,8 @@ static int check_sizes(const mbsri_plan *plan, const mbsri_built *b, mbsr_error 
                             mbsr_model_nq(b->model), mbsr_model_nu(b->model), plan->nq, plan->nu);
 }
 
-int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, mbsri_built *built,
-                mbsr_error *error)
+int mbsri_build(const mbsri_unit_plan *plan, const double *input, const double *t0,
+                mbsri_built *built, mbsr_error *error)
 {
     *built = (mbsri_built){.model = NULL};
     mbsr_model_def def = mbsr_default_model_def();

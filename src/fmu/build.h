@@ -28,8 +28,8 @@ typedef struct mbsri_built {
 /* Builds it from the plan as it stands, in memory of its own. input: the plan's inputs, read in
  * every evaluation; t0: when those of each motion were set. On failure nothing is left of it, and
  * *error (not NULL) names the part. Statuses of mbsr_model_add_body and the like. */
-int mbsri_build(const mbsri_plan *plan, const double *input, const double *t0, mbsri_built *built,
-                mbsr_error *error);
+int mbsri_build(const mbsri_unit_plan *plan, const double *input, const double *t0,
+                mbsri_built *built, mbsr_error *error);
 void mbsri_built_destroy(mbsri_built *built);
 
 #endif

@@ -26,7 +26,7 @@ mbsri_result mbsri_initialize(mbsri_instance *in)
     return MBSRI_OK;
 }
 
-mbsri_result mbsri_initialized(mbsri_instance *in, const char *function, mbsri_mode next)
+mbsri_result mbsri_initialized(mbsri_instance *in, const char *function, mbsri_unit_mode next)
 {
     mbsri_result result = in->started && !in->parameters.stale ? MBSRI_OK : mbsri_find_start(in);
     if (!result) result = mbsri_make_solver(in);

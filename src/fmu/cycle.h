@@ -10,7 +10,7 @@ mbsri_result mbsri_set_up(mbsri_instance *in, const char *function, double toler
 
 /* To initialization mode, and out of it with a consistent start: to `next`. */
 mbsri_result mbsri_initialize(mbsri_instance *in);
-mbsri_result mbsri_initialized(mbsri_instance *in, const char *function, mbsri_mode next);
+mbsri_result mbsri_initialized(mbsri_instance *in, const char *function, mbsri_unit_mode next);
 
 /* A communication step. *event: a stop is hit at in->t. */
 mbsri_result mbsri_communicate(mbsri_instance *in, const char *function, double t, double h,

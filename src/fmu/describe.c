@@ -162,7 +162,7 @@ void mbsri_describe_common(mbsri_text *t, const mbsri_described *d)
 static int list_dependencies(const mbsri_described *d, const mbsri_variable *v, int first,
                              double *list)
 {
-    const mbsri_plan *p = d->plan;
+    const mbsri_unit_plan *p = d->plan;
     const bool states = d->variables->p_at >= 0;
     if (v->kind == MBSRI_Q) {
         if (states) list[0] = d->variables->q_at + v->of + first;

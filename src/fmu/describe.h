@@ -9,13 +9,13 @@
 
 /* What is described. */
 typedef struct mbsri_described {
-    const mbsri_plan *plan;
+    const mbsri_unit_plan *plan;
     const mbsr_model *model; /* model of the plan */
     const mbsri_variables *variables;
     const char *identifier, *token;
     int kinds;
     double stop_time, step_size;
-    const mbsri_sources *sources; /* count 0: none */
+    const mbsri_unit_sources *sources; /* count 0: none */
 } mbsri_described;
 
 /* By FMI 2.0 and 3.0. */

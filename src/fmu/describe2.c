@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-static void put_sources(mbsri_text *t, const mbsri_sources *sources)
+static void put_sources(mbsri_text *t, const mbsri_unit_sources *sources)
 {
     mbsri_begin(t, "SourceFiles");
     mbsri_into(t);

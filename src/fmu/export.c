@@ -91,7 +91,7 @@ static int check_model(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_er
 /* ---- whether the model has an ODE ---- */
 
 /* Why not, into text of MBSR_TEXT_SIZE; "": it has one. */
-static int ask_for_exchange(const mbsr_model *model, const mbsri_plan *plan, char *text,
+static int ask_for_exchange(const mbsr_model *model, const mbsri_unit_plan *plan, char *text,
                             mbsr_error *error)
 {
     mbsr_index_report *report = NULL;
@@ -126,7 +126,7 @@ static int ask_for_exchange(const mbsr_model *model, const mbsri_plan *plan, cha
     return status;
 }
 
-static int choose_kinds(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsri_plan *plan,
+static int choose_kinds(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsri_unit_plan *plan,
                         int *kinds, char *text, mbsr_error *error)
 {
     *text = '\0';
@@ -190,7 +190,7 @@ static int zip_parts(made_fmu *made, const mbsri_described *d, const mbsr_fmu_op
 
 /* The plan of the model, read back as the FMU will, described and packed. */
 static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_opt *opt,
-                        mbsri_plan *plan, mbsri_plan *back, mbsr_error *error)
+                        mbsri_unit_plan *plan, mbsri_unit_plan *back, mbsr_error *error)
 {
     char token[MBSRI_TOKEN];
     size_t size;
@@ -211,7 +211,7 @@ static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_
     if (own.text[0] && error) *error = own;
     if (!status) {
         mbsri_plan_token(bytes, size, token);
-        mbsri_sources sources = {0, NULL};
+        mbsri_unit_sources sources = {0, NULL};
         const char *identifier = mbsri_identifier(&made->arena, plan->name);
         const bool there =
             !opt->sources || !identifier ||
@@ -252,7 +252,7 @@ int mbsr_fmu_export(const mbsr_model *model, const mbsr_fmu_opt *opt, mbsr_fmu *
     if (!status) status = check_model(model, opt, error);
     if (status) return status;
     mbsri_arena arena;
-    mbsri_plan plan, back;
+    mbsri_unit_plan plan, back;
     mbsri_arena_open(&arena, &opt->allocator);
     made_fmu *made = mbsri_arena_take(&arena, sizeof *made);
     if (!made) {

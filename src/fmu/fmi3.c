@@ -34,7 +34,7 @@ static void update(mbsri_instance *in, double t, bool *early, double *time)
 {
     const fmi3IntermediateUpdateCallback call =
         (fmi3IntermediateUpdateCallback)in->importer.updater;
-    const mbsri_mode mode = in->mode;
+    const mbsri_unit_mode mode = in->mode;
     in->mode = MBSRI_INTERMEDIATE;
     call(in->importer.environment, t, true, true, true, in->importer.early_return, early, time);
     *early = *early && in->importer.early_return;

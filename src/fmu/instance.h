@@ -42,7 +42,7 @@ enum {
 
 /* States of the calling sequence; bits. After an error, and after fmi3Terminate, the instance is
  * TERMINATED. */
-typedef enum mbsri_mode {
+typedef enum mbsri_unit_mode {
     MBSRI_INSTANTIATED = 1,
     MBSRI_INITIALIZATION = 2,
     MBSRI_EVENT_MODE = 4,
@@ -51,7 +51,7 @@ typedef enum mbsri_mode {
     MBSRI_TERMINATED = 32,
     MBSRI_INTERMEDIATE = 64, /* within a step, called by the importer's callback */
     MBSRI_INITIALIZED = 28
-} mbsri_mode;
+} mbsri_unit_mode;
 
 typedef struct mbsri_instance mbsri_instance;
 
@@ -65,7 +65,7 @@ typedef void (*mbsri_intermediate)(mbsri_instance *in, double t, bool *early, do
 struct mbsri_instance {
     char *name;
     bool exchange; /* model exchange */
-    mbsri_mode mode;
+    mbsri_unit_mode mode;
     struct {
         unsigned log; /* categories that it wants */
         mbsri_logger logger;
@@ -78,7 +78,7 @@ struct mbsri_instance {
         unsigned char *bytes; /* the plan */
         size_t size;
     } resources;
-    mbsri_plan plan;
+    mbsri_unit_plan plan;
     mbsri_variables variables;
 
     mbsri_built built;

@@ -72,7 +72,7 @@ static void close_plan(mbsri_instance *in)
     free(in->start.q);
     in->input = in->start.q = in->start.u = NULL;
     mbsri_plan_close(&in->plan);
-    in->plan = (mbsri_plan){.name = ""};
+    in->plan = (mbsri_unit_plan){.name = ""};
     in->variables = (mbsri_variables){.list = NULL};
     in->size = in->rows = 0;
 }

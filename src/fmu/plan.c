@@ -13,13 +13,13 @@
 #include <stdio.h>
 #include <string.h>
 
-void mbsri_plan_open(mbsri_plan *plan, const mbsr_allocator *allocator)
+void mbsri_plan_open(mbsri_unit_plan *plan, const mbsr_allocator *allocator)
 {
-    *plan = (mbsri_plan){.name = ""};
+    *plan = (mbsri_unit_plan){.name = ""};
     mbsri_arena_open(&plan->arena, allocator);
 }
 
-void mbsri_plan_close(mbsri_plan *plan)
+void mbsri_plan_close(mbsri_unit_plan *plan)
 {
     mbsri_arena_close(&plan->arena);
 }
@@ -229,7 +229,7 @@ static void pass_coordinate(mbsri_stream *s, mbsri_plan_coordinate *c)
 /* ---- all of it ---- */
 
 /* Whether links and numbers of inputs lead to what is there. */
-static bool plan_leads(const mbsri_plan *p, const mbsri_link *link)
+static bool plan_leads(const mbsri_unit_plan *p, const mbsri_link *link)
 {
     const int most[] = {0, p->tables, p->flexes, p->inputs, p->motions};
     if (link->kind == MBSRI_LINK_NONE) return true;
@@ -237,7 +237,7 @@ static bool plan_leads(const mbsri_plan *p, const mbsri_link *link)
            link->index < most[link->kind];
 }
 
-static bool is_whole(const mbsri_plan *p)
+static bool is_whole(const mbsri_unit_plan *p)
 {
     for (int k = 0; k < p->bodies; ++k)
         if (!plan_leads(p, &p->body[k].link) || p->body[k].flex >= p->flexes) return false;
@@ -264,7 +264,7 @@ static bool is_whole(const mbsri_plan *p)
         for (int k = 0; k < (count) && !(s)->failed; ++k) pass(s, (list) + k);                     \
     } while (0)
 
-static void pass_plan(mbsri_stream *s, mbsri_plan *p)
+static void pass_plan(mbsri_stream *s, mbsri_unit_plan *p)
 {
     mbsri_pass_text(s, &p->name);
     mbsri_pass_number(s, &p->rank_tolerance);
@@ -288,7 +288,7 @@ static void pass_plan(mbsri_stream *s, mbsri_plan *p)
 
 static const char magic[] = "mbsrank FMU model";
 
-const unsigned char *mbsri_plan_write(mbsri_plan *plan, size_t *size)
+const unsigned char *mbsri_plan_write(mbsri_unit_plan *plan, size_t *size)
 {
     mbsri_stream s = mbsri_stream_write(&plan->arena);
     const char *name = magic, *version = mbsr_version();
@@ -301,7 +301,8 @@ const unsigned char *mbsri_plan_write(mbsri_plan *plan, size_t *size)
     return s.failed ? NULL : s.data;
 }
 
-int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mbsr_error *error)
+int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t size,
+                    mbsr_error *error)
 {
     mbsri_stream s = mbsri_stream_read(&plan->arena, data, size);
     const char *name, *version;
@@ -329,7 +330,7 @@ static bool is_held(const mbsri_plan_body *b, int k)
     return b->locked_at && !isnan(b->locked_at[k]);
 }
 
-int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate)
+int mbsri_plan_rate(const mbsri_unit_plan *plan, int body, int coordinate)
 {
     int at = 0;
     if (body < 0 || body >= plan->bodies || coordinate < 0 ||
@@ -341,7 +342,7 @@ int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate)
     return at < plan->nu ? at : -1;
 }
 
-const char *mbsri_plan_effort(const mbsri_plan *plan, int at)
+const char *mbsri_plan_effort(const mbsri_unit_plan *plan, int at)
 {
     switch (at >= 0 && at < plan->nu ? plan->u[at].kind : MBSR_COORDINATE_OTHER) {
     case MBSR_COORDINATE_ROTATION: return "N.m";

@@ -92,7 +92,7 @@ typedef struct mbsri_plan_coordinate {
     double start;
 } mbsri_plan_coordinate;
 
-typedef struct mbsri_plan {
+typedef struct mbsri_unit_plan {
     mbsri_arena arena; /* memory of all that is pointed to */
     const char *name;
     double rank_tolerance, rtol, atol;
@@ -110,24 +110,25 @@ typedef struct mbsri_plan {
     mbsri_plan_motion *motion;
     mbsri_plan_site *site;
     mbsri_plan_coordinate *q, *u;
-} mbsri_plan;
+} mbsri_unit_plan;
 
-void mbsri_plan_open(mbsri_plan *plan, const mbsr_allocator *allocator);
-void mbsri_plan_close(mbsri_plan *plan);
+void mbsri_plan_open(mbsri_unit_plan *plan, const mbsr_allocator *allocator);
+void mbsri_plan_close(mbsri_unit_plan *plan);
 
 /* The plan as bytes of its arena; NULL: no memory. */
-const unsigned char *mbsri_plan_write(mbsri_plan *plan, size_t *size);
+const unsigned char *mbsri_plan_write(mbsri_unit_plan *plan, size_t *size);
 
 /* And back, in a plan just opened. MBSR_ERR_FILE with the reason: it is damaged, or of another
  * version of the library. */
-int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mbsr_error *error);
+int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t size,
+                    mbsr_error *error);
 
 /* Where rate `coordinate` of a body's joint, as it was given, stands in u; -1: it is locked, or
  * there is none. */
-int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate);
+int mbsri_plan_rate(const mbsri_unit_plan *plan, int body, int coordinate);
 
 /* Unit of a force along rate `at` of u; "": not known. */
-const char *mbsri_plan_effort(const mbsri_plan *plan, int at);
+const char *mbsri_plan_effort(const mbsri_unit_plan *plan, int at);
 
 /* What an importer has to say to an FMU that is of this model: 32 hexadecimal digits of the bytes.
  */

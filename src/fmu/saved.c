@@ -22,7 +22,7 @@ enum { FLAGS = 8 };
 
 static size_t count_of(const mbsri_instance *in)
 {
-    const mbsri_plan *p = &in->plan;
+    const mbsri_unit_plan *p = &in->plan;
     return FLAGS + (size_t)in->variables.parameters + (size_t)(p->inputs + p->motions) +
            3 * (size_t)(p->nq + p->nu) + 2 * (size_t)in->size + 2 * (size_t)in->rows;
 }
@@ -156,7 +156,7 @@ mbsri_result mbsri_restore(mbsri_instance *in, const char *function, const mbsri
     in->started = flags[4] != 0.0;
     in->inputs_changed = flags[5] != 0.0;
     in->evaluated = false;
-    in->mode = (mbsri_mode)(int)flags[3];
+    in->mode = (mbsri_unit_mode)(int)flags[3];
     const bool wanted = flags[6] != 0.0 || flags[7] != 0.0,
                there = in->solver.ode || in->solver.ida || in->solver.stepper;
     if (wanted && (!there || tolerance)) {

@@ -17,7 +17,7 @@ const char *mbsri_source_name(const mbsri_zip_file *file)
     return strchr(name, '/') || !dot || strcmp(dot, ".c") != 0 ? NULL : name;
 }
 
-static void add_file(mbsri_sources *s, mbsri_arena *arena, const char *name, size_t length,
+static void add_file(mbsri_unit_sources *s, mbsri_arena *arena, const char *name, size_t length,
                      const char *data, size_t size)
 {
     char *path = mbsri_arena_take(arena, sizeof folder + length);
@@ -28,7 +28,7 @@ static void add_file(mbsri_sources *s, mbsri_arena *arena, const char *name, siz
     s->file[s->count++] = (mbsri_zip_file){path, (const unsigned char *)data, size};
 }
 
-static void add_text(mbsri_sources *s, const char *name, const mbsri_text *t)
+static void add_text(mbsri_unit_sources *s, const char *name, const mbsri_text *t)
 {
     if (t->data) add_file(s, t->arena, name, strlen(name), t->data, t->size);
 }
@@ -40,7 +40,8 @@ static void put_line(mbsri_text *t, const char *line)
 
 /* ---- what depends on the model ---- */
 
-static void add_model(mbsri_sources *s, mbsri_arena *arena, const unsigned char *model, size_t size)
+static void add_model(mbsri_unit_sources *s, mbsri_arena *arena, const unsigned char *model,
+                      size_t size)
 {
     mbsri_text t = {.arena = arena};
     char number[48];
@@ -57,7 +58,7 @@ static void add_model(mbsri_sources *s, mbsri_arena *arena, const unsigned char 
     add_text(s, "model.c", &t);
 }
 
-static void add_identifier(mbsri_sources *s, mbsri_arena *arena, int version,
+static void add_identifier(mbsri_unit_sources *s, mbsri_arena *arena, int version,
                            const char *identifier)
 {
     mbsri_text t = {.arena = arena};
@@ -72,7 +73,7 @@ static void add_identifier(mbsri_sources *s, mbsri_arena *arena, int version,
     add_text(s, "model_identifier.h", &t);
 }
 
-static void add_description(mbsri_sources *s, mbsri_arena *arena, const char *identifier)
+static void add_description(mbsri_unit_sources *s, mbsri_arena *arena, const char *identifier)
 {
     mbsri_text t = {.arena = arena};
     put_line(&t, "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
@@ -113,7 +114,8 @@ static bool is_of_other(const char *name, int version)
 }
 
 /* Calls add_file for each file of the set, or counts them where s has no room yet. */
-static int pass_set(mbsri_sources *s, mbsri_arena *arena, int version, const char *set, size_t size)
+static int pass_set(mbsri_unit_sources *s, mbsri_arena *arena, int version, const char *set,
+                    size_t size)
 {
     int count = 0;
     for (const char *at = set; at < set + size; ++count) {
@@ -127,12 +129,12 @@ static int pass_set(mbsri_sources *s, mbsri_arena *arena, int version, const cha
     return count;
 }
 
-bool mbsri_list_sources(mbsri_sources *sources, mbsri_arena *arena, int version,
+bool mbsri_list_sources(mbsri_unit_sources *sources, mbsri_arena *arena, int version,
                         const char *identifier, const unsigned char *model, size_t size)
 {
     size_t length;
     const char *set = mbsri_fmu_source_set(&length);
-    *sources = (mbsri_sources){0, NULL};
+    *sources = (mbsri_unit_sources){0, NULL};
     if (!set) return false;
     const size_t most = (size_t)pass_set(sources, arena, version, set, length) + 3;
     sources->file = mbsri_arena_take(arena, most * sizeof *sources->file);

@@ -6,15 +6,15 @@
 #include "fmu/zip.h"
 
 /* Files below sources/, in memory of an arena. */
-typedef struct mbsri_sources {
+typedef struct mbsri_unit_sources {
     int count;
     mbsri_zip_file *file;
-} mbsri_sources;
+} mbsri_unit_sources;
 
 /* The set of sources for a version of the standard, with the model as an array of bytes and, for
  * FMI 3.0, buildDescription.xml. False: the library was built without the set; where there is no
  * memory the arena has failed. */
-bool mbsri_list_sources(mbsri_sources *sources, mbsri_arena *arena, int version,
+bool mbsri_list_sources(mbsri_unit_sources *sources, mbsri_arena *arena, int version,
                         const char *identifier, const unsigned char *model, size_t size);
 
 /* The name of a source to be compiled, without its folder; NULL: the file is a header. */

@@ -14,7 +14,7 @@
 
 /* The model, where it goes, and what is growing there. */
 typedef struct taker {
-    mbsri_plan *plan;
+    mbsri_unit_plan *plan;
     const mbsr_model *model;
     const mbsr_file *file; /* may be NULL */
     mbsri_list tables, flexes, inputs, motions;
@@ -270,7 +270,7 @@ static int take_closure(taker *t, int id, mbsri_plan_closure *c)
 
 static int take_parts(taker *t)
 {
-    mbsri_plan *p = t->plan;
+    mbsri_unit_plan *p = t->plan;
     const int closures = mbsr_model_closures(t->model);
     int status = MBSR_OK;
     p->body =
@@ -294,7 +294,7 @@ static int take_parts(taker *t)
     return status;
 }
 
-int mbsri_plan_take(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
+int mbsri_plan_take(mbsri_unit_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
                     mbsr_error *error)
 {
     taker t = {.plan = plan, .model = model, .file = opt->file, .error = error};

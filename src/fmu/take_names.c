@@ -10,7 +10,7 @@
 
 /* The names of a body's coordinates: those of the body, or of the joints of the file that they are.
  */
-static void name_coordinates(mbsri_plan *p, const char *label, const int first[2],
+static void name_coordinates(mbsri_unit_plan *p, const char *label, const int first[2],
                              const int count[2])
 {
     mbsri_plan_coordinate *const list[2] = {p->q + first[0], p->u + first[1]};
@@ -21,7 +21,7 @@ static void name_coordinates(mbsri_plan *p, const char *label, const int first[2
         }
 }
 
-static void name_by_file(mbsri_plan *p, const mbsr_file *file, const mbsr_model *model)
+static void name_by_file(mbsri_unit_plan *p, const mbsr_file *file, const mbsr_model *model)
 {
     static const int sizes[][2] = {[MBSR_FILE_FIXED] = {0, 0},
                                    [MBSR_FILE_HINGE] = {1, 1},
@@ -42,12 +42,12 @@ static void name_by_file(mbsri_plan *p, const mbsr_file *file, const mbsr_model 
     }
 }
 
-static const char *body_label(mbsri_plan *p, int id)
+static const char *body_label(mbsri_unit_plan *p, int id)
 {
     return mbsri_fmu_label(&p->arena, "body", p->body[id].def.name, id);
 }
 
-static void take_kinds(mbsri_plan *p, const mbsr_model *model, int id, const int first[2],
+static void take_kinds(mbsri_unit_plan *p, const mbsr_model *model, int id, const int first[2],
                        const int count[2])
 {
     mbsr_coordinate_kind kind[2][MBSR_MAX_D + 2];
@@ -59,7 +59,7 @@ static void take_kinds(mbsri_plan *p, const mbsr_model *model, int id, const int
         for (int k = 0; k < 4; ++k) list[0][k].kind = MBSR_COORDINATE_OTHER;
 }
 
-static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_fmu_opt *opt)
+static int take_coordinates(mbsri_unit_plan *p, const mbsr_model *model, const mbsr_fmu_opt *opt)
 {
     for (int id = 0; id < p->bodies; ++id) {
         int first[2], count[2];
@@ -78,7 +78,7 @@ static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_f
 
 /* Elements without a name are called by their joint and what they are, or by the latter and their
  * id; actuators as the file does. */
-static int name_forces(mbsri_plan *p, const mbsr_fmu_opt *opt)
+static int name_forces(mbsri_unit_plan *p, const mbsr_fmu_opt *opt)
 {
     for (int k = 0; k < p->forces; ++k) {
         mbsr_force_def *def = &p->force[k].def;
@@ -105,7 +105,7 @@ static int name_forces(mbsri_plan *p, const mbsr_fmu_opt *opt)
 }
 
 /* Units of inputs that are wrenches or joint forces. */
-static void find_units(mbsri_plan *p, const mbsr_model *model)
+static void find_units(mbsri_unit_plan *p, const mbsr_model *model)
 {
     for (int k = 0; k < p->forces; ++k) {
         const mbsri_plan_force *f = p->force + k;
@@ -122,7 +122,7 @@ static void find_units(mbsri_plan *p, const mbsr_model *model)
 
 /* The sites given, those of the file, or the frames of all bodies. Those on the ground do not move,
  * and are left out. */
-static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
+static int take_sites(mbsri_unit_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
 {
     const mbsr_file_site *site = opt->sites >= 0 ? opt->site : opt->file ? opt->file->site : NULL;
     int count = opt->sites >= 0 ? opt->sites : opt->file ? opt->file->sites : 0;
@@ -149,7 +149,7 @@ static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
     return MBSR_OK;
 }
 
-static int check_start(const mbsri_plan *p, mbsr_error *error)
+static int check_start(const mbsri_unit_plan *p, mbsr_error *error)
 {
     for (int k = 0; k < p->nq + p->nu; ++k) {
         const mbsri_plan_coordinate *c = k < p->nq ? p->q + k : p->u + (k - p->nq);
@@ -160,7 +160,7 @@ static int check_start(const mbsri_plan *p, mbsr_error *error)
     return MBSR_OK;
 }
 
-int mbsri_take_names(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
+int mbsri_take_names(mbsri_unit_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
                      mbsr_error *error)
 {
     const char *name = opt->name ? opt->name : opt->file ? opt->file->name : "";

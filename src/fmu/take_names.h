@@ -7,7 +7,7 @@
 
 /* Adds them to a plan that has the parts. MBSR_ERR_NO_MEMORY, MBSR_ERR_VALUE (a site, a start that
  * is not finite). */
-int mbsri_take_names(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
+int mbsri_take_names(mbsri_unit_plan *plan, const mbsr_model *model, const mbsr_fmu_opt *opt,
                      mbsr_error *error);
 
 #endif

@@ -12,7 +12,7 @@
 
 /* What is being listed. */
 typedef struct lister {
-    mbsri_plan *plan;
+    mbsri_unit_plan *plan;
     const mbsr_model *model;
     const mbsr_parameters *parameters;
     mbsri_list list;
@@ -308,7 +308,8 @@ static bool add_all_variables(lister *l, mbsri_variables *out)
     return good;
 }
 
-bool mbsri_list_variables(mbsri_plan *plan, const mbsri_built *built, mbsri_variables *variables)
+bool mbsri_list_variables(mbsri_unit_plan *plan, const mbsri_built *built,
+                          mbsri_variables *variables)
 {
     lister l = {.plan = plan, .model = built->model, .parameters = built->list};
     *variables = (mbsri_variables){.list = NULL};

@@ -20,6 +20,7 @@ typedef struct mbsri_variables {
 
 /* In memory of the plan; `built` of that plan, whose list of parameters is to live as long. False:
  * no memory. */
-bool mbsri_list_variables(mbsri_plan *plan, const mbsri_built *built, mbsri_variables *variables);
+bool mbsri_list_variables(mbsri_unit_plan *plan, const mbsri_built *built,
+                          mbsri_variables *variables);
 
 #endif

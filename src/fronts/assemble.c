@@ -191,7 +191,7 @@ static void note_free(mbsri_fronts *w, const mbsri_pivots *f)
 bool mbsri_fronts_assemble(mbsri_fronts *w, int k)
 {
     const mbsri_plan_step *s = w->plan->step + k;
-    const mbsri_front_names names = {w->m, w->plan, w->part, w->left_out, w->slot, w->set};
+    const mbsri_front_unknowns names = {w->m, w->plan, w->part, w->left_out, w->slot, w->set};
     const bool root = k == w->plan->steps - 1;
     w->pivots[k] = NULL;
     w->passing[k] = NULL;

@@ -10,7 +10,7 @@
 /* ---- of one step ---- */
 
 /* An unknown of the turn: 0 those complete, 1 rows that wait, 2 motions of other bodies. */
-static void add_unknown(const mbsri_front_names *x, int k, int turn, int id, int *count)
+static void add_unknown(const mbsri_front_unknowns *x, int k, int turn, int id, int *count)
 {
     const mbsr_model *m = x->m;
     const bool complete = id >= m->rows || x->plan->eliminated[id] <= k;
@@ -20,7 +20,7 @@ static void add_unknown(const mbsri_front_names *x, int k, int turn, int id, int
     x->set[(*count)++] = id;
 }
 
-static void add_end(const mbsri_front_names *x, int k, int turn, const mbsri_closure *c, int l,
+static void add_end(const mbsri_front_unknowns *x, int k, int turn, const mbsri_closure *c, int l,
                     int *count)
 {
     const mbsri_body *b = x->m->body + c->body[l];
@@ -34,7 +34,7 @@ static void add_end(const mbsri_front_names *x, int k, int turn, const mbsri_clo
         add_unknown(x, k, turn, mbsri_motion_name(x->m, b) + j, count);
 }
 
-static void name_turn(const mbsri_front_names *x, int k, int turn, int *count)
+static void name_turn(const mbsri_front_unknowns *x, int k, int turn, int *count)
 {
     const mbsri_plan *plan = x->plan;
     const mbsri_plan_step *s = plan->step + k;
@@ -56,7 +56,7 @@ static void name_turn(const mbsri_front_names *x, int k, int turn, int *count)
     }
 }
 
-mbsri_census mbsri_fronts_names(const mbsri_front_names *x, int k)
+mbsri_census mbsri_fronts_names(const mbsri_front_unknowns *x, int k)
 {
     const mbsri_plan_step *s = x->plan->step + k;
     const mbsri_body *b = x->m->body + s->body;
@@ -85,7 +85,7 @@ enum { SIZES = 96 };
 typedef struct planning {
     const mbsr_model *m;
     mbsri_plan *plan;
-    mbsri_front_names names;
+    mbsri_front_unknowns names;
     mbsri_part **part; /* steps */
     mbsri_array list;  /* int: names of all fronts */
     int unused[SIZES]; /* parts that were taken, by the sizes of memory */
@@ -208,7 +208,7 @@ static bool open_planning(planning *x)
     for (size_t k = 0; k < steps; ++k) x->part[k] = NULL;
     for (size_t k = 0; k < unknowns; ++k) slot[k] = -1;
     for (size_t k = 0; k < rows; ++k) left_out[k] = false;
-    x->names = (mbsri_front_names){m, x->plan, x->part, left_out, slot, slot + unknowns};
+    x->names = (mbsri_front_unknowns){m, x->plan, x->part, left_out, slot, slot + unknowns};
     return true;
 }
 

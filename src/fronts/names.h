@@ -25,13 +25,13 @@ typedef struct mbsri_passing {
     double *X, *N;    /* n x count, n x nulls */
 } mbsri_passing;
 
-typedef struct mbsri_front_names {
+typedef struct mbsri_front_unknowns {
     const mbsr_model *m;
     const mbsri_plan *plan;
     mbsri_part *const *part; /* steps: left by each; NULL: nothing */
     const bool *left_out;    /* rows */
     int *slot, *set;         /* unknowns: places, -1 before; numbers */
-} mbsri_front_names;
+} mbsri_front_unknowns;
 
 /* Numbers of those complete, rows that wait, motions of other bodies and of its own. */
 typedef struct mbsri_census {
@@ -40,7 +40,7 @@ typedef struct mbsri_census {
 } mbsri_census;
 
 /* Those of step k, in this order into `set`, with their slots. */
-mbsri_census mbsri_fronts_names(const mbsri_front_names *x, int k);
+mbsri_census mbsri_fronts_names(const mbsri_front_unknowns *x, int k);
 
 /* Fills what a plan has of unknowns, and `bytes`. False: no memory. */
 bool mbsri_fronts_plan_names(const mbsr_model *m, mbsri_plan *plan);

@@ -57,7 +57,7 @@ static void add_orientation(const mbsri_null_space *w, int bodies, double *gross
     }
 }
 
-bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_motion x, bool arms,
+bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_element_motion x, bool arms,
                          double *y, double *gross)
 {
     const mbsri_slopes *s = &w->element.slope;
@@ -217,8 +217,8 @@ void mbsri_element_strain(const mbsri_null_space *w, int bodies, bool velocity, 
 
 /* gross (rows) = the largest that one number of the motion, times `share`, or a typical one, times
  * `least`, makes of the forces; rotation and translation of a rigid body by their sizes. */
-static void find_threshold(const mbsri_null_space *w, int bodies, bool velocity, mbsri_motion x,
-                           double share, double least, double *gross)
+static void find_threshold(const mbsri_null_space *w, int bodies, bool velocity,
+                           mbsri_element_motion x, double share, double least, double *gross)
 {
     const int rows = w->element.slope.out.rows;
     mbsri_zero((size_t)rows, gross);
@@ -249,8 +249,8 @@ int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const d
 {
     const mbsr_model *m = w->m;
     const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
-    const mbsri_motion x =
-        velocity ? (mbsri_motion){.V = twist, .u = a} : (mbsri_motion){.pose = twist, .q = q_rate};
+    const mbsri_element_motion x = velocity ? (mbsri_element_motion){.V = twist, .u = a}
+                                            : (mbsri_element_motion){.pose = twist, .q = q_rate};
     *resists = false;
     for (int i = 1; i <= (every ? m->bodies : 1) && !*resists; ++i) {
         if (!mbsri_element_moves(w, force, every ? i : 0, a, twist)) continue;

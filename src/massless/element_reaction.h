@@ -9,13 +9,13 @@
 #include "massless/null_space.h"
 
 /* Motion of what an element sees: size_v, size_v, nq, nu in the caller's order; NULL: zero. */
-typedef struct mbsri_motion {
+typedef struct mbsri_element_motion {
     const double *pose, *V, *q, *u;
-} mbsri_motion;
+} mbsri_element_motion;
 
 /* y (rows) = change of the forces with a motion, and gross (rows) the sum of the sizes of its
  * terms, with `arms` by the sizes of vectors; false where the element does not move. */
-bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_motion x, bool arms,
+bool mbsri_element_react(const mbsri_null_space *w, int bodies, mbsri_element_motion x, bool arms,
                          double *y, double *gross);
 
 /* gross (rows) = |F_x| |x| for positions x of typical sizes, or with `velocity` |F_V| |V| for

@@ -166,10 +166,10 @@ static int add_element(mbsri_null_space *w, int number)
     for (int n = 0; n < moving; ++n) {
         const size_t l = (size_t)w->element.moving[n];
         const double *a = w->direction + l * (size_t)m->nu, *twist = w->twist + l * m->size.v;
-        const mbsri_motion rate = {.V = twist, .u = a},
-                           shift = {.pose = twist,
-                                    .V = w->element.V_rate + l * m->size.v,
-                                    .q = w->element.q_rate + l * (size_t)m->nq};
+        const mbsri_element_motion rate = {.V = twist, .u = a},
+                                   shift = {.pose = twist,
+                                            .V = w->element.V_rate + l * m->size.v,
+                                            .q = w->element.q_rate + l * (size_t)m->nq};
         if (mbsri_element_react(w, bodies, rate, true, y, gross) &&
             mbsri_element_stands_out(w, bodies, 10.0 * rounding, y, gross) &&
             mbsri_element_react(w, bodies, rate, false, y, gross))

@@ -44,14 +44,14 @@ static void list_end(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_closur
     mbsri_sweep_loops *w = tree->loops;
     const int i = c->body[l];
     const bool joints = mbsri_reads_joints(c);
-    w->end[at] = (mbsri_loop_end){.next = w->first_end[i],
-                                  .d = m->body[i].d,
-                                  .n = joints ? m->body[i].n : 0,
-                                  .rows = c->rows,
-                                  .row = c->row,
-                                  .rigid = rigid_rows(c),
-                                  .coupling = mbsri_is_coupling(c),
-                                  .C = c->at + (size_t)(c->column[l] * c->rows)};
+    w->end[at] = (mbsri_sweep_loop_end){.next = w->first_end[i],
+                                        .d = m->body[i].d,
+                                        .n = joints ? m->body[i].n : 0,
+                                        .rows = c->rows,
+                                        .row = c->row,
+                                        .rigid = rigid_rows(c),
+                                        .coupling = mbsri_is_coupling(c),
+                                        .C = c->at + (size_t)(c->column[l] * c->rows)};
     w->first_end[i] = at;
     w->joints = w->joints || joints;
     mark_way(tree, i, w->closes[c->row]);
@@ -105,7 +105,7 @@ static size_t room_of(int count)
 static void open_ends(plan *p, int i)
 {
     for (int at = p->loops->first_end[i]; at >= 0; at = p->loops->end[at].next) {
-        const mbsri_loop_end *end = p->loops->end + at;
+        const mbsri_sweep_loop_end *end = p->loops->end + at;
         planned_part *part = p->part + p->parts++;
         *part = (planned_part){i, 0, p->names};
         for (int k = 0; k < end->rows; ++k) {
@@ -258,7 +258,7 @@ bool mbsri_sweeps_plan_loops(mbsri_sweeps *tree, const mbsr_model *m)
     bool serves = false;
     tree->loops = w;
     if (!w) return false;
-    *w = (mbsri_sweep_loops){.end = (mbsri_loop_end *)(void *)(w + 1)};
+    *w = (mbsri_sweep_loops){.end = (mbsri_sweep_loop_end *)(void *)(w + 1)};
     w->first_end = (int *)(void *)(w->end + ends);
     w->closes = w->first_end + bodies;
     list_loop_ends(tree, m);

@@ -24,24 +24,24 @@
 #include "sweeps/tree.h"
 
 /* One body of a closure with rigid rows. */
-typedef struct mbsri_loop_end {
+typedef struct mbsri_sweep_loop_end {
     int next;       /* next end at the same body; -1: none */
     int d, n;       /* velocities of the body; rates of its joint where rows read them, else 0 */
     int rows, row;  /* number of rows of the closure, and the first of them among all */
     unsigned rigid; /* bit k: row k is rigid */
     bool coupling;  /* whether the rows read the joint alone */
     size_t C;       /* offset of the rows' columns of the body in the data's closure_C */
-} mbsri_loop_end;
+} mbsri_sweep_loop_end;
 
 /* Loops of the tree: what they need, known when the model is finished. */
 struct mbsri_sweep_loops {
-    mbsri_loop_end *end;  /* ends of all closures */
-    int *first_end;       /* bodies + 1: first end at each body; -1: none */
-    int *closes;          /* rows: body at which each is complete */
-    bool springs, joints; /* whether rows are stiff; whether rows read joint rates */
-    double reach;         /* longest distance between neighbours at q = 0, m */
-    bool slides;          /* whether that distance changes with q */
-    size_t parts, groups; /* most parts that wait at once, that meet at one body */
+    mbsri_sweep_loop_end *end; /* ends of all closures */
+    int *first_end;            /* bodies + 1: first end at each body; -1: none */
+    int *closes;               /* rows: body at which each is complete */
+    bool springs, joints;      /* whether rows are stiff; whether rows read joint rates */
+    double reach;              /* longest distance between neighbours at q = 0, m */
+    bool slides;               /* whether that distance changes with q */
+    size_t parts, groups;      /* most parts that wait at once, that meet at one body */
     size_t waiting, kept; /* doubles of parts that wait, of records for the way to the leaves */
     size_t doubles;       /* doubles of the data's loop_store */
 };

@@ -9,7 +9,7 @@
 
 /* What a closure reads at one of its bodies. */
 typedef struct end_view {
-    const mbsri_loop_end *of;
+    const mbsri_sweep_loop_end *of;
     const double *C, *arm; /* its columns; from the point of the sweeps to the body's own origin */
     double known[3];       /* acceleration of that origin at u' = 0 */
 } end_view;
@@ -102,7 +102,7 @@ static bool is_open(const mbsri_open_part *part, int id)
 void mbsri_open_loops_couple(mbsri_loop_run *w, int i)
 {
     for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
-        const mbsri_loop_end *end = w->loops->end + at;
+        const mbsri_sweep_loop_end *end = w->loops->end + at;
         if (!end->coupling) continue;
         if (w->parts == 0 || w->part[w->parts - 1].body != i)
             w->part[w->parts++] = (mbsri_open_part){i, 0, w->top};
@@ -119,7 +119,7 @@ void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *ope
 {
     for (int k = 0; k < open->count; ++k) w->slot[open->id[k]] = k;
     for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
-        const mbsri_loop_end *e = w->loops->end + at;
+        const mbsri_sweep_loop_end *e = w->loops->end + at;
         const double *C = w->run->data->closure_C + e->C + (size_t)(e->d * e->rows);
         for (int j = 0; j < e->n; ++j, C += e->rows) {
             for (int k = 0; k < e->rows; ++k) {
@@ -150,7 +150,7 @@ static void read_body(mbsri_loop_run *w, int at, int i)
     }
 }
 
-static void read_rates(mbsri_loop_run *w, const mbsri_loop_end *end, int i)
+static void read_rates(mbsri_loop_run *w, const mbsri_sweep_loop_end *end, int i)
 {
     const double *udot = w->run->out + w->run->tree->body[i].u,
                  *C = w->run->data->closure_C + end->C + (size_t)(end->d * end->rows);
@@ -164,7 +164,7 @@ static void read_rates(mbsri_loop_run *w, const mbsri_loop_end *end, int i)
 void mbsri_open_loops_read(mbsri_loop_run *w, int i)
 {
     for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
-        const mbsri_loop_end *end = w->loops->end + at;
+        const mbsri_sweep_loop_end *end = w->loops->end + at;
         if (!end->coupling) read_body(w, at, i);
         if (end->n > 0) read_rates(w, end, i);
     }

@@ -32,4 +32,8 @@ if [ "${3:-}" = list ]; then
 fi
 count=$(wc -l <"$work/shared")
 echo "$(wc -l <"$work/all") static functions, $count names in three or more files"
-[ -s "$work/all" ] && [ "$count" -le "$most" ]
+find src -name '*.[ch]' | sort | xargs awk '
+    /^} mbsri_[a-z_0-9]+;/ { name = $2; sub(/;/, "", name); print name, FILENAME ":" FNR }' | sort >"$work/types"
+twice=$(cut -d' ' -f1 "$work/types" | uniq -d)
+for name in $twice; do echo "type $name:" $(awk -v n="$name" '$1 == n { print $2 }' "$work/types"); done
+[ -s "$work/all" ] && [ -s "$work/types" ] && [ -z "$twice" ] && [ "$count" -le "$most" ]
