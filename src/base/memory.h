@@ -9,14 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#if defined(__SANITIZE_ADDRESS__)
-#define MBSRI_FENCES 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define MBSRI_FENCES 1
-#endif
-#endif
-#if defined(MBSRI_FENCES)
+#if defined(MBSR_FENCES)
 #include <sanitizer/asan_interface.h>
 #endif
 
@@ -29,9 +22,10 @@ typedef struct mbsri_array {
 void *mbsri_allocate(const mbsr_allocator *allocator, size_t size);
 void mbsri_release(const mbsr_allocator *allocator, void *memory);
 
-/* Under the address sanitizer MBSRI_FENCE bytes between two arrays of one block may not be touched,
- * nor what an array is short of a whole line; elsewhere there are none. */
-#if defined(MBSRI_FENCES)
+/* With MBSR_FENCES, which needs the address sanitizer, MBSRI_FENCE bytes between two arrays of one
+ * block may not be touched, nor what an array is short of a whole line; elsewhere there are none.
+ */
+#if defined(MBSR_FENCES)
 #define MBSRI_FENCE ((size_t)MBSR_DATA_ALIGNMENT)
 #else
 #define MBSRI_FENCE ((size_t)0)
@@ -40,7 +34,7 @@ void mbsri_release(const mbsr_allocator *allocator, void *memory);
 /* May bytes be touched? */
 static inline void mbsri_fence(void *memory, size_t size, bool open)
 {
-#if defined(MBSRI_FENCES)
+#if defined(MBSR_FENCES)
     if (open)
         ASAN_UNPOISON_MEMORY_REGION(memory, size);
     else
