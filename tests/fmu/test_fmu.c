@@ -2,6 +2,8 @@
  * resources.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _XOPEN_SOURCE 700
+#include "close.h"
+#include "duration.h"
 #include "expect.h"
 #include "fmu/fmi2_functions.h"
 #include "fmu/fmi3_functions.h"
@@ -534,6 +536,151 @@ static void options_are_checked(void **state)
     free_model(&m);
 }
 
+/* ---- calls in any order ---- */
+
+/* What a caller may give: mostly what fits. */
+typedef struct caller {
+    const loaded *l;
+    fmi3Instance c;
+    fmi3FMUState saved;
+    test_rng rng;
+    fmi3ValueReference vr[4];
+    double in[40], out[40];
+    uint8_t bytes[1 << 15];
+    size_t n, size;
+} caller;
+
+/* At times NULL, or one number more or less. */
+static void *place(caller *x, void *memory)
+{
+    return test_integer(&x->rng, 0, 15) ? memory : NULL;
+}
+
+static size_t about(caller *x, size_t n)
+{
+    return test_integer(&x->rng, 0, 9) ? n : n + 1;
+}
+
+static void give(caller *x)
+{
+    x->n = (size_t)test_integer(&x->rng, 0, 3);
+    for (int k = 0; k < 4; ++k)
+        x->vr[k] =
+            (fmi3ValueReference)test_integer(&x->rng, 0, test_integer(&x->rng, 0, 9) ? 40 : 900);
+    for (int k = 0; k < 40; ++k) x->in[k] = test_uniform(&x->rng);
+    if (test_integer(&x->rng, 0, 9) == 0) x->in[0] = NAN;
+}
+
+#define CALL(name) FUNCTION(x->l, name)
+
+static int changes_mode(caller *x)
+{
+    bool a, b, d, e, f;
+    switch (test_integer(&x->rng, 0, 40) % 13) {
+    case 0: return CALL(fmi3EnterInitializationMode)(x->c, x->in[0] > 0, x->in[1], 0, false, 0);
+    case 1: return CALL(fmi3ExitInitializationMode)(x->c);
+    case 2: return CALL(fmi3EnterContinuousTimeMode)(x->c);
+    case 3: return CALL(fmi3EnterStepMode)(x->c);
+    case 4: return CALL(fmi3EnterEventMode)(x->c);
+    case 5: return CALL(fmi3Reset)(x->c);
+    case 6: return CALL(fmi3EnterConfigurationMode)(x->c);
+    case 7: return CALL(fmi3EvaluateDiscreteStates)(x->c);
+    case 8: return CALL(fmi3UpdateDiscreteStates)(x->c, place(x, &a), &b, &d, &e, &f, x->out);
+    case 9: return CALL(fmi3Terminate)(x->c);
+    default: return fmi3OK;
+    }
+}
+
+static int reads_or_writes(caller *x)
+{
+    fmi3String text[4] = {"", "", "", ""};
+    switch (test_integer(&x->rng, 0, 6)) {
+    case 0: return CALL(fmi3SetFloat64)(x->c, place(x, x->vr), x->n, x->in, about(x, x->n));
+    case 1: return CALL(fmi3GetString)(x->c, x->vr, x->n, text, about(x, x->n));
+    case 2: return CALL(fmi3GetClock)(x->c, x->vr, x->n, (bool *)x->bytes);
+    case 3: return CALL(fmi3GetBoolean)(x->c, x->vr, x->n, (bool *)x->bytes, x->n);
+    case 4: return CALL(fmi3GetNumberOfVariableDependencies)(x->c, x->vr[0], place(x, &x->size));
+    case 5: return CALL(fmi3SetDebugLogging)(x->c, x->in[0] > 0, 0, NULL);
+    default: return CALL(fmi3GetFloat64)(x->c, x->vr, x->n, place(x, x->out), about(x, x->n));
+    }
+}
+
+static int moves(caller *x)
+{
+    bool a, b, d;
+    size_t states = 0;
+    (void)CALL(fmi3GetNumberOfContinuousStates)(x->c, &states);
+    if (states > 30) states = 30;
+    switch (test_integer(&x->rng, 0, 7)) {
+    case 0: return CALL(fmi3SetTime)(x->c, 0.1 * x->in[1]);
+    case 1: return CALL(fmi3SetContinuousStates)(x->c, place(x, x->in), about(x, states));
+    case 2: return CALL(fmi3GetContinuousStates)(x->c, place(x, x->out), about(x, states));
+    case 3: return CALL(fmi3GetContinuousStateDerivatives)(x->c, x->out, about(x, states));
+    case 4: return CALL(fmi3GetNominalsOfContinuousStates)(x->c, x->out, about(x, states));
+    case 5: return CALL(fmi3GetEventIndicators)(x->c, x->out, about(x, 0));
+    case 6: return CALL(fmi3CompletedIntegratorStep)(x->c, true, place(x, &a), &b);
+    default: {
+        const double h = 0.02 * x->in[2];
+        return CALL(fmi3DoStep)(x->c, 0.0, h, true, place(x, &a), &b, &d, x->out);
+    }
+    }
+}
+
+static int keeps_or_derives(caller *x)
+{
+    const size_t n = x->n, m = 3 - n;
+    switch (test_integer(&x->rng, 0, 6)) {
+    case 0: return CALL(fmi3GetFMUState)(x->c, place(x, &x->saved));
+    case 1: return CALL(fmi3SetFMUState)(x->c, x->saved);
+    case 2: return CALL(fmi3FreeFMUState)(x->c, &x->saved);
+    case 3: return CALL(fmi3SerializedFMUStateSize)(x->c, x->saved, place(x, &x->size));
+    case 4: return CALL(fmi3SerializeFMUState)(x->c, x->saved, x->bytes, sizeof x->bytes);
+    case 5:
+        return CALL(fmi3GetAdjointDerivative)(x->c, x->vr, n, x->vr + n, m, x->in, about(x, n),
+                                              place(x, x->out), m);
+    default:
+        return CALL(fmi3GetDirectionalDerivative)(x->c, x->vr, n, x->vr + n, m, place(x, x->in),
+                                                  about(x, m), x->out, n);
+    }
+}
+
+/* Any call at any time ends with a status of the standard; what is fatal does not come. */
+static void calls_in_any_order(void **state)
+{
+    static int (*const act[])(caller * x) = {changes_mode, reads_or_writes, moves,
+                                             keeps_or_derives};
+    static void (*const make[])(unit_model * m) = {make_arm, make_beam};
+    static caller all;
+    (void)state;
+    const int instances = test_long() ? 2000 : 20;
+    for (int k = 0; k < 2; ++k) {
+        loaded l;
+        load(&l, make[k], 0.0);
+        for (int seed = 0; seed < instances; ++seed) {
+            caller *x = &all;
+            *x = (caller){.l = &l, .rng = test_seed((uint64_t)(2 * seed + k))};
+            x->c = seed % 2 ? instantiate(&l)
+                            : FUNCTION(&l, fmi3InstantiateModelExchange)(
+                                  "one", l.token, l.resources, false, true, NULL, note);
+            assert_non_null(x->c);
+            for (int calls = 0; calls < 60; ++calls) {
+                give(x);
+                int status;
+                if (calls == 0 && seed % 3)
+                    status = CALL(fmi3EnterInitializationMode)(x->c, false, 0, 0, false, 0);
+                else if (calls == 1 && seed % 3)
+                    status = CALL(fmi3ExitInitializationMode)(x->c);
+                else
+                    status = act[test_integer(&x->rng, 0, 3)](x);
+                assert_in_range(status, fmi3OK, fmi3Error);
+            }
+            (void)CALL(fmi3FreeFMUState)(x->c, &x->saved);
+            CALL(fmi3FreeInstance)(x->c);
+        }
+        unload(&l);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -550,6 +697,7 @@ int main(void)
         cmocka_unit_test(own_functions_are_refused),
         cmocka_unit_test(exchange_is_refused_with_the_reason),
         cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(calls_in_any_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

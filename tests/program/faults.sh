@@ -48,13 +48,13 @@ each() {
     [ "$result" = none ] || cp "$result" good/
     for function in $functions; do
         [ "$function$few" = malloc1 ] && continue # libgcov does not survive it
-        try $function 0 "$result" "$@"
+        try "$function" 0 "$result" "$@"
         calls=$(cat count)
         step=1
         [ "$long" = 0 ] && step=$((calls / 2 + 1))
         at=1
         while [ $at -le "$calls" ]; do
-            try $function $at "$result" "$@"
+            try "$function" $at "$result" "$@"
             at=$((at + step))
         done
     done
