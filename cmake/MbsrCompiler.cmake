@@ -1,6 +1,9 @@
 # Compiler flags for this project's own targets; none of them reaches an installed target.
 # SPDX-License-Identifier: BSD-3-Clause
 
+if(MBSR_FENCES)
+    add_compile_definitions(MBSR_FENCES)
+endif()
 if(MBSR_SANITIZE)
     # -O1 finds what -O0 finds, in a third of the time, but clang takes ten times as long to compile with it: what runs
     # long has it (mbsr_add_objects, tests/support). Line numbers are all that reports need. What null and object-size

@@ -11,7 +11,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bash scripts/install.sh build test
 tree=build/fuzz
 cmake -S . -B "$tree" -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_FUZZ=ON -DMBSR_EXAMPLES=OFF -DMBSR_PROGRAM=OFF \
-    -DMBSR_IDA=OFF -DMBSR_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
+    -DMBSR_IDA=OFF -DMBSR_FENCES=ON -DMBSR_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
 targets=${*:-fuzz_model fuzz_files fuzz_xacro fuzz_fe fuzz_study}
 # shellcheck disable=SC2086 # targets are several words
 cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)" --target $targets

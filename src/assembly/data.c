@@ -47,43 +47,35 @@ static size_t loop_store_size(const mbsr_model *m)
 #define MBSRI_POISON_LEAN(name, unit) MBSRI_POISON(name, lean ? m->in_sweeps.unit : m->size.unit)
 #define MBSRI_POISON_FULL(name, length) MBSRI_POISON(name, lean ? 0 : (size_t)(length))
 
-/* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
- * counts. */
-static void *next_bytes(unsigned char *base, size_t *used, size_t size)
-{
-    void *place = base ? base + *used : NULL;
-    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
-    return place;
-}
-
 /* Places the data object and its arrays in `base`, or with base == NULL only returns the size. */
 static size_t lay_out_data(const mbsr_model *m, bool lean, unsigned char *base, mbsr_data **data)
 {
     mbsr_data counted;
     size_t used = 0;
     const size_t bodies = (size_t)m->bodies + 1;
-    mbsr_data *d = next_bytes(base, &used, sizeof *d);
+    mbsr_data *d = mbsri_take_bytes(base, &used, sizeof *d);
     if (!d) d = &counted;
-    d->rank = next_bytes(base, &used, bodies * sizeof *d->rank);
-    d->watch.rank = next_bytes(base, &used, bodies * sizeof *d->watch.rank);
-    d->frame.rank = next_bytes(base, &used, lean ? 0 : bodies * sizeof *d->frame.rank);
-    d->element.off =
-        next_bytes(base, &used, (m->forces.count + m->elements.idle) * sizeof *d->element.off);
-    d->carries = next_bytes(base, &used, bodies * sizeof *d->carries);
-    d->factors.rows = next_bytes(base, &used, bodies * sizeof *d->factors.rows);
-    d->apart = next_bytes(base, &used, m->order.grouped ? bodies * sizeof *d->apart : 0);
-    d->dropped = next_bytes(base, &used, (size_t)m->rows * sizeof *d->dropped);
-    d->fronts.memory = next_bytes(base, &used, mbsri_fronts_bytes(m));
+    d->rank = mbsri_take_bytes(base, &used, bodies * sizeof *d->rank);
+    d->watch.rank = mbsri_take_bytes(base, &used, bodies * sizeof *d->watch.rank);
+    d->frame.rank = mbsri_take_bytes(base, &used, lean ? 0 : bodies * sizeof *d->frame.rank);
+    d->element.off = mbsri_take_bytes(
+        base, &used, (m->forces.count + m->elements.idle) * sizeof *d->element.off);
+    d->carries = mbsri_take_bytes(base, &used, bodies * sizeof *d->carries);
+    d->factors.rows = mbsri_take_bytes(base, &used, bodies * sizeof *d->factors.rows);
+    d->apart = mbsri_take_bytes(base, &used, m->order.grouped ? bodies * sizeof *d->apart : 0);
+    d->dropped = mbsri_take_bytes(base, &used, (size_t)m->rows * sizeof *d->dropped);
+    d->fronts.memory = mbsri_take_bytes(base, &used, mbsri_fronts_bytes(m));
     const size_t exact = has_steps(m, lean) ? mbsri_exact_room(m) : 0;
-    d->exact_work = next_bytes(base, &used, exact * sizeof *d->exact_work);
-    d->pivots = next_bytes(base, &used, (size_t)m->most.d * sizeof *d->pivots);
+    d->exact_work = mbsri_take_bytes(base, &used, exact * sizeof *d->exact_work);
+    d->pivots = mbsri_take_bytes(base, &used, (size_t)m->most.d * sizeof *d->pivots);
     d->element.bodies =
-        next_bytes(base, &used, (size_t)m->most.element_bodies * sizeof *d->element.bodies);
-    d->element.text = next_bytes(base, &used, MBSR_TEXT_SIZE);
-    d->element.memory = next_bytes(base, &used, m->elements.memory);
-    d->element.pairs = next_bytes(base, &used, (size_t)m->most.pairs * sizeof *d->element.pairs);
+        mbsri_take_bytes(base, &used, (size_t)m->most.element_bodies * sizeof *d->element.bodies);
+    d->element.text = mbsri_take_bytes(base, &used, MBSR_TEXT_SIZE);
+    d->element.memory = mbsri_take_bytes(base, &used, m->elements.memory);
+    d->element.pairs =
+        mbsri_take_bytes(base, &used, (size_t)m->most.pairs * sizeof *d->element.pairs);
     if (m->tree.evaluated) {
-        d->sweep.state = next_bytes(base, &used, bodies * sizeof *d->sweep.state);
+        d->sweep.state = mbsri_take_bytes(base, &used, bodies * sizeof *d->sweep.state);
         const mbsri_sweeps *const tree[] = {m->tree.plain, m->tree.newton, m->tree.evaluated};
         size_t depth = 0, multi = 0;
         for (int k = 0; k < 3; ++k) {
@@ -91,15 +83,15 @@ static size_t lay_out_data(const mbsr_model *m, bool lean, unsigned char *base, 
             if ((size_t)tree[k]->depth > depth) depth = (size_t)tree[k]->depth;
             if ((size_t)tree[k]->multi > multi) multi = (size_t)tree[k]->multi;
         }
-        d->sweep.multi = next_bytes(base, &used, multi * sizeof *d->sweep.multi);
-        d->sweep.stack = next_bytes(base, &used, depth * sizeof *d->sweep.stack);
-        d->sweep.noise = next_bytes(base, &used, depth * sizeof *d->sweep.noise);
-        d->sweep.flows = next_bytes(base, &used, depth * sizeof *d->sweep.flows);
+        d->sweep.multi = mbsri_take_bytes(base, &used, multi * sizeof *d->sweep.multi);
+        d->sweep.stack = mbsri_take_bytes(base, &used, depth * sizeof *d->sweep.stack);
+        d->sweep.noise = mbsri_take_bytes(base, &used, depth * sizeof *d->sweep.noise);
+        d->sweep.flows = mbsri_take_bytes(base, &used, depth * sizeof *d->sweep.flows);
         const size_t loads = m->tree.evaluated->body_forces ? bodies : 0;
-        d->sweep.load = next_bytes(base, &used, loads * sizeof *d->sweep.load);
+        d->sweep.load = mbsri_take_bytes(base, &used, loads * sizeof *d->sweep.load);
     }
 #define MBSRI_PLACE(name, length)                                                                  \
-    d->name = next_bytes(base, &used, (size_t)(length) * sizeof(double));
+    d->name = mbsri_take_bytes(base, &used, (size_t)(length) * sizeof(double));
     MBSRI_ARRAYS(MBSRI_PLACE)
 #undef MBSRI_PLACE
     if (data) *data = d;
@@ -183,6 +175,15 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     return MBSR_OK;
 }
 
+/* In memory of the caller's, who may use it for something else without a word. */
+static int init_given(const mbsr_model *model, bool lean, void *memory, size_t size,
+                      mbsr_data **data, mbsr_error *error)
+{
+    const int status = init(model, lean, memory, size, data, error);
+    if (!status) mbsri_fence(memory, size, true);
+    return status;
+}
+
 /* Owned data: the block as the allocator gave it, a pointer-sized place for its address in front of
  * the aligned part. */
 static int create_data(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_error *error)
@@ -228,13 +229,13 @@ size_t mbsr_data_size_lean(const mbsr_model *model)
 int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
                    mbsr_error *error)
 {
-    return init(model, false, memory, size, data, error);
+    return init_given(model, false, memory, size, data, error);
 }
 
 int mbsr_data_init_lean(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
                         mbsr_error *error)
 {
-    return init(model, true, memory, size, data, error);
+    return init_given(model, true, memory, size, data, error);
 }
 
 int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error)

@@ -175,14 +175,6 @@ static size_t lean_size(const mbsr_model *m)
     return (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
 }
 
-/* The next `size` bytes of a block, aligned as an mbsr_data; with base == NULL only counts. */
-static void *next_array(unsigned char *base, size_t *used, size_t size)
-{
-    void *next = base ? base + *used : NULL;
-    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
-    return next;
-}
-
 /* Whether some body is looked at state by state. */
 static bool has_seen(const mbsr_model *m)
 {
@@ -196,31 +188,34 @@ static size_t lay_out_batch(const mbsr_model *m, const mbsri_batch_kernels *kern
 {
     mbsr_batch counted;
     size_t used = 0;
-    mbsr_batch *b = next_array(base, &used, sizeof *b);
-    *data = next_array(base, &used, mbsr_data_size(m));
+    mbsr_batch *b = mbsri_take_bytes(base, &used, sizeof *b);
+    *data = mbsri_take_bytes(base, &used, mbsr_data_size(m));
     *batch = b;
     if (!kernels) return used;
     if (!b) b = &counted;
     const size_t N = (size_t)n.bodies + 1, scalar = (size_t)kernels->lanes * sizeof(double);
-    b->body = next_array(base, &used, N * sizeof *b->body);
-    b->run.state = next_array(base, &used, N * kernels->state_size);
-    b->run.motion = next_array(base, &used, N * kernels->motion_size);
-    b->run.ball = next_array(base, &used, (size_t)n.balls * kernels->ball_size);
-    b->run.stack = next_array(base, &used, (size_t)m->tree.plain->depth * kernels->stack_size);
-    b->run.drive = next_array(base, &used, 3 * (size_t)n.moved * sizeof *b->run.drive);
-    b->q = next_array(base, &used, (size_t)m->nq * scalar);
-    b->u = next_array(base, &used, (size_t)m->nu * scalar);
-    b->load = next_array(base, &used, (size_t)m->nu * scalar);
-    b->run.out = next_array(base, &used, (size_t)m->nu * scalar);
-    b->q_place =
-        m->order.as_given ? NULL : next_array(base, &used, (size_t)m->nq * sizeof *b->q_place);
-    b->u_place =
-        m->order.as_given ? NULL : next_array(base, &used, (size_t)m->nu * sizeof *b->u_place);
+    b->body = mbsri_take_bytes(base, &used, N * sizeof *b->body);
+    b->run.state = mbsri_take_bytes(base, &used, N * kernels->state_size);
+    b->run.motion = mbsri_take_bytes(base, &used, N * kernels->motion_size);
+    b->run.ball = mbsri_take_bytes(base, &used, (size_t)n.balls * kernels->ball_size);
+    b->run.stack =
+        mbsri_take_bytes(base, &used, (size_t)m->tree.plain->depth * kernels->stack_size);
+    b->run.drive = mbsri_take_bytes(base, &used, 3 * (size_t)n.moved * sizeof *b->run.drive);
+    b->q = mbsri_take_bytes(base, &used, (size_t)m->nq * scalar);
+    b->u = mbsri_take_bytes(base, &used, (size_t)m->nu * scalar);
+    b->load = mbsri_take_bytes(base, &used, (size_t)m->nu * scalar);
+    b->run.out = mbsri_take_bytes(base, &used, (size_t)m->nu * scalar);
+    b->q_place = m->order.as_given
+                     ? NULL
+                     : mbsri_take_bytes(base, &used, (size_t)m->nq * sizeof *b->q_place);
+    b->u_place = m->order.as_given
+                     ? NULL
+                     : mbsri_take_bytes(base, &used, (size_t)m->nu * sizeof *b->u_place);
     if (!has_seen(m)) return used;
-    b->run.place = next_array(base, &used, N * kernels->place_size);
-    b->run.lane = next_array(base, &used, (size_t)kernels->lanes * sizeof *b->run.lane);
-    b->origin = next_array(base, &used, N * sizeof *b->origin);
-    *lane = next_array(base, &used, (size_t)kernels->lanes * lean_size(m));
+    b->run.place = mbsri_take_bytes(base, &used, N * kernels->place_size);
+    b->run.lane = mbsri_take_bytes(base, &used, (size_t)kernels->lanes * sizeof *b->run.lane);
+    b->origin = mbsri_take_bytes(base, &used, N * sizeof *b->origin);
+    *lane = mbsri_take_bytes(base, &used, (size_t)kernels->lanes * lean_size(m));
     return used;
 }
 

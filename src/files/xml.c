@@ -141,7 +141,9 @@ mbsri_element *mbsri_xml_read(mbsri_arena *arena, const char *bytes, size_t size
     XML_SetElementHandler(r.parser, start, end);
     XML_SetCharacterDataHandler(r.parser, text);
     XML_SetEntityDeclHandler(r.parser, entity);
-    if (XML_Parse(r.parser, bytes, (int)size, XML_TRUE) == XML_STATUS_ERROR && !message[0]) {
+    const bool parsed = XML_Parse(r.parser, bytes, (int)size, XML_TRUE) != XML_STATUS_ERROR;
+    if (!parsed && XML_GetErrorCode(r.parser) == XML_ERROR_NO_MEMORY) arena->failed = true;
+    if (!parsed && !message[0]) {
         snprintf(message, MBSR_TEXT_SIZE, "%.120s:%d: this is not XML: %.100s", name, line_of(&r),
                  XML_ErrorString(XML_GetErrorCode(r.parser)));
     }

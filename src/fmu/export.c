@@ -225,11 +225,11 @@ static int make_archive(made_fmu *made, const mbsr_model *model, const mbsr_fmu_
                                    .stop_time = opt->stop_time,
                                    .step_size = opt->step_size,
                                    .sources = &sources};
-        if (!there)
+        if (!there && !made->arena.failed)
             status = mbsri_fail_plain(error, MBSR_ERR_UNAVAILABLE,
                                       "mbsr_fmu_export: the library was built without the sources "
                                       "of FMUs");
-        else if (mbsri_list_variables(back, &built, &variables) && d.identifier)
+        else if (there && mbsri_list_variables(back, &built, &variables) && d.identifier)
             status = zip_parts(made, &d, opt, bytes, size, error);
         else
             status = mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "mbsr_fmu_export: no memory");

@@ -301,16 +301,22 @@ const unsigned char *mbsri_plan_write(mbsri_unit_plan *plan, size_t *size)
     return s.failed ? NULL : s.data;
 }
 
-int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t size,
-                    mbsr_error *error)
+static int no_memory(mbsr_error *error)
+{
+    return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for it");
+}
+
+int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t size, mbsr_error *error)
 {
     mbsri_stream s = mbsri_stream_read(&plan->arena, data, size);
     const char *name, *version;
     int crc = 0;
     mbsri_pass_text(&s, &name);
+    if (plan->arena.failed) return no_memory(error);
     if (s.failed || strcmp(name, magic) != 0)
         return mbsri_fail_plain(error, MBSR_ERR_FILE, "it is no model of an FMU of mbsrank");
     mbsri_pass_text(&s, &version);
+    if (plan->arena.failed) return no_memory(error);
     if (strcmp(version, mbsr_version()) != 0)
         return mbsri_fail_plain(error, MBSR_ERR_FILE,
                                 "it is of version '%.40s' of mbsrank, not of %s", version,
@@ -318,7 +324,7 @@ int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t siz
     pass_plan(&s, plan);
     const size_t end = s.at;
     mbsri_pass_int(&s, &crc);
-    if (plan->arena.failed) return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for it");
+    if (plan->arena.failed) return no_memory(error);
     if (s.failed || s.at != size || crc != (int)(mbsri_crc32(data, end) >> 1) || !is_whole(plan))
         return mbsri_fail_plain(error, MBSR_ERR_FILE, "it is damaged, near byte %zu of %zu", s.at,
                                 size);

@@ -80,7 +80,8 @@ typedef struct layout {
 static void doubles(layout *l, double **at, size_t count)
 {
     *at = l->doubles ? l->doubles + l->used : NULL;
-    l->used += count;
+    l->used += count + MBSRI_FENCE / sizeof(double);
+    if (*at) mbsri_fence(*at + count, MBSRI_FENCE, false);
 }
 
 static void ints(layout *l, int **at, size_t count)

@@ -1,5 +1,6 @@
 /* Shapes of files that touch: what is added, what never touches, what stands.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "scarce.h"
 #include "shapes.h"
 
 #include <mbsrank/files.h>
@@ -411,13 +412,48 @@ static void refusals(void **unused)
     mbsr_file_destroy(file);
 }
 
+/* ---- memory ---- */
+
+static int touches(void *user)
+{
+    const mbsr_file *file = user;
+    mbsr_contacts *contacts;
+    mbsr_contacts_of_file told;
+    mbsr_force_def def;
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    int status = mbsr_contacts_create(&contacts, NULL);
+    if (!status) status = mbsr_contacts_add_file(contacts, file, file->model, 0.0, &told, NULL);
+    if (!status) status = mbsr_contacts_force(contacts, 0, &def, NULL);
+    if (!status) status = mbsr_model_copy(file->model, &m, NULL);
+    if (!status) status = mbsr_model_add_force(m, &def, NULL);
+    if (!status) status = mbsr_model_finish(m);
+    if (!status) status = mbsr_data_create(m, &d, NULL);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    mbsr_contacts_destroy(contacts);
+    return status;
+}
+
+static void each_allocation_fails(void **unused)
+{
+    (void)unused;
+    mbsr_file *file = read(stands);
+    const long count = test_scarce_each(touches, file, MBSR_ERR_NO_MEMORY, 1);
+    if (count == -2)
+        fail_msg("allocation %ld: %ld are left", test_memory.fail_at, test_memory.live);
+    assert_true(count == -1 || count > 20);
+    mbsr_file_destroy(file);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quadruped),         cmocka_unit_test(groups),
-        cmocka_unit_test(between),           cmocka_unit_test(fingers),
-        cmocka_unit_test(rolling_between),   cmocka_unit_test(refusals),
-        cmocka_unit_test(mesh_hulls),        cmocka_unit_test(hulls_are_small),
-        cmocka_unit_test(pairs_and_margins), cmocka_unit_test(sliding_down)};
+        cmocka_unit_test(quadruped),       cmocka_unit_test(each_allocation_fails),
+        cmocka_unit_test(groups),          cmocka_unit_test(between),
+        cmocka_unit_test(fingers),         cmocka_unit_test(rolling_between),
+        cmocka_unit_test(refusals),        cmocka_unit_test(mesh_hulls),
+        cmocka_unit_test(hulls_are_small), cmocka_unit_test(pairs_and_margins),
+        cmocka_unit_test(sliding_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,10 +2,14 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "damage.h"
+#include "duration.h"
 #include "fuzz_files.h"
+#include "scarce.h"
+
+#include <mbsrank/files.h>
+#include <mbsrank/mbsrank.h>
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = 1 << 16 };
@@ -44,10 +48,137 @@ static void damaged_files_are_read_or_refused(void **state)
     free(bytes);
 }
 
+/* ---- every attribute and text ---- */
+
+static const char *const all[] = {"tests/fuzz/corpus/small.urdf",  "tests/fuzz/corpus/small.xml",
+                                  "tests/fuzz/corpus/small.sdf",   "examples/models/arm.urdf",
+                                  "examples/models/marbles.xml",   "examples/models/gripper.xml",
+                                  "examples/models/quadruped.xml", "examples/models/suspension.xml",
+                                  "examples/models/wiper.sdf"};
+
+enum { FILES = sizeof all / sizeof *all };
+
+/* The text with [from, to) replaced by a word, read. */
+static void read_with(const uint8_t *good, size_t size, size_t from, size_t to, const char *word,
+                      uint8_t *bytes)
+{
+    const size_t length = strlen(word);
+    memcpy(bytes, good, from);
+    memcpy(bytes + from, word, length);
+    memcpy(bytes + from + length, good + to, size - to);
+    assert_int_equal(LLVMFuzzerTestOneInput(bytes, size - (to - from) + length), 0);
+}
+
+/* What stands between quotes, or between > and <, one after the other, becomes something else. */
+static void each_value_becomes_another(void **state)
+{
+    static const char *const words[] = {
+        "", "x", "nan", "-1", "0", "1 2 3 4 5 6 7 8 9 10 11 12", "1e300", "2"};
+    enum { WORDS = sizeof words / sizeof *words };
+    (void)state;
+    const int every = test_long() ? 1 : 3;
+    uint8_t *good = malloc(MOST), *bytes = malloc(MOST);
+    int turn = 0;
+    for (int file = 0; file < FILES; ++file) {
+        const size_t size = read_corpus(all[file], good);
+        for (size_t k = 0; k < size; ++k) {
+            const uint8_t end = good[k] == '>' ? '<' : good[k];
+            if (end != '"' && end != '\'' && end != '<') continue;
+            const uint8_t *to = memchr(good + k + 1, end, size - k - 1);
+            if (!to) break;
+            const size_t last = (size_t)(to - good);
+            for (int l = 0; l < WORDS; ++l)
+                if (turn++ % every == 0) read_with(good, size, k + 1, last, words[l], bytes);
+            k = end == '<' ? last - 1 : last;
+        }
+    }
+    free(good);
+    free(bytes);
+}
+
+/* Each element and attribute, by its name, is one that nobody knows. */
+static void each_name_is_unknown(void **state)
+{
+    (void)state;
+    const int every = test_long() ? 1 : 3;
+    uint8_t *good = malloc(MOST), *bytes = malloc(MOST);
+    int turn = 0;
+    for (int file = 0; file < FILES; ++file) {
+        const size_t size = read_corpus(all[file], good);
+        for (size_t k = 1; k < size; ++k) {
+            if (good[k] != '=' || turn++ % every != 0) continue;
+            size_t from = k;
+            while (from > 0 && !strchr(" \t\n<", good[from - 1])) --from;
+            read_with(good, size, from, k, "unknown", bytes);
+        }
+    }
+    free(good);
+    free(bytes);
+}
+
+/* ---- memory ---- */
+
+typedef struct reading {
+    const char *text, *name;
+    size_t size;
+} reading;
+
+static int part_of(void *user, const char *path, const char **text, size_t *size)
+{
+    static const char part[] =
+        "<mujoco><worldbody><body name='o'><joint/></body></worldbody></mujoco>";
+    (void)user;
+    (void)path;
+    *text = part;
+    *size = strlen(part);
+    return 0;
+}
+
+static int reads(void *user)
+{
+    const reading *r = user;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_file *file;
+    mbsr_written *written = NULL;
+    mbsr_error error;
+    opt.load = part_of;
+    opt.limits = opt.friction = 1;
+    opt.stop_stiffness = 10.0;
+    opt.slip = 1e-3;
+    int status = mbsr_file_read(r->text, r->size, r->name, &opt, &file, &error);
+    if (!status) status = mbsr_model_finish(file->model);
+    if (!status) status = mbsr_file_write_mjcf(file->model, file, NULL, &written, &error);
+    mbsr_written_destroy(written);
+    mbsr_file_destroy(file);
+    return status;
+}
+
+/* Each allocation of a file that is read fails in turn, those of the XML parser, too. */
+static void each_allocation_fails(void **state)
+{
+    (void)state;
+    uint8_t *good = malloc(MOST);
+    for (int file = 0; file < FILES; ++file) {
+        const reading r = {
+            .text = (const char *)good, .name = all[file], .size = read_corpus(all[file], good)};
+        if (reads((void *)&r) != MBSR_OK) continue; /* what the corpus has that is refused */
+        const long count =
+            test_scarce_each(reads, (void *)&r, MBSR_ERR_NO_MEMORY, test_long() ? 1 : 5);
+        if (count == -2)
+            fail_msg("%s: allocation %ld: %ld are left", all[file], test_memory.fail_at,
+                     test_memory.live);
+        assert_true(count == -1 || count > 20);
+    }
+    free(good);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(damaged_files_are_read_or_refused),
+        cmocka_unit_test(each_value_becomes_another),
+        cmocka_unit_test(each_name_is_unknown),
+        cmocka_unit_test(each_allocation_fails),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,8 @@
 /* Nothing of fmu returns MBSR_OK with a number that is not finite; wrong calls are refused.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
+#include "scarce.h"
+#include "units.h"
 
 #include <mbsrank/fmu.h>
 
@@ -47,8 +49,36 @@ static void nothing_comes_of_null(void **state)
         if (calls[k].comes()) fail_msg("%s", calls[k].name);
 }
 
+/* ---- memory ---- */
+
+static int exports(void *user)
+{
+    unit_model *m = user;
+    mbsr_fmu *fmu = NULL;
+    const int status = mbsr_fmu_export(m->s.model, NULL, &fmu, NULL);
+    mbsr_fmu_destroy(fmu);
+    return status;
+}
+
+static void each_allocation_of_an_export_fails(void **state)
+{
+    static void (*const make[])(unit_model * m) = {make_linkage, make_beam, make_flyer};
+    (void)state;
+    for (int k = 0; k < 3; ++k) {
+        unit_model m;
+        make[k](&m);
+        assert_int_equal(mbsr_model_finish(m.s.model), MBSR_OK);
+        const long count = test_scarce_each(exports, &m, MBSR_ERR_NO_MEMORY, 1);
+        if (count == -2)
+            fail_msg("allocation %ld: %ld are left", test_memory.fail_at, test_memory.live);
+        assert_true(count == -1 || count > 5);
+        free_model(&m);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_comes_of_null)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_comes_of_null),
+                                       cmocka_unit_test(each_allocation_of_an_export_fails)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,18 +1,22 @@
 /* Whatever a caller builds and asks for, with numbers of any kind: every call ends with a status, a
  * refusal has a text, and what is MBSR_OK is finite. The bytes say which bodies, joints, elements,
- * closures and amendments there are, with which numbers. For libFuzzer (option MBSR_FUZZ);
- * tests/unit/assembly/test_any_bytes.c calls it, too.
+ * closures and amendments there are, with which numbers, and in which order calls follow. For
+ * libFuzzer (option MBSR_FUZZ); tests/unit/assembly/test_any_bytes.c calls it, too.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_model.h"
 
+#include <mbsrank/batch.h>
+#include <mbsrank/completion.h>
 #include <mbsrank/derivatives.h>
 #include <mbsrank/flex.h>
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/stepper.h>
 
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { MOST_BODIES = 10, MOST_PARTS = 8, MOST_NUMBERS = 200 };
 
@@ -346,6 +350,161 @@ static void ask(input *in, mbsr_data *d)
         require(answered(MBSR_OK, size, yp));
 }
 
+/* ---- calls in any order ---- */
+
+typedef struct objects {
+    mbsr_data *d;
+    mbsr_batch *batch;
+    mbsr_stepper *stepper;
+    mbsr_completion *completion;
+    mbsr_newton *newton;
+    int nq, nu, size;
+    double q[2 * MOST_NUMBERS], u[2 * MOST_NUMBERS], y[3 * MOST_NUMBERS], yp[3 * MOST_NUMBERS];
+    double x[8 * MOST_NUMBERS]; /* for results */
+} objects;
+
+/* A status of the library, with a text. Callbacks of these models return none of their own. */
+static void said(int status, const mbsr_error *error)
+{
+    require(status == MBSR_OK || strcmp(mbsr_status_name(status), mbsr_status_name(-9)) != 0);
+    require(status == MBSR_OK || !error || error->text[0] != '\0');
+}
+
+static int stage(input *in, objects *o)
+{
+    const mbsr_model *m = in->m;
+    double *x = o->x;
+    switch (below(in, 12)) {
+    case 0: return mbsr_stage_positions(m, o->d, 0.1, o->q);
+    case 1: return mbsr_stage_velocities(m, o->d, o->u);
+    case 2: return mbsr_stage_forces(m, o->d, NULL);
+    case 3: return mbsr_stage_backward(m, o->d);
+    case 4: return mbsr_stage_forward(m, o->d, x, x + o->nu);
+    case 5: return mbsr_stage_accelerations(m, o->d, o->u);
+    case 6: return mbsr_coordinate_rates(m, o->d, x);
+    case 7: return mbsr_momenta(m, o->d, x);
+    case 8: return mbsr_energy(m, o->d, x, x + 1);
+    case 9: return mbsr_dissipation(m, o->d, x);
+    case 10: return mbsr_rank_watch(m, o->d, below(in, 2));
+    default: return mbsr_closures_lambda(m, o->d, x);
+    }
+}
+
+static int look(input *in, objects *o)
+{
+    const mbsr_model *m = in->m;
+    const int body = some_body(in), part = below(in, 10) - 1;
+    double *x = o->x;
+    switch (below(in, 10)) {
+    case 0: return mbsr_body_pose(m, o->d, body, x);
+    case 1: return mbsr_body_twist(m, o->d, body, x);
+    case 2: return mbsr_body_acceleration(m, o->d, body, x);
+    case 3: return mbsr_joint_reaction(m, o->d, body, x);
+    case 4: return mbsr_body_energy(m, o->d, body, x);
+    case 5: return mbsr_force_power(m, o->d, part, x, x + 1);
+    case 6: return mbsr_force_switch(m, o->d, part, below(in, 2));
+    case 7: return mbsr_closure_reaction(m, o->d, part, below(in, 4) - 1, x, x + 20);
+    case 8: return mbsr_closure_point(m, o->d, part, x);
+    default: return mbsr_closures_gap(m, o->d, x);
+    }
+}
+
+static int whole(input *in, objects *o)
+{
+    const mbsr_model *m = in->m;
+    double *x = o->x;
+    switch (below(in, 8)) {
+    case 0: return mbsr_forward_dynamics(m, o->d, 0.1, o->q, o->u, o->u, x);
+    case 1: return mbsr_inverse_dynamics(m, o->d, 0.1, o->q, o->u, o->u, NULL, x);
+    case 2: return mbsr_bias_forces(m, o->d, 0.1, o->q, o->u, x);
+    case 3: return mbsr_dae_unpack(m, o->d, MBSR_DAE_MOMENTUM, 0.1, o->y, x, x + o->nq);
+    case 4: return mbsr_dae_residual(m, o->d, MBSR_DAE_MOMENTUM, 0.1, o->y, o->yp, x);
+    case 5: return mbsr_dae_id(m, o->d, MBSR_DAE_MOMENTUM, x);
+    case 6: return mbsr_normalise(m, o->d, o->q);
+    default: return mbsr_dae_pack(m, o->d, MBSR_DAE_MOMENTUM, 0.1, o->q, o->u, o->y);
+    }
+}
+
+static int batch(input *in, objects *o)
+{
+    int status[2];
+    if (!o->batch) return mbsr_batch_create(in->m, &o->batch, NULL);
+    for (int k = 0; k < o->nq; ++k) o->q[o->nq + k] = o->q[k];
+    for (int k = 0; k < o->nu; ++k) o->u[o->nu + k] = 0.5 * o->u[k];
+    if (below(in, 2))
+        return mbsr_batch_forward_dynamics(in->m, o->batch, 0.1, below(in, 3), o->q, o->u, NULL,
+                                           o->x, status);
+    return mbsr_batch_inverse_dynamics(in->m, o->batch, 0.1, below(in, 3), o->q, o->u, o->u, o->x,
+                                       NULL);
+}
+
+static int steps(input *in, objects *o)
+{
+    double t;
+    if (!o->stepper) return mbsr_stepper_create(in->m, o->d, NULL, &o->stepper, NULL);
+    switch (below(in, 6)) {
+    case 0:
+    case 1: return mbsr_stepper_step(o->stepper);
+    case 2: return mbsr_stepper_to(o->stepper, number(in));
+    case 3: return mbsr_stepper_motion(o->stepper, &t, o->q, o->u);
+    case 4: return mbsr_stepper_resume(o->stepper, 0.1, o->y, o->yp);
+    default: return mbsr_stepper_start(o->stepper, 0.1, o->q, o->u);
+    }
+}
+
+static int completes(input *in, objects *o)
+{
+    if (!o->completion) return mbsr_completion_create(in->m, NULL, &o->completion, NULL);
+    switch (below(in, 3)) {
+    case 0: return mbsr_completion_solve(o->completion, o->d, MBSR_DAE_MOMENTUM, 0.1, o->y, o->yp);
+    case 1: return mbsr_completion_motion(o->completion, o->d, o->q, o->u, NULL, NULL);
+    default:
+        return mbsr_completion_dynamics(o->completion, o->d, 0.1, o->q, o->u, NULL, o->x,
+                                        o->x + o->nu);
+    }
+}
+
+static int newton(input *in, objects *o)
+{
+    if (!o->newton) {
+        mbsr_newton_opt opt = mbsr_default_newton_opt();
+        opt.lean = below(in, 2);
+        opt.products = below(in, 2);
+        return mbsr_newton_create(in->m, MBSR_DAE_MOMENTUM, &opt, &o->newton, NULL);
+    }
+    switch (below(in, 5)) {
+    case 0: return mbsr_newton_factor(o->newton, o->d, 0.1, o->y, o->yp, 100.0);
+    case 1: return mbsr_newton_solve(o->newton, o->y, o->x);
+    case 2: return mbsr_newton_solve_transposed(o->newton, o->y, o->x);
+    case 3: return mbsr_newton_linearise(o->newton, o->d, 0.1, o->y, o->yp, 100.0);
+    default: return mbsr_newton_multiply(o->newton, o->y, o->x);
+    }
+}
+
+static void any_order(input *in, mbsr_data *d)
+{
+    objects o = {.d = d, .nq = mbsr_model_nq(in->m), .nu = mbsr_model_nu(in->m)};
+    o.size = mbsr_dae_size(in->m, MBSR_DAE_MOMENTUM);
+    if (o.nq > MOST_NUMBERS || o.size > 3 * MOST_NUMBERS) return;
+    for (int calls = 0; calls < 40 && in->left > 0; ++calls) {
+        switch (below(in, 10)) {
+        case 0: numbers(in, o.nq, o.q); break;
+        case 1: numbers(in, o.nu, o.u); break;
+        case 2: said(batch(in, &o), mbsr_batch_error(o.batch)); break;
+        case 3: said(steps(in, &o), mbsr_stepper_error(o.stepper)); break;
+        case 4: said(completes(in, &o), mbsr_completion_error(o.completion)); break;
+        case 5: said(newton(in, &o), mbsr_newton_error(o.newton)); break;
+        case 6: said(whole(in, &o), mbsr_data_error(d)); break;
+        case 7: said(look(in, &o), mbsr_data_error(d)); break;
+        default: said(stage(in, &o), mbsr_data_error(d)); break;
+        }
+    }
+    mbsr_batch_destroy(o.batch);
+    mbsr_stepper_destroy(o.stepper);
+    mbsr_completion_destroy(o.completion);
+    mbsr_newton_destroy(o.newton);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
     input in = {.bytes = bytes, .left = size};
@@ -358,7 +517,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     build(&in);
     if (taken(mbsr_model_finish(in.m), mbsr_model_error(in.m)) &&
         mbsr_data_create(in.m, &d, NULL) == MBSR_OK) {
-        ask(&in, d);
+        if (below(&in, 2))
+            ask(&in, d);
+        else
+            any_order(&in, d);
         mbsr_data_destroy(d);
     }
     mbsr_model_destroy(in.m);

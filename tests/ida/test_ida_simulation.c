@@ -1,9 +1,12 @@
 /* Model, data and driver in one hand.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "counting.h"
 #include "expect.h"
 
 #include <mbsrank/simulation.h>
 #include <mbsrank/driver.h>
+#include <mbsrank/parameters.h>
+#include <mbsrank/sensitivity.h>
 
 static const double AXIS[3] = {0.0, 1.0, 0.0}, TIP[3] = {0.0, 0.0, -1.0};
 
@@ -444,6 +447,95 @@ static void held_forces_change_between_samples(void **state)
     mbsr_simulation_end(&s);
 }
 
+/* ---- memory ---- */
+
+/* Three links, the second without mass or the end held to a circle; a spring that is stiff. */
+typedef struct linkage {
+    int massless, closed, stiff;
+} linkage;
+
+static int build(mbsr_simulation *s, const linkage *l, test_counting *counting)
+{
+    static const double end[3] = {1.0, 0.0, 0.0}, there[3] = {1.0, 1.0, 0.0}, com[2] = {0.5, 0.0};
+    mbsr_model_def def = mbsr_default_model_def();
+    int body = MBSR_GROUND;
+    def.allocator = test_counting_allocator(counting);
+    *s = mbsr_simulation_begin(&def);
+    for (int k = 0; k < 3; ++k) {
+        const mbsr_planar_frame at = {k > 0 ? 1.0 : 0.0, 0.0, 0.0}, origin = {0.0, 0.0, 0.0};
+        body = mbsr_simulation_add_body(s, NULL, body, mbsr_joint_planar_revolute(at, origin),
+                                        k == 1 && l->massless ? mbsr_inertia_zero()
+                                                              : mbsr_inertia_planar(1, com, 0.1));
+    }
+    mbsr_simulation_add_force(s, mbsr_force_gravity(0.0, -9.81, 0.0));
+    mbsr_simulation_add_force(s, mbsr_force_joint_spring(1, 0, 10.0, 1.0, 0.0));
+    if (l->stiff) {
+        mbsr_force_def spring = mbsr_force_joint_spring(2, 0, 1e7, 0.0, 0.0);
+        spring.as_closure = MBSR_SPRING_SETTLED;
+        mbsr_simulation_add_force(s, spring);
+    }
+    if (l->closed)
+        mbsr_simulation_add_closure(s, mbsr_closure_distance(2, end, MBSR_GROUND, there, 1.0));
+    return s->status;
+}
+
+static int runs(const linkage *l, test_counting *counting)
+{
+    double lambda[8];
+    mbsr_simulation s;
+    if (!build(&s, l, counting)) mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    if (!s.status) mbsr_simulation_to(&s, 0.02);
+    const int status = s.status ? s.status : mbsr_simulation_reactions(&s, lambda);
+    mbsr_simulation_end(&s);
+    return status;
+}
+
+static int differentiates(const linkage *l, test_counting *counting)
+{
+    static const int which = 0;
+    static const double time = 0.02, w[3] = {1.0, 0.5, 0.2};
+    double q[3], u[3], by;
+    mbsr_simulation s;
+    mbsr_parameters *list = NULL;
+    mbsr_sensitivity *sensitivity = NULL;
+    mbsr_sensitivity_opt opt = mbsr_default_sensitivity_opt();
+    int status = build(&s, l, counting);
+    if (!status) status = mbsr_model_finish(s.model);
+    if (!status) status = mbsr_parameters_create(s.model, &list, NULL);
+    opt.list = list;
+    opt.parameters = 1;
+    opt.which = &which;
+    if (!status) status = mbsr_sensitivity_create(s.model, &opt, &sensitivity, NULL);
+    if (!status) status = mbsr_sensitivity_run(sensitivity, 0.0, NULL, NULL, 1, &time, q, u);
+    if (!status) status = mbsr_sensitivity_forward(sensitivity, q, u);
+    if (!status) status = mbsr_sensitivity_adjoint(sensitivity, w, NULL, &by);
+    mbsr_sensitivity_destroy(sensitivity);
+    mbsr_parameters_destroy(list);
+    mbsr_simulation_end(&s);
+    return status;
+}
+
+/* Each allocation of a run fails in turn, and of its derivatives: it is said, nothing is lost. */
+static void each_allocation_fails(void **state)
+{
+    static int (*const act[])(const linkage *l, test_counting *counting) = {runs, differentiates};
+    static const linkage all[] = {{0, 1, 0}, {1, 0, 0}, {1, 1, 1}};
+    (void)state;
+    for (int k = 0; k < 6; ++k) {
+        test_counting counting = {0};
+        assert_int_equal(act[k % 2](all + k / 2, &counting), MBSR_OK);
+        const long count = counting.calls;
+        assert_in_range(count, 50, 2000);
+        for (long at = 1; at <= count; ++at) {
+            counting = (test_counting){.fail_at = at};
+            const int status = act[k % 2](all + k / 2, &counting);
+            if (status != MBSR_ERR_NO_MEMORY || counting.live != 0)
+                fail_msg("%d: allocation %ld of %ld: %s, %ld are left", k, at, count,
+                         mbsr_status_name(status), counting.live);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -457,6 +549,7 @@ int main(void)
         cmocka_unit_test(zero_stands_for_no_coordinates),
         cmocka_unit_test(a_crank_turns_as_told),
         cmocka_unit_test(the_first_failure_stays),
+        cmocka_unit_test(each_allocation_fails),
         cmocka_unit_test(momenta_have_the_masses_of_their_joints),
         cmocka_unit_test(events_pass_and_failures_keep_the_last_state),
         cmocka_unit_test(runs_go_on_from_the_last_good_state),

@@ -331,10 +331,37 @@ static void preloads_of_random_models(void **state)
     }
 }
 
+/* Where the hinge of a pendulum is that a rod without mass holds as drawn: places of joints in
+ * loops have no products, their columns are differences. */
+static void place_of_a_hinge(void **state)
+{
+    static const double end[3] = {1.0, 0.0, 0.0}, hook[3] = {0.3, 0.0, 2.0};
+    (void)state;
+    mbsr_model *m = empty();
+    add_body(m, MBSR_GROUND, "pendulum", mbsr_joint_revolute(NULL, NULL, y_axis),
+             mbsr_inertia_point_mass(2.0, end));
+    add_force(m, mbsr_force_gravity(0, 0, -10.0));
+    mbsr_closure_def rod = mbsr_closure_distance(0, end, MBSR_GROUND, hook, 1.7);
+    rod.name = "rod";
+    assert_ok(mbsr_model_add_closure(m, &rod, NULL), mbsr_model_error(m));
+    mbsr_parameters *list = list_of(m);
+    const int which = named(list, "bodies.pendulum.joint_position[1]");
+    const double q = -0.4, below = 2.0 + sin(q);
+    double rest, value;
+    mbsr_trim_opt opt = mbsr_default_trim_opt();
+    mbsr_error error;
+    opt.held = -1;
+    assert_ok(mbsr_trim(list, 0.0, &q, 1, &which, &opt, &rest, &value, NULL, &error), &error);
+    assert_true(rest == q);
+    assert_close(value, hook[0] - cos(q) + sqrt(1.7 * 1.7 - below * below), 1e-9);
+    mbsr_parameters_destroy(list);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(references_of_servos),
+        cmocka_unit_test(place_of_a_hinge),
         cmocka_unit_test(how_a_rest_grows),
         cmocka_unit_test(what_nothing_determines_is_named),
         cmocka_unit_test(a_spring_and_a_loop),

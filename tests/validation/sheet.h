@@ -5,7 +5,7 @@
 
 #include <mbsrank/simulation.h>
 
-enum { SHEET_ROWS = 200 };
+enum { SHEET_ROWS = 400 };
 
 typedef struct sheet_row {
     const char *problem, *source; /* of the first row of a problem, else NULL */
@@ -35,7 +35,9 @@ void sheet_ivp(sheet *s);
 void sheet_bicycle(sheet *s);
 void sheet_linkages(sheet *s);
 void sheet_bodies(sheet *s);
+void sheet_adams(sheet *s);
 void sheet_modelica(sheet *s);
+void sheet_modelica_more(sheet *s);
 void sheet_exudyn(sheet *s);
 void sheet_flight(sheet *s);
 

@@ -82,7 +82,9 @@ int main(int count, char **argument)
     sheet_ivp(&s);
     sheet_linkages(&s);
     sheet_bodies(&s);
+    sheet_adams(&s);
     sheet_modelica(&s);
+    sheet_modelica_more(&s);
     sheet_exudyn(&s);
     sheet_flight(&s);
     sheet_bicycle(&s);

@@ -219,15 +219,6 @@ static bool place_all(mbsr_newton *w)
     return true;
 }
 
-/* The next `count` records of that size of a block, which begin at lines of the cache. */
-static void *records(void *memory, size_t *used, size_t count, size_t size)
-{
-    const size_t line = MBSR_DATA_ALIGNMENT;
-    void *place = memory ? (unsigned char *)memory + *used : NULL;
-    *used += (count * size + line - 1) / line * line;
-    return place;
-}
-
 static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
 {
     mbsri_carried *v = &w->carried;
@@ -236,19 +227,19 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
                  fronts = bodies + closures;
     for (int k = 0; k < closures_of(w); ++k)
         ends += (size_t)bodies_of(mbsri_closure_at(w->model, (size_t)k));
-    v->loop = records(memory, &used, closures, sizeof *v->loop);
-    v->end = records(memory, &used, ends, sizeof *v->end);
-    v->first_end = records(memory, &used, bodies, sizeof(int));
-    v->first_closing = records(memory, &used, bodies, sizeof(int));
-    v->last_closing = records(memory, &used, bodies, sizeof(int));
-    v->served = records(memory, &used, bodies, sizeof(bool));
-    v->used = records(memory, &used, fronts, sizeof(int));
-    v->multiplier = records(memory, &used, (size_t)(w->model->rows + w->model->position_rows),
-                            sizeof *v->multiplier);
-    v->pool = records(memory, &used, fronts, sizeof *v->pool);
-    v->lane_pool = records(memory, &used, fronts, sizeof *v->lane_pool);
-    v->front = records(memory, &used, fronts, sizeof *v->front);
-    *scratch = records(memory, &used, 2 * fronts, sizeof(int));
+    v->loop = mbsri_take_bytes(memory, &used, closures * sizeof *v->loop);
+    v->end = mbsri_take_bytes(memory, &used, ends * sizeof *v->end);
+    v->first_end = mbsri_take_bytes(memory, &used, bodies * sizeof(int));
+    v->first_closing = mbsri_take_bytes(memory, &used, bodies * sizeof(int));
+    v->last_closing = mbsri_take_bytes(memory, &used, bodies * sizeof(int));
+    v->served = mbsri_take_bytes(memory, &used, bodies * sizeof(bool));
+    v->used = mbsri_take_bytes(memory, &used, fronts * sizeof(int));
+    const size_t rows = (size_t)(w->model->rows + w->model->position_rows);
+    v->multiplier = mbsri_take_bytes(memory, &used, rows * sizeof *v->multiplier);
+    v->pool = mbsri_take_bytes(memory, &used, fronts * sizeof *v->pool);
+    v->lane_pool = mbsri_take_bytes(memory, &used, fronts * sizeof *v->lane_pool);
+    v->front = mbsri_take_bytes(memory, &used, fronts * sizeof *v->front);
+    *scratch = mbsri_take_bytes(memory, &used, 2 * fronts * sizeof(int));
     return used;
 }
 

@@ -229,10 +229,54 @@ static void wrong_drives_are_refused(void **state)
     mbsr_table_destroy(two);
 }
 
+/* ---- branches ---- */
+
+/* In the play a gear has no branch; beyond it one for each side, and others where the damper would
+ * pull or push more than the spring. */
+static void branches_of_a_gear(void **state)
+{
+    static const struct {
+        double e, rate, side;
+    } at[] = {{0.0, 1.0, 0.0},  {0.05, 5.0, 0.0},  {0.2, 0.0, 1.0},    {-0.2, 0.0, -1.0},
+              {0.2, 20.0, 2.0}, {0.2, -20.0, 3.0}, {-0.2, -20.0, -2.0}};
+    const mbsr_gear gear = {.ratio = 2.0, .stiffness = 10.0, .damping = 0.1, .backlash = 0.2};
+    mbsr_gear rigid = gear;
+    rigid.backlash = 0.0;
+    (void)state;
+    for (size_t k = 0; k < sizeof at / sizeof *at; ++k) {
+        const double q[2] = {at[k].e + 2.0 * 0.3, 0.3}, u[2] = {at[k].rate + 2.0 * 0.4, 0.4};
+        const mbsr_force_body body[2] = {{.id = 0, .n = 1, .nq = 1, .q = q, .u = u},
+                                         {.id = 1, .n = 1, .nq = 1, .q = q + 1, .u = u + 1}};
+        for (int l = 0; l < 2; ++l) {
+            const mbsr_force_def def = mbsr_force_gear(0, 0, 1, 0, l ? &rigid : &gear);
+            const mbsr_force_args args = {.force = &def, .bodies = 2, .body = body};
+            assert_true(def.table->side(&args) == (l ? 0.0 : at[k].side));
+        }
+    }
+}
+
+/* A characteristic changes where its table has a corner: the next one is its branch, zero behind
+ * the last. */
+static void branches_of_a_characteristic(void **state)
+{
+    (void)state;
+    mbsr_table *straight = make(MBSR_TABLE_LINEAR, 1);
+    const mbsr_force_def def = mbsr_force_joint_curve(0, 0, straight);
+    for (int k = 0; k < 2; ++k) {
+        const double u = k == 0 ? 0.5 : 2.0;
+        const mbsr_force_body body = {.id = 0, .n = 1, .nq = 1, .u = &u};
+        const mbsr_force_args args = {.force = &def, .bodies = 1, .body = &body};
+        assert_true(def.table->side(&args) == (k == 0 ? 1.0 : 0.0));
+    }
+    mbsr_table_destroy(straight);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(servos_follow_references),
+        cmocka_unit_test(branches_of_a_gear),
+        cmocka_unit_test(branches_of_a_characteristic),
         cmocka_unit_test(characteristics_go_with_speed),
         cmocka_unit_test(gears_tie_two_coordinates),
         cmocka_unit_test(gears_balance_power),
