@@ -144,6 +144,56 @@ const chain = `<mujoco><worldbody>${link(link(link("")))}</worldbody></mujoco>`;
     many.close();
 }
 
+// ---- what moves in the page that runs (src/program/viewer/runner.js) ----
+
+{
+    const { Runner, lengths } = await import(pathToFileURL(join(project, "src", "program", "viewer", "runner.js")));
+    const name = "quarter_car.xml", runner = new Runner(mb.read(text(name), { name })), home = runner.given.start();
+    const clock = performance.now;
+    let now = 0, tick = 0;
+    performance.now = () => (now += tick);
+    assert.throws(() => runner.advance(0.1, 1), "it has not begun");
+    runner.begin(home);
+    runner.advance(0.03, 1);
+    assert.equal(Math.round(240 * runner.state.t), 7);
+    runner.advance(0.3, 2);
+    assert.equal(Math.round(240 * runner.state.t), 31, "no more than 0.1 s is caught up with");
+    // a step that is refused: on from there by shorter ones, for good
+    const { t } = runner.state, refuse = () => (runner.stepper.step = () => { throw new Error("refused"); });
+    refuse();
+    runner.advance(0.03, 1);
+    assert.deepEqual([runner.length, runner.longest, runner.state.t], [0, 0, t]);
+    runner.advance(0.03, 1);
+    assert.equal(Math.round(480 * (runner.state.t - t)), 14);
+    refuse();
+    assert.throws(() => runner.advance(0.03, 1), /refused/);
+    runner.longest = lengths.length - 1;
+    // longer steps where they take too long, shorter ones after two seconds with time to spare, none longer while it is pulled
+    const keep = (ms, count, length) => {
+        tick = ms;
+        for (let k = 0; k < 10 * count; ++k) runner.advance(0.051, 1);
+        assert.equal(runner.length, length);
+    };
+    runner.begin(home);
+    while (!runner.advance(0.051, 1)); // half a second is over
+    keep(40, 2, 2);
+    keep(0.01, 3, 2);
+    keep(0.01, 1, 1);
+    keep(0.01, 8, 1);
+    keep(40, 1, 2);
+    runner.grab({ body: 2, point: [0, 0, 0], at: [0, 0, 1], stiffness: 1e4, damping: 100 });
+    keep(40, 4, 2);
+    runner.drag([0, 0, 1.2]);
+    assert.deepEqual(runner.pull.at, [0, 0, 1.2]);
+    runner.grab();
+    assert.equal(runner.pull, undefined);
+    runner.exchange({ "bodies.wheel.mass": 0 }, runner.state, home);
+    assert.equal(runner.model.info.bodies[0].mass, 0);
+    assert.throws(() => runner.exchange({ "bodies.wheel.mass": -1 }, runner.state, home), /wheel/);
+    assert.ok(runner.state.t > 0, "a refused model leaves the one that runs");
+    performance.now = clock;
+}
+
 // ---- other files, and what is refused ----
 
 {

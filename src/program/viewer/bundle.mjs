@@ -12,7 +12,8 @@ const [out, ...rest] = process.argv.slice(2);
 const folder = rest[0] === "--sources" ? rest.splice(0, 2)[1] : null;
 const [library, ...examples] = rest;
 const result = await build({
-    entryPoints: [library ? "live.js" : "main.js"],
+    entryPoints: library ? ["live.js", "worker.js"] : ["main.js"],
+    outdir: ".",
     bundle: true,
     alias: library ? { mbsrank: resolve(library, "mbsrank.js") } : {},
     external: ["node:*"],
@@ -31,14 +32,15 @@ if (folder) {
     for (const name of names) taken.push(`node_modules/${name}/src`); // what the modules above are made of
     for (const name of taken) cpSync(name, name.replace("node_modules", folder), { recursive: true });
 }
-const script = result.outputFiles[0].text.replace(/<\/script/gi, "<\\/script").replace(/<!--/g, "<\\!--");
+const [script, worker] = result.outputFiles.map(({ text }) => text.replace(/<\/script/gi, "<\\/script").replace(/<!--/g, "<\\!--"));
 const page = readFileSync("page.html", "utf8");
 const parts = { style: readFileSync("style.css", "utf8"), script };
-// What stands in the page besides: the module as bytesOf reads it, and texts of models.
+// What stands in the page besides: the module as bytesOf reads it, the script of its thread, and texts of models.
 if (library) {
     const texts = Object.fromEntries(examples.map((path) => [basename(path), readFileSync(path, "utf8")]));
     const module = deflateSync(readFileSync(join(library, "mbsrank.wasm")), { level: 9 }).toString("base64");
     parts.script = `</script><script type="text/plain" id="module">z${module}</script>` +
+        `<script type="text/plain" id="worker">${worker}</script>` +
         `<script type="application/json" id="examples">${JSON.stringify(texts).replace(/</g, "\\u003c")}</script>` +
         `<script>${script}`;
 }

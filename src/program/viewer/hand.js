@@ -11,6 +11,7 @@ export class Hand {
         this.line.frustumCulled = this.line.visible = false;
         viewer.stage.scene.add(this.line);
         viewer.extras.hand = { group: this.line, move: () => this.#draw(), paint: () => {} };
+        simulation.lost = () => this.release();
         this.ended = new AbortController();
         const { signal } = this.ended, view = $("view");
         view.addEventListener("pointerdown", (event) => this.#down(event), { signal, capture: true });
@@ -30,7 +31,7 @@ export class Hand {
         if (body < 0) return;
         event.stopImmediatePropagation();
         this.viewer.pick(body);
-        if (!this.take(body, point)) return;
+        this.take(body, point);
         $("view").setPointerCapture(event.pointerId);
         if (!this.simulation.playing) this.simulation.play(true);
     }
@@ -41,10 +42,10 @@ export class Hand {
         const off = at.map((x, l) => x - map[m + 9 + l]);
         const own = [0, 1, 2].map((c) => off.reduce((sum, x, l) => sum + x * map[m + 3 * c + l], 0));
         this.plane.setFromNormalAndCoplanarPoint(stage.camera.getWorldDirection(new Vector3()), point);
-        this.held = this.simulation.grab({ body, point: own, at, ...this.#spring() }) ? { body, own } : null;
+        this.simulation.grab({ body, point: own, at, ...this.#spring() });
+        this.held = { body, own };
         this.target.copy(point);
-        this.line.visible = this.held !== null;
-        return this.held !== null;
+        this.line.visible = true;
     }
 
     drag(target) {

@@ -11,7 +11,7 @@ import { isSoftware } from "./stage.js";
 import { showReport } from "./tables.js";
 
 const kinds = /[.](urdf|xml|mjcf|sdf|xacro)$/i;
-let library, empty, running, texts;
+let library, module, worker, empty, running, texts; // worker: where its script is
 
 function trouble(text) {
     $("trouble").hidden = !text;
@@ -91,7 +91,11 @@ async function openFiles(files) {
 // ---- one model after the other ----
 
 async function open(text, name, files, options = {}) {
-    const model = library.read(text, { ...options, name, files });
+    const found = new Map(), model = library.read(text, { ...options, name, files: (path) => {
+        const content = files?.(path);
+        if (content !== undefined) found.set(path, content);
+        return content;
+    } });
     let data;
     try {
         data = await readData(model.page());
@@ -103,7 +107,9 @@ async function open(text, name, files, options = {}) {
     document.body.innerHTML = empty;
     let simulation;
     const viewer = await show(data, (now) => simulation?.frame(now), !isSoftware());
-    simulation = new Simulation(model, viewer);
+    const thread = new Worker(worker);
+    thread.postMessage({ name: "open", args: [module, text, { ...options, name, files: found }] });
+    simulation = new Simulation(model, viewer, thread);
     const hand = new Hand(viewer, simulation), parameters = new Parameters($("parameters"), model, simulation);
     running = { viewer, simulation, end: () => (hand.end(), simulation.end(), viewer.close()) };
     simulation.changed = () => {
@@ -150,13 +156,15 @@ function listen() {
 }
 
 async function start() {
-    const module = $("module").textContent, given = $("data"), aside = document.querySelector("aside");
+    const packed = $("module").textContent, given = $("data"), aside = document.querySelector("aside");
     aside.prepend(element("details", { open: true }, element("summary", { textContent: "Parameters" }),
                           element("div", { id: "parameters" })));
     texts = JSON.parse($("examples").textContent);
+    worker = URL.createObjectURL(new Blob([$("worker").textContent], { type: "text/javascript" }));
     for (const script of document.querySelectorAll("body > script")) script.remove();
     empty = document.body.innerHTML;
-    library = await load(bytesOf(module));
+    module = await WebAssembly.compile(await bytesOf(packed));
+    library = await load(module);
     listen();
     frameOfPage();
     const first = Object.keys(texts)[0];

@@ -59,7 +59,8 @@ export class Parameters {
         this.values.set(name, value);
         if (name.endsWith(".mass")) this.#scaleTensor(name.slice(0, -4), value / this.#given(name));
         try {
-            this.simulation.exchange(this.model.with(Object.fromEntries(this.values)));
+            const values = Object.fromEntries(this.values);
+            this.simulation.exchange(this.model.with(values), values);
         } catch (error) {
             this.simulation.fail(error.message);
             return false;
@@ -81,7 +82,7 @@ export class Parameters {
     reset() {
         if (this.values.size === 0) return;
         this.values.clear();
-        this.simulation.exchange(this.model.with({}));
+        this.simulation.exchange(this.model.with({}), {});
         this.#lines();
         this.measure();
     }

@@ -1,40 +1,46 @@
-// A model that moves in the page: steps of fixed size as time passes.
+// A model that runs in the page: a worker makes the steps (worker.js), and the page shows what it tells.
 // SPDX-License-Identifier: BSD-3-Clause
 import { $ } from "./dom.js";
 
-const lengths = [1 / 480, 1 / 240, 1 / 120, 1 / 60]; // of steps, s: longer ones where they take too long
-const most = 0.05; // of real time in a frame, s
+const late = 0.25; // time between frames beyond which it counts no more, s
 const few = 50, enough = 57; // frames a second below which fewer pixels are drawn, and above which more may be
 const blunt = 0.5; // least share of the screen's pixels along each axis
 
 export class Simulation {
-    constructor(model, viewer) {
-        Object.assign(this, { model, viewer, given: model, playing: false, length: 1, longest: lengths.length - 1, behind: 0, drawn: 0, calm: 0, patience: 1 });
-        this.changed = () => {};
-        this.poses = new Float64Array(12 * model.bodies);
-        const { q, u } = model.start();
-        this.home = { q, u };
+    // worker: with the model opened in it
+    constructor(model, viewer, worker) {
+        Object.assign(this, { model, viewer, worker, given: model, playing: false, asked: false, epoch: 0, drawn: 0, calm: 0, patience: 1 });
+        this.changed = this.lost = () => {};
+        this.home = this.state = { ...model.start(), t: 0 };
+        this.frames = { count: 0, whole: 0 };
+        worker.onmessage = ({ data }) => this.#receive(data);
+        worker.onerror = ({ message }) => this.fail(message);
         viewer.joints.moved = () => this.#byHand();
         this.reset();
     }
 
     get q() {
-        return this.stepper?.q ?? this.home.q;
+        return this.state.q;
     }
 
-    // Begins anew at a state, with a spring of the hand or without; false: there is no such motion, and says why.
-    begin({ q, u, t = 0 }, pull) {
-        try {
-            const stepper = this.model.stepper({ q, u, t, h: lengths[this.length], order: 2, pull });
-            this.stepper?.close();
-            this.stepper = stepper;
-            this.fail("");
-        } catch (error) {
-            this.fail(error.message);
-            return false;
-        }
-        this.show();
-        return true;
+    get t() {
+        return this.state.t;
+    }
+
+    #call(name, ...args) {
+        this.worker.postMessage({ name, args, epoch: this.epoch });
+    }
+
+    // Answers from before the state was set here tell nothing any more.
+    #receive({ name, epoch, trouble, rate, q, u, t, poses, pulled }) {
+        if (name === "advance") this.asked = false;
+        if (epoch !== this.epoch) return;
+        if (trouble !== undefined) this.fail(trouble);
+        if (rate) this.#tell(rate);
+        if (!poses) return;
+        this.state = { q, u, t };
+        if (this.pulled && !pulled) this.lost();
+        this.#show(poses);
     }
 
     fail(text) {
@@ -43,24 +49,23 @@ export class Simulation {
         if (text) this.play(false);
     }
 
-    get state() {
-        return this.stepper ? { q: this.stepper.q.slice(), u: this.stepper.u.slice(), t: this.stepper.t } : { ...this.home, t: 0 };
+    #begin(state) {
+        ++this.epoch;
+        this.state = state;
+        this.#call("begin", state);
     }
 
     reset() {
-        this.behind = 0;
-        this.begin(this.home);
+        this.#begin(this.home);
         this.changed();
     }
 
-    // Another model with the same coordinates; it is closed with this simulation.
-    exchange(model) {
-        const before = this.model, { state } = this;
+    // Another model with the same coordinates, made by these values of parameters; it is closed with this simulation.
+    exchange(model, values) {
+        const before = this.model;
         this.model = model;
-        this.behind = 0;
-        if (this.stepper) this.stepper.close();
-        this.stepper = undefined;
-        if (!this.begin(state)) this.begin(this.home);
+        ++this.epoch;
+        this.#call("exchange", values, this.state, this.home);
         if (before !== this.given) before.close();
         this.changed();
     }
@@ -74,56 +79,50 @@ export class Simulation {
     }
 
     play(on) {
-        this.playing = on && this.stepper !== undefined;
+        this.playing = on;
+        this.last = undefined;
         $("play").textContent = this.playing ? "❚❚" : "▶";
     }
 
     #byHand() {
-        this.begin({ q: this.viewer.joints.q, u: new Float64Array(this.model.nu), t: this.stepper?.t ?? 0 });
+        this.#begin({ q: Float64Array.from(this.viewer.joints.q), u: new Float64Array(this.model.nu), t: this.t });
     }
 
-    show() {
-        const { viewer, stepper } = this, { motion, joints } = viewer;
-        stepper.poses(this.poses);
-        motion.map.set(this.poses);
+    #show(poses) {
+        const { viewer } = this, { motion, joints } = viewer;
+        motion.map.set(poses);
         motion.byHand = true;
-        joints.q = stepper.q.slice();
+        joints.q = this.q.slice();
         if (++this.drawn % 6 === 0 || !this.playing) joints.show();
-        $("time").textContent = `${stepper.t.toFixed(2)} s`;
+        $("time").textContent = `${this.t.toFixed(2)} s`;
         viewer.touch();
     }
 
-    // Steps for the time that has passed, no more than fit into it.
+    // The model goes on by the time that has passed since it was asked to before; nothing is asked until it has answered.
     frame(now) {
-        const whole = (now - (this.last ?? now)) / 1000, passed = Math.min(most, whole);
-        this.last = now;
         if (!this.playing) return;
-        const begin = performance.now(), from = this.stepper.t, speed = Number($("speed").value), h = lengths[this.length];
-        this.behind = Math.min(most * speed, this.behind + passed * speed);
-        try {
-            for (; this.behind >= h && performance.now() - begin < 14; this.behind -= h) this.stepper.step();
-        } catch (error) {
-            if (!this.#shorten()) this.fail(error.message);
-        }
-        const taken = performance.now() - begin;
-        this.#judge({ done: this.stepper.t - from, wanted: whole * speed, taken, whole, frames: 1 });
-        this.show();
+        const whole = (now - (this.last ?? now)) / 1000;
+        this.last = now;
+        this.waited = Math.min(late, (this.waited ?? 0) + whole);
+        this.#judge(whole);
+        if (this.asked) return;
+        this.asked = true;
+        this.#call("advance", this.waited, Number($("speed").value));
+        this.waited = 0;
     }
 
-    // Shorter steps from where one was refused, and no longer ones from now on; false: these are the shortest.
-    #shorten() {
-        if (this.length === 0) return false;
-        this.longest = --this.length;
-        this.behind = 0;
-        return this.begin(this.state, this.pull);
-    }
-
-    // Fewer pixels where frames are few though steps are fast, more again after a while with enough of them: that while is
-    // twice as long after each time that they were few.
-    #sharpen(rate, passed, busy) {
-        const { stage } = this.viewer, before = stage.sharpness;
-        this.calm = rate > enough ? this.calm + passed : 0;
-        if (rate < few && !busy && before > blunt) {
+    // Fewer pixels where frames are few, more again after a while with enough of them: that while is twice as long after
+    // each time that they were few.
+    #judge(passed) {
+        const { stage } = this.viewer, before = stage.sharpness, { frames } = this;
+        ++frames.count;
+        frames.whole += passed;
+        if (frames.whole < 0.5) return;
+        const { count, whole } = frames;
+        this.rate = { ...this.rate, frames: count / whole };
+        this.frames = { count: 0, whole: 0 };
+        this.calm = this.rate.frames > enough ? this.calm + whole : 0;
+        if (this.rate.frames < few && before > blunt) {
             stage.sharpness = Math.max(blunt, 0.7 * before);
             this.patience = Math.min(64, 2 * this.patience);
         } else if (this.calm > this.patience && before < 1) {
@@ -133,43 +132,29 @@ export class Simulation {
         if (stage.sharpness !== before) this.viewer.fit();
     }
 
-    // Longer steps where real time is not kept, fewer pixels where frames are few; says how fast it is.
-    #judge(frame) {
-        this.sum ??= { done: 0, wanted: 0, taken: 0, whole: 0, frames: 0 };
-        for (const [name, x] of Object.entries(frame)) this.sum[name] += x;
-        if (this.sum.whole < 0.5) return;
-        const { done, wanted, taken, whole, frames } = this.sum, share = done / wanted, busy = taken > 500 * whole;
-        this.#sharpen(frames / whole, whole, busy);
-        $("rate").textContent = share < 0.95 ? `${(share * Number($("speed").value)).toFixed(2)} × real time` : "";
-        this.rate = { share, load: taken / (1000 * whole), frames: frames / whole, h: lengths[this.length] };
-        this.sum = undefined;
-        if (share < 0.9 && busy && this.length < this.longest && !this.pulled) {
-            ++this.length;
-            this.begin(this.state);
-        }
+    #tell(rate) {
+        this.rate = { ...this.rate, ...rate };
+        $("rate").textContent = rate.share < 0.95 ? `${(rate.share * Number($("speed").value)).toFixed(2)} × real time` : "";
     }
 
-    // Takes hold of a point of a body; release() lets it go.
+    // Takes hold of a point of a body; release() lets it go. Where that cannot be, lost() is called.
     grab(pull) {
-        this.pulled = this.begin(this.state, pull);
-        this.pull = this.pulled ? { ...pull } : undefined; // with where it is dragged to
-        return this.pulled;
+        this.pulled = true;
+        ++this.epoch;
+        this.#call("grab", pull);
     }
 
     drag(target) {
-        if (!this.pulled) return;
-        this.pull.at = target;
-        this.stepper.drag(target);
+        if (this.pulled) this.#call("drag", target);
     }
 
     release() {
-        if (this.pulled) this.begin(this.state);
+        if (this.pulled) this.#call("grab");
         this.pulled = false;
-        this.pull = undefined;
     }
 
     end() {
-        this.stepper?.close();
+        this.worker.terminate();
         if (this.model !== this.given) this.model.close();
         this.given.close();
     }

@@ -35,7 +35,7 @@ export function isSoftware() {
 
 export class Stage {
     constructor(canvas, smooth) {
-        this.renderer = new WebGLRenderer({ canvas, antialias: smooth });
+        this.renderer = new WebGLRenderer({ canvas, antialias: smooth, context: canvas.getContext("webgl2", { alpha: false, antialias: smooth }) });
         this.sharpness = 1; // share of the screen's pixels along each axis
         this.scene = new Scene();
         this.camera = new PerspectiveCamera(40, 1, 0.01, 1000);
