@@ -537,9 +537,9 @@ int mbsr_derivatives_matrices(mbsr_derivatives *derivatives, double *by_q, doubl
     const size_t nu = (size_t)w->model->nu;
     double *const matrix[] = {by_q, by_u, by_load};
     const bool by_sweeps = w->by_sweeps && !w->rigid->elements;
-    if (by_sweeps)
-        w->rigid->kernels->matrices(w->rigid, by_q, by_u, by_load,
-                                    w->at == MBSRI_LINEARISED_FORWARD);
+    if (by_sweeps && w->rigid->kernels->matrices(w->rigid, by_q, by_u, by_load,
+                                                 w->at == MBSRI_LINEARISED_FORWARD))
+        return MBSR_OK;
     for (int which = 0; which < 3 && !status; ++which) {
         for (size_t k = 0; k < nu && matrix[which] && !by_sweeps && !status; ++k)
             status = column_by_product(w, which, (int)k, matrix[which] + k * nu);

@@ -40,41 +40,49 @@ static size_t rates_size(const mbsr_model *m)
     return count;
 }
 
-/* Entries of L; too many where a tree has many levels, and sweeps take fewer operations. */
-static size_t size_of_factor(const mbsri_sweeps *tree, size_t nu)
+/* Columns before each column, in all; 0: so many that sweeps to the leaves take less. */
+static size_t count_paths(const mbsri_sweeps *tree, size_t nu)
 {
-    enum { MOST = 24, LARGEST = 200 }; /* a column, columns */
+    enum { MOST = 24 }; /* on the mean */
     size_t size = 0;
-    if (nu > LARGEST) return 0;
     for (int i = 1; i <= tree->bodies && size <= MOST * nu; ++i) {
         for (int at = tree->body[i].parent; at > 0 && size <= MOST * nu; at = tree->body[at].parent)
             size += (size_t)(tree->body[i].n * tree->body[at].n);
     }
-    return size <= MOST * nu ? size : 0;
+    return size <= MOST * nu ? size + 1 : 0;
+}
+
+/* The rows of matrices: of models with up to so many rates. */
+static void place_rows(size_t nu, mbsri_rigid_order *o)
+{
+    enum { LARGEST = 200 };
+    const size_t vectors = (nu + 3) / 4,
+                 groups = (vectors + MBSRI_RIGID_WIDTH - 1) / MBSRI_RIGID_WIDTH;
+    o->width = 3;
+    while ((size_t)o->width * groups < vectors) o->width += 2;
+    o->part = (nu + 3 + 7) / 8 * 8;
+    while (o->part < 4 * (size_t)o->width * groups) o->part += 8;
+    o->down = nu <= LARGEST ? 4 * o->part : 0;
 }
 
 static void place_order(const mbsri_sweeps *tree, size_t nu, unsigned char *base, size_t *used,
                         mbsri_rigid_order *o)
 {
-    const size_t bodies = (size_t)tree->bodies + 1, size = size_of_factor(tree, nu);
-    o->stride = (nu + 7) / 4 * 4;
+    const size_t bodies = (size_t)tree->bodies + 1, paths = count_paths(tree, nu);
+    place_rows(nu, o);
     o->first = mbsri_take_bytes(base, used, bodies * sizeof *o->first);
     o->end = mbsri_take_bytes(base, used, bodies * sizeof *o->end);
-    o->above = mbsri_take_bytes(base, used, bodies * sizeof *o->above);
     o->u = mbsri_take_bytes(base, used, nu * sizeof *o->u);
-    o->travel = mbsri_take_bytes(base, used, MBSRI_RIGID_TRAVEL * o->stride * sizeof *o->travel);
-    o->base = mbsri_take_bytes(base, used, nu * sizeof *o->base);
-    o->down = mbsri_take_bytes(base, used, (size + 4) * sizeof *o->down);
-    o->up = mbsri_take_bytes(base, used, (size + 4) * sizeof *o->up);
-    o->turn = mbsri_take_bytes(base, used, size * sizeof *o->turn);
-    o->path = mbsri_take_bytes(base, used, size * sizeof *o->path);
-    o->entries = size;
     o->place = mbsri_take_bytes(base, used, nu * sizeof *o->place);
-    o->reach = mbsri_take_bytes(base, used, nu * sizeof *o->reach);
-    o->row = mbsri_take_bytes(base, used, nu * sizeof *o->row);
-    o->down_rows = (3 * ((nu + 3) / 4 * 4) + 15) / 16 * 16;
-    o->rows = mbsri_take_bytes(base, used, size > 0 ? nu * o->down_rows * sizeof *o->rows : 0);
-    if (size == 0) o->base = NULL;
+    o->slot = mbsri_take_bytes(base, used, nu * sizeof *o->slot);
+    o->block_place = mbsri_take_bytes(base, used, nu * sizeof *o->block_place);
+    o->travel = mbsri_take_bytes(base, used, MBSRI_RIGID_TRAVEL * nu * sizeof *o->travel);
+    o->rows = mbsri_take_bytes(base, used, (o->down > 0 ? nu + 4 : 0) * o->down * sizeof *o->rows);
+    const size_t kept = o->down > 0 ? paths : 0;
+    o->path = mbsri_take_bytes(base, used, kept * sizeof *o->path);
+    o->way = mbsri_take_bytes(base, used, nu * sizeof *o->way);
+    o->above = mbsri_take_bytes(base, used, nu * sizeof *o->above);
+    if (kept == 0) o->path = NULL;
 }
 
 /* Places the arrays in `base`, or with base == NULL only returns the size. */
@@ -93,11 +101,9 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     r->tau_u = mbsri_take_bytes(base, &used, nu * sizeof *r->tau_u);
     r->composite = mbsri_take_bytes(base, &used, bodies * sizeof *r->composite);
     r->force = mbsri_take_bytes(base, &used, bodies * sizeof *r->force);
-    r->spare = mbsri_take_bytes(base, &used, nu * sizeof *r->spare);
-    r->side = mbsri_take_bytes(base, &used, nu * sizeof *r->side);
+    r->side = mbsri_take_bytes(base, &used, (nu + 3) * sizeof *r->side);
     r->along = mbsri_take_bytes(base, &used, bodies * sizeof *r->along);
     place_order(m->tree.evaluated, nu, base, &used, &r->order);
-    r->reach = mbsri_take_bytes(base, &used, bodies * sizeof *r->reach);
     const size_t loaded = r->elements && m->tree.evaluated->body_forces ? bodies : 0,
                  count = r->elements ? nu : 0;
     r->own = mbsri_take_bytes(base, &used, loaded * sizeof *r->own);
@@ -110,10 +116,9 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_rigid *r)
     return used;
 }
 
-/* The order of bodies and columns. */
-static void order_columns(mbsri_rigid *r, const mbsr_model *m)
+/* The order of columns. */
+static void order_columns(mbsri_rigid *r, const mbsri_sweeps *tree)
 {
-    const mbsri_sweeps *tree = m->tree.evaluated;
     const mbsri_sweep_body *body = tree->body;
     mbsri_rigid_order *o = &r->order;
     int *next = r->along; /* for the columns behind each, then for the bodies */
@@ -127,33 +132,32 @@ static void order_columns(mbsri_rigid *r, const mbsr_model *m)
         next[body[i].parent] += o->end[i];
         o->end[i] += o->first[i];
         next[i] = o->first[i] + body[i].n;
-        o->above[i] = o->above[body[i].parent] + body[body[i].parent].n;
     }
 }
 
-/* Where the entries of L stand. */
-static void order_factor(mbsri_rigid *r, const mbsri_sweeps *tree)
+/* Slots and paths, where bodies are in order. */
+static void order_slots(mbsri_rigid *r, const mbsri_sweeps *tree)
 {
     mbsri_rigid_order *o = &r->order;
-    size_t row = 0, column = 0;
-    for (int place = tree->bodies; place >= 1 && o->base; --place) {
-        const int i = r->along[place], behind = o->first[i] + tree->body[i].n;
-        for (int j = o->first[i]; j < behind; ++j) {
-            o->base[j] = row - (size_t)behind;
-            row += (size_t)(o->end[i] - behind);
+    int slot = 0;
+    size_t at = 0;
+    for (int place = 1; place <= tree->bodies; ++place) {
+        const int i = r->along[place], parent = tree->body[i].parent;
+        if (o->first[i] != o->first[parent] + (parent > 0 ? tree->body[parent].n : 0))
+            slot = (slot + 3) / 4 * 4;
+        const size_t way = at;
+        for (int up = parent; up > 0 && o->path; up = tree->body[up].parent) {
+            for (int j = 0; j < tree->body[up].n && tree->body[i].n > 0; ++j)
+                o->path[at++] = (size_t)(o->first[up] + j) * o->down;
+        }
+        for (int k = o->first[i]; k < o->first[i] + tree->body[i].n; ++k, ++slot) {
+            o->slot[k] = slot;
+            o->way[k] = way;
+            o->above[k] = (int)(at - way);
+            if (slot % 4 == 0) o->block_place[slot / 4] = k;
         }
     }
-    for (int place = 1; place <= tree->bodies && o->base; ++place) {
-        const int i = r->along[place], n = tree->body[i].n;
-        for (int k = o->first[i]; k < o->first[i] + n; ++k) {
-            for (int at = tree->body[i].parent; at > 0; at = tree->body[at].parent) {
-                for (int j = o->first[at]; j < o->first[at] + tree->body[at].n; ++j, ++column) {
-                    o->turn[column] = o->base[j] + (size_t)k;
-                    o->path[column] = (size_t)j * o->down_rows;
-                }
-            }
-        }
-    }
+    o->blocks = (size_t)(slot + 3) / 4;
 }
 
 /* r->along: bodies so that those behind one stand together. */
@@ -192,9 +196,9 @@ mbsri_rigid *mbsri_rigid_create(const mbsr_model *m)
         mbsri_rigid_destroy(r);
         return NULL;
     }
-    order_columns(r, m);
+    order_columns(r, m->tree.evaluated);
     order_bodies(r, m->tree.evaluated, spare, spare + r->model->bodies + 1);
-    order_factor(r, m->tree.evaluated);
+    order_slots(r, m->tree.evaluated);
     mbsri_release(&m->allocator, spare);
     return r;
 }

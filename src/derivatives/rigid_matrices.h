@@ -1,299 +1,133 @@
-/* Matrices of derivatives of trees of rigid bodies, O(N depth).
+/* Matrices of derivatives of trees of rigid bodies, O(N depth): from the leaves to the root.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Behind a joint all move as its column says, so that the sums of inertia and of forces by omega
- * over a body and all behind it, Ic and B, give what column k makes of the force there,
+ * over a body and all behind it, M and B, give what column k makes of the force there,
  *
- *   f_q = B T + Ic Q + C,   f_u = B S_w + Ic U,   g = (B^T S, Ic S) by omega, alpha and a,
+ *   f_q = B T + M Q + C,   f_u = B S_w + M U,   g = (B^T S, M S) by omega, alpha and a,
  *
  * and these go to the root, all that are behind a joint at once: dtau_j / dq_k = S_j^T f_q of k,
- * dtau_k / dq_j = g . (T, Q) of j, for each joint j before k. Of forward dynamics M^-1 times the
- * columns, some side by side: by L and D where the tree is shallow, else by sweeps. */
+ * dtau_k / dq_j = g . (T, Q) of j, for each joint j before k.
+ *
+ * Of forward dynamics joints give way on the way to the root: M and B are those of articulated
+ * bodies, and each joint takes G S^T f of what passes it. With M_tree = L D L^T, L with ones on its
+ * diagonal, the same sweep then leaves
+ *
+ *   Lambda = L^-1,   Y = -D^-1 L^-1 (dtau/dq, dtau/du) and D^-1 L^-1
+ *
+ * where Lambda has columns -S_j^T f of f = G_k. What is left is L^-T Y, rigid_leaves.h. */
 #ifndef MBSRI_DERIVATIVES_RIGID_MATRICES_H
 #define MBSRI_DERIVATIVES_RIGID_MATRICES_H
 
-#include "derivatives/rigid_pairs.h"
-#include "derivatives/rigid_record.h"
+#include "derivatives/rigid_leaves.h"
+#include "sweeps/carry.h"
 
-#include <string.h>
+/* ---- sums over a body and all behind it ---- */
 
-/* ---- inverse dynamics ---- */
-
-/* Forces that inertia takes at the acceleration A. */
-MBSRI_INLINE pair times_inertia(const mbsri_rigid_composite *s, pair A)
+MBSRI_INLINE blocks inertia_of(const mbsri_rigid_composite *s)
 {
-    const v4 I[2] = {load(s->I), load(s->I + 4)}, c = load(s->c);
-    return (pair){symmetric_times(I, A.w) + cross(c, A.v), splat(s->c[3]) * A.v + cross(A.w, c)};
+    blocks c;
+    clear(&c);
+    for (int j = 0; j < 2; ++j) {
+        c.I[j] = load(s->I + 4 * j);
+        c.M[j] = load(s->M + 4 * j);
+    }
+    for (int j = 0; j < 3; ++j) c.G[j] = load(s->G + 4 * j);
+    return c;
 }
 
-/* B omega, and B^T f. */
-MBSRI_INLINE pair times_rates(const mbsri_rigid_composite *s, v4 omega)
+MBSRI_INLINE void keep_inertia(const blocks *c, mbsri_rigid_composite *s)
 {
-    pair f = {splat(0.0), splat(0.0)};
-    for (int k = 0; k < 3; ++k) f = plus(f, omega[k], load_pair(s->B[k]));
-    return f;
+    for (int j = 0; j < 2; ++j) {
+        store(s->I + 4 * j, c->I[j]);
+        store(s->M + 4 * j, c->M[j]);
+    }
+    for (int j = 0; j < 3; ++j) store(s->G + 4 * j, c->G[j]);
 }
 
-MBSRI_INLINE v4 rates_transposed(const mbsri_rigid_composite *s, pair f)
+/* Components of e x a, for e along each axis. */
+MBSRI_INLINE void cross_axes(const double a[3], v4 rows[3])
 {
-    return (v4){dot(load_pair(s->B[0]), f), dot(load_pair(s->B[1]), f), dot(load_pair(s->B[2]), f),
-                0.0};
+    rows[0] = (v4){0.0, a[2], -a[1], 0.0};
+    rows[1] = (v4){-a[2], 0.0, a[0], 0.0};
+    rows[2] = (v4){a[1], -a[0], 0.0, 0.0};
 }
 
+/* Components of a x (e x b) = e (a . b) - b (a . e), added. */
+MBSRI_INLINE void add_cross_cross(const double a[4], const double b[4], v4 rows[3])
+{
+    const double along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const v4 by = load(a);
+    rows[0] += (v4){along, 0.0, 0.0, 0.0} - splat(b[0]) * by;
+    rows[1] += (v4){0.0, along, 0.0, 0.0} - splat(b[1]) * by;
+    rows[2] += (v4){0.0, 0.0, along, 0.0} - splat(b[2]) * by;
+}
+
+/* Of the body alone. B: forces by omega, component by component, along the world's axes. */
 MBSRI_INLINE void open_composite(const mbsri_rigid_body *b, mbsri_rigid_composite *s)
 {
-    memset(s, 0, sizeof *s);
-    if (b->flags & MBSRI_MASSLESS) return;
-    const v4 I[2] = {load(b->I), load(b->I + 4)}, c = load(b->c), omega = load(b->omega);
-    store(s->I, I[0]);
-    store(s->I + 4, I[1]);
-    store(s->c, c);
-    for (int k = 0; k < 3; ++k) {
-        const v4 e = {k == 0, k == 1, k == 2, 0.0};
-        store(s->B[k], cross(e, load(b->spin)) + cross(omega, symmetric_times(I, e)));
-        store(s->B[k] + 4, cross(e, cross(omega, c)) + cross(omega, cross(e, c)));
+    const v4 c = load(b->c), none = splat(0.0);
+    blocks own;
+    clear(&own);
+    if (b->flags & MBSRI_MASSLESS) {
+        keep_inertia(&own, s);
+        for (int l = 0; l < 6; ++l) store(s->B[l], none);
+        return;
     }
-}
-
-MBSRI_INLINE pair about_predecessor(const mbsri_rigid_body *b, pair f)
-{
-    f.w += cross(load(b->r), f.v);
-    return f;
-}
-
-/* To the predecessor: J + (2 r.c + m r.r) 1 - c r^T - r c^T - m r r^T, c + m r; and B. */
-MBSRI_INLINE void hand_composite_on(const mbsri_rigid *r, int i)
-{
-    const mbsri_rigid_body *b = r->body + i;
-    const mbsri_rigid_composite *s = r->composite + i;
-    mbsri_rigid_composite *to = r->composite + b->parent;
-    const v4 rho = load(b->r), c = load(s->c), m = splat(s->c[3]), far = c + m * rho,
-             omega = load(r->body[b->parent].omega);
-    const double trace = sum3(rho * c) + sum3(rho * far);
-    store(to->I, load(to->I) + load(s->I) + splat(trace) - c * rho - rho * far);
-    store(to->I + 4, load(to->I + 4) + load(s->I + 4) - yzx(c) * zxy(rho) - yzx(rho) * zxy(far));
-    const double mass = to->c[3] + s->c[3];
-    store(to->c, load(to->c) + far);
-    to->c[3] = mass;
-    for (int k = 0; k < 3; ++k) {
-        const v4 e = {k == 0, k == 1, k == 2, 0.0};
-        const pair A = {cross(e, load(b->w)), cross(e, load(b->s)) + cross(omega, cross(e, rho))},
-                   f = about_predecessor(b, plus(load_pair(s->B[k]), 1.0, times_inertia(s, A)));
-        store_pair(to->B[k], plus(load_pair(to->B[k]), 1.0, f));
-    }
-}
-
-/* What column k takes to the root: its forces, its gradients, its row and column. */
-typedef struct traveller {
-    pair f_q, f_u, of_A;
-    v4 of_w;
-    const mbsri_rigid_column *column;
-} traveller;
-
-/* Where results go; NULL: nowhere. The row of place j begins `down` times row[j] from the start,
- * and the column of place k stands `across` times column[k] behind that. `sign` times those by q,
- * u. */
-typedef struct results {
-    size_t down, across;
-    const int *row, *column;
-    double *by_q, *by_u, *by_load, sign;
-} results;
-
-/* Entry of row j and column k, of places of both. */
-MBSRI_INLINE size_t entry_at(const results *to, int j, int k)
-{
-    return (size_t)to->row[j] * to->down + (size_t)to->column[k] * to->across;
-}
-
-/* Row j, column k of one joint, whose places begin with `first`. */
-MBSRI_INLINE void put_column(const traveller *t, int first, int j, int k, const results *to)
-{
-    const size_t at = entry_at(to, first + j, first + k);
-    const pair S = load_pair(t->column[j - k].S);
-    if (to->by_q) to->by_q[at] = to->sign * dot(S, t->f_q);
-    if (to->by_u) to->by_u[at] = to->sign * dot(S, t->f_u);
-}
-
-/* Column k, and the rows of its own joint. */
-MBSRI_INLINE void start_traveller(const mbsri_rigid *r, int i, int k, const results *to,
-                                  traveller *t)
-{
-    const mbsri_rigid_body *b = r->body + i;
-    const mbsri_rigid_composite *s = r->composite + i;
-    const mbsri_rigid_column *first = r->column + b->first, *c = first + k;
-    const pair S = load_pair(c->S);
-    const int place = r->order.first[i];
-    t->column = c;
-    t->f_q = plus(times_inertia(s, load_pair(c->Q)), 1.0, times_rates(s, load(c->T)));
-    t->f_u = plus(times_inertia(s, load_pair(c->U)), 1.0, times_rates(s, S.w));
-    t->of_A = times_inertia(s, S);
-    t->of_w = rates_transposed(s, S);
-    int link = k; /* the first of its link */
-    while (c->link > 1 && link > 0 && first[link - 1].link > 1) --link;
-    const int past = link + c->link;
-    for (int j = past; j < b->n; ++j) put_column(t, place, j, k, to);
-    t->f_q = plus(t->f_q, 1.0, load_pair(c->C));
-    for (int j = 0; j < past && j < b->n; ++j) put_column(t, place, j, k, to);
-    for (int j = 0; j <= k && to->by_load; ++j) {
-        const double entry = dot(t->of_A, load_pair(first[j].S)) + (j == k ? c->armature : 0.0);
-        to->by_load[entry_at(to, place + j, place + k)] = entry;
-        to->by_load[entry_at(to, place + k, place + j)] = entry;
-    }
-    const size_t diagonal = entry_at(to, place + k, place + k);
-    if (to->by_q) to->by_q[diagonal] -= to->sign * c->tau_q;
-    if (to->by_u) to->by_u[diagonal] -= to->sign * c->tau_u;
-}
-
-/* Travellers side by side: component by component, four places in each. */
-enum { OF_Q = 0, OF_U = 6, OF_A = 12, OF_W = 18, OF_G = 21 };
-
-MBSRI_INLINE void send(const mbsri_rigid *r, const traveller *t, int place)
-{
-    const size_t n = r->order.stride;
-    double *to = r->order.travel + place;
+    own.I[0] = load(b->I);
+    own.I[1] = load(b->I + 4);
+    own.G[1] = zxy(c);
+    own.G[2] = -yzx(c);
+    own.M[0] = (v4){b->c[3], b->c[3], b->c[3], 0.0};
+    keep_inertia(&own, s);
+    const double *I = b->I, *omega = b->omega;
+    const v4 row[3] = {{I[0], I[6], I[5], 0.0}, {I[6], I[1], I[4], 0.0}, {I[5], I[4], I[2], 0.0}};
+    _Alignas(32) double swing[4];
+    v4 L[3], p[3];
+    store(swing, cross(load(omega), c));
+    cross_axes(b->spin, L);
+    cross_axes(swing, p);
+    add_cross_cross(omega, b->c, p);
     for (int l = 0; l < 3; ++l) {
-        to[(size_t)(OF_Q + l) * n] = t->f_q.w[l];
-        to[(size_t)(OF_Q + 3 + l) * n] = t->f_q.v[l];
-        to[(size_t)(OF_U + l) * n] = t->f_u.w[l];
-        to[(size_t)(OF_U + 3 + l) * n] = t->f_u.v[l];
-        to[(size_t)(OF_A + l) * n] = t->of_A.w[l];
-        to[(size_t)(OF_A + 3 + l) * n] = t->of_A.v[l];
-        to[(size_t)(OF_W + l) * n] = t->of_w[l];
-        to[(size_t)(OF_G + l) * n] = t->column->G[l];
-        to[(size_t)(OF_G + 3 + l) * n] = t->column->G[4 + l];
+        const int x = (l + 1) % 3, y = (l + 2) % 3;
+        store(s->B[l], L[l] + splat(omega[x]) * row[y] - splat(omega[y]) * row[x]);
+        store(s->B[3 + l], p[l]);
     }
 }
 
-/* S^T x of the six components from x on. */
-MBSRI_INLINE v4 dot_many(const double S[8], const double *x, size_t n)
+/* f += M A of motions side by side. */
+MBSRI_INLINE void add_inertia_times(const mbsri_rigid_composite *s, const v4 A[6], v4 f[6])
 {
-    v4 a = splat(S[0]) * load3(x), b = splat(S[4]) * load3(x + 3 * n);
-    for (size_t l = 1; l < 3; ++l) {
-        a += splat(S[l]) * load3(x + l * n);
-        b += splat(S[4 + l]) * load3(x + (3 + l) * n);
-    }
-    return a + b;
-}
-
-MBSRI_INLINE v4 dot3_many(const double T[4], const double *x, size_t n)
-{
-    return splat(T[0]) * load3(x) + splat(T[1]) * load3(x + n) + splat(T[2]) * load3(x + 2 * n);
-}
-
-/* Numbers at places `at`, so far from one to the next. */
-MBSRI_INLINE void scatter(double *matrix, v4 x, const int *at, int count, size_t step)
-{
-    if (count >= 4) {
-        for (int l = 0; l < 4; ++l) matrix[(size_t)at[l] * step] = x[l];
-    } else {
-        for (int l = 0; l < count; ++l) matrix[(size_t)at[l] * step] = x[l];
-    }
-}
-
-/* Row j and columns from place k on; column j and rows from there. */
-MBSRI_INLINE void put_both(const results *to, double *matrix, int j, int k, int count, v4 row,
-                           v4 column)
-{
-    double *of_row = matrix + (size_t)to->row[j] * to->down;
-    if (to->across == 1 && count >= 4)
-        store3(of_row + to->column[k], row);
-    else
-        scatter(of_row, row, to->column + k, count, to->across);
-    scatter(matrix + (size_t)to->column[j] * to->across, column, to->row + k, count, to->down);
-}
-
-/* Column j of a joint and all behind it from place `from` to `end`; `place` is that of j. */
-MBSRI_INLINE void meet(const mbsri_rigid *r, const mbsri_rigid_column *j, int place, int from,
-                       int end, const results *to)
-{
-    const mbsri_rigid_order *o = &r->order;
-    const size_t n = o->stride;
-    const v4 sign = splat(to->sign);
-    for (int k = from; k < end; k += 4) {
-        const double *x = o->travel + k;
-        const int count = end - k;
-        if (to->by_q)
-            put_both(to, to->by_q, place, k, count, sign * dot_many(j->S, x + OF_Q * n, n),
-                     sign * (dot3_many(j->T, x + OF_W * n, n) + dot_many(j->Q, x + OF_A * n, n)));
-        if (to->by_u)
-            put_both(to, to->by_u, place, k, count, sign * dot_many(j->S, x + OF_U * n, n),
-                     sign * (dot3_many(j->S, x + OF_W * n, n) + dot_many(j->U, x + OF_A * n, n)));
-        if (to->by_load) {
-            const v4 row = dot_many(j->S, x + OF_A * n, n);
-            put_both(to, to->by_load, place, k, count, row, row);
-        } else if (o->base) {
-            store3(o->down + (o->base[place] + (size_t)k), dot_many(j->S, x + OF_G * n, n));
+    for (int l = 0; l < 3; ++l) {
+        for (int m = 0; m < 3; ++m) {
+            const int both = l == m ? l : 4 + 3 - l - m;
+            f[l] += splat(s->I[both]) * A[m];
+            f[l] += splat(s->G[4 * ((l + 3 - m) % 3) + m]) * A[3 + m];
+            f[3 + l] += splat(s->G[4 * ((m + 3 - l) % 3) + l]) * A[m];
+            f[3 + l] += splat(s->M[both]) * A[3 + m];
         }
     }
 }
 
-/* The moment of a force at r on top of that about it. */
-MBSRI_INLINE void shift_many(const v4 r[3], double *f, size_t n)
+/* ---- past a joint, four forces side by side in six components ---- */
+
+MBSRI_INLINE v4 dot_many(const double S[8], const v4 f[6])
 {
-    const v4 x = load3(f + 3 * n), y = load3(f + 4 * n), z = load3(f + 5 * n);
-    store3(f, load3(f) + r[1] * z - r[2] * y);
-    store3(f + n, load3(f + n) + r[2] * x - r[0] * z);
-    store3(f + 2 * n, load3(f + 2 * n) + r[0] * y - r[1] * x);
+    v4 sum = splat(S[0]) * f[0];
+    for (int l = 1; l < 6; ++l) sum += splat(S[component(l)]) * f[l];
+    return sum;
 }
 
-/* Travellers past the joint of body b: from place `from` to `end`; what stands there in the same
- * four stays. */
-MBSRI_INLINE void travel_on(const mbsri_rigid *r, const mbsri_rigid_body *b, int from, int end)
+MBSRI_INLINE v4 add_dot3(v4 sum, const double x[3], const v4 y[3])
 {
-    const size_t n = r->order.stride;
-    const double *omega = r->body[b->parent].omega, *w = b->w, *s = b->s, *rho = b->r,
-                 along = rho[0] * omega[0] + rho[1] * omega[1] + rho[2] * omega[2];
-    for (int k = from; k < end; k += 4) {
-        double *x = r->order.travel + k, *to = x + OF_W * n;
-        const v4 keep = {1.0, k + 1 < end, k + 2 < end, k + 3 < end},
-                 way[3] = {keep * splat(rho[0]), keep * splat(rho[1]), keep * splat(rho[2])};
-        v4 m[3], a[3];
-        for (size_t l = 0; l < 3; ++l) {
-            m[l] = load3(x + (OF_A + l) * n);
-            a[l] = load3(x + (OF_A + 3 + l) * n);
-        }
-        /* r x (a x omega) = a (r . omega) - omega (r . a) */
-        const v4 far = splat(rho[0]) * a[0] + splat(rho[1]) * a[1] + splat(rho[2]) * a[2];
-        for (int l = 0; l < 3; ++l) {
-            const int p = (l + 1) % 3, q = (l + 2) % 3;
-            const v4 more = splat(w[p]) * m[q] - splat(w[q]) * m[p] + splat(s[p]) * a[q] -
-                            splat(s[q]) * a[p] + splat(along) * a[l] - splat(omega[l]) * far;
-            store3(to + (size_t)l * n, load3(to + (size_t)l * n) + keep * more);
-        }
-        shift_many(way, x + OF_Q * n, n);
-        shift_many(way, x + OF_U * n, n);
-        shift_many(way, x + OF_A * n, n);
-        shift_many(way, x + OF_G * n, n);
-    }
+    for (int l = 0; l < 3; ++l) sum += splat(x[l]) * y[l];
+    return sum;
 }
 
-static void inverse_matrices(const mbsri_rigid *r, const results *to)
+/* f -= G t */
+MBSRI_INLINE void give_way_many(const double G[8], v4 t, v4 f[6])
 {
-    const int bodies = r->tree->bodies;
-    const mbsri_rigid_order *o = &r->order;
-    for (int i = 0; i <= bodies; ++i) open_composite(r->body + i, r->composite + i);
-    for (int place = bodies; place >= 1; --place) {
-        const int i = r->along[place];
-        const mbsri_rigid_body *b = r->body + i;
-        const int first = o->first[i], behind = first + b->n, end = o->end[i];
-        for (int k = 0; k < b->n; ++k) {
-            traveller t;
-            start_traveller(r, i, k, to, &t);
-            if (behind < end) meet(r, r->column + b->first + k, first + k, behind, end, to);
-            if (b->parent > 0) send(r, &t, first + k);
-        }
-        if (b->parent == 0) continue;
-        travel_on(r, b, first, end);
-        hand_composite_on(r, i);
-    }
-}
-
-/* ---- forward dynamics ---- */
-
-/* Place of component k in vectors of four. */
-MBSRI_INLINE int component(int k)
-{
-    return k < 3 ? k : k + 1;
+    for (int l = 0; l < 6; ++l) f[l] -= splat(G[component(l)]) * t;
 }
 
 /* y += a x b, of four columns in each component of b. */
@@ -301,413 +135,407 @@ MBSRI_INLINE void add_cross_many(const double a[3], const v4 b[3], v4 y[3])
 {
     for (int k = 0; k < 3; ++k) {
         const int l = (k + 1) % 3, m = (k + 2) % 3;
-        y[k] += splat(a[l]) * b[m] - splat(a[m]) * b[l];
+        y[k] += splat(a[l]) * b[m];
+        y[k] -= splat(a[m]) * b[l];
     }
 }
 
-/* Whether it is the first that hands forces to its predecessor. */
-MBSRI_INLINE bool is_first(const mbsri_rigid *r, const mbsri_rigid_body *b)
+MBSRI_INLINE void load_many(const double *x, int count, v4 *f)
 {
-    return !(r->body[b->parent].flags & MBSRI_BRANCHES) || b->flags & MBSRI_OPENS;
+    for (int l = 0; l < count; ++l) f[l] = load(x + 4 * l);
 }
 
-/* Past body i with n rates, of four columns from `at` on: y = D^-1 e for e, and the forces. */
-MBSRI_INLINE void lean_back(const mbsri_rigid *r, int i, int n, int at)
+MBSRI_INLINE void store_many(double *x, int count, const v4 *f)
+{
+    for (int l = 0; l < count; ++l) store(x + 4 * l, f[l]);
+}
+
+/* S^T f of the joint's n columns. */
+MBSRI_INLINE void dot_joint(const mbsri_rigid_body *b, const mbsri_rigid_column *c, const int n,
+                            const v4 f[6], v4 *t)
+{
+    const bool free = n != 1 && b->flags & MBSRI_FREE;
+    for (int j = 0; j < n; ++j) t[j] = free ? f[c[j].place - b->first] : dot_many(c[j].S, f);
+}
+
+/* To the predecessor: M and B. */
+MBSRI_INLINE void hand_composite_on(const mbsri_rigid *r, int i, const int n, bool forward)
 {
     const mbsri_rigid_body *b = r->body + i;
     const mbsri_rigid_column *c = r->column + b->first;
-    double(*e)[MBSRI_RIGID_SIDE] = r->side + r->order.first[i], (*to)[MBSRI_RIGID_SIDE];
-    v4 f[6], rate[6];
-    to = r->force[b->parent];
-    for (int l = 0; l < 6; ++l) {
-        f[l] = splat(0.0);
-        if (!(b->flags & MBSRI_LEAF)) f[l] = load(r->force[i][l] + at);
+    const mbsri_rigid_composite *s = r->composite + i;
+    mbsri_rigid_composite *to = r->composite + b->parent;
+    blocks at = inertia_of(s), sum;
+    v4 A[6], f[6], t[6];
+    cross_axes(b->w, A);
+    cross_axes(b->s, A + 3);
+    add_cross_cross(r->body[b->parent].omega, b->r, A + 3);
+    for (int l = 0; l < 6; ++l) f[l] = load(s->B[l]);
+    add_inertia_times(s, A, f);
+    if (forward) dot_joint(b, c, n, f, t);
+    for (int k = 0; k < n && forward; ++k) {
+        give_way_many(c[k].G, t[k], f);
+        subtract_dyad(load(c[k].G), load(c[k].G + 4), load(c[k].F), load(c[k].F + 4), &at);
     }
-    for (int k = 0; k < n; ++k) {
-        v4 more = splat(c[k].S[4]) * f[3];
-        rate[k] = load(e[k] + at);
-        for (int l = 0; l < 3; ++l) rate[k] -= splat(c[k].S[l]) * f[l];
-        for (int l = 1; l < 3; ++l) more += splat(c[k].S[4 + l]) * f[3 + l];
-        rate[k] -= more;
-    }
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < 6; ++l) f[l] += splat(c[k].G[component(l)]) * rate[k];
-    }
-    for (int k = 0; k < n; ++k) {
-        v4 y = splat(b->multi < 0 ? c->Dinv : r->Dinv[b->multi][k][0]) * rate[0];
-        for (int j = 1; j < n; ++j) y += splat(r->Dinv[b->multi][k][j]) * rate[j];
-        store(e[k] + at, y);
-    }
-    if (b->parent == 0) return;
     add_cross_many(b->r, f + 3, f);
-    const bool first = is_first(r, b);
-    for (int l = 0; l < 6 && !first; ++l) f[l] += load(to[l] + at);
-    for (int l = 0; l < 6; ++l) store(to[l] + at, f[l]);
+    for (int l = 0; l < 6; ++l) store(to->B[l], load(to->B[l]) + f[l]);
+    translate(load(b->r), &at);
+    sum = inertia_of(to);
+    for (int j = 0; j < 2; ++j) {
+        sum.I[j] += at.I[j];
+        sum.M[j] += at.M[j];
+    }
+    for (int j = 0; j < 3; ++j) sum.G[j] += at.G[j];
+    keep_inertia(&sum, to);
 }
 
-/* x = y - G^T A, and A of the body. */
-MBSRI_INLINE void go_forth(const mbsri_rigid *r, int i, int n, int at)
+/* ---- results ---- */
+
+/* Where they go. Packed: to the rows of the order, all of them. Else to matrices by u, of nu rows;
+ * NULL: nowhere. */
+typedef struct results {
+    double *matrix[3];
+    bool packed, forward;
+} results;
+
+/* Row j, column k. */
+MBSRI_INLINE void put(const mbsri_rigid *r, const results *to, int which, int j, int k, double x)
+{
+    const mbsri_rigid_order *o = &r->order;
+    if (to->packed)
+        o->rows[(size_t)j * o->down + (size_t)which * o->part + (size_t)k] = x;
+    else if (to->matrix[which])
+        to->matrix[which][(size_t)o->u[k] * (size_t)r->model->nu + (size_t)o->u[j]] = x;
+}
+
+/* ---- columns of a joint set out ---- */
+
+/* Four places of travel: what each takes to the root, component by component. */
+enum { OF_Q = 0, OF_U = 24, OF_G = 48, OF_A = 72, OF_W = 96 };
+
+/* D^-1 of a joint of n columns, row k. */
+MBSRI_INLINE const double *inverse_row(const mbsri_rigid *r, const mbsri_rigid_body *b, const int n,
+                                       int k)
+{
+    return n == 1 ? &r->column[b->first].Dinv : r->Dinv[b->multi][k];
+}
+
+/* What column k takes along. */
+typedef struct traveller {
+    pair f_q, f_u, of_A;
+    v4 of_w;
+} traveller;
+
+MBSRI_INLINE void send(double *to, pair f)
+{
+    for (int l = 0; l < 3; ++l) {
+        to[4 * l] = f.w[l];
+        to[12 + 4 * l] = f.v[l];
+    }
+}
+
+/* Past the own joint to the predecessor, and to its place there. */
+MBSRI_INLINE void set_out(const mbsri_rigid *r, int i, int k, bool forward, traveller *t)
 {
     const mbsri_rigid_body *b = r->body + i;
-    const mbsri_rigid_column *c = r->column + b->first;
-    double(*x)[MBSRI_RIGID_SIDE] = r->side + r->order.first[i];
-    const double back[3] = {-b->r[0], -b->r[1], -b->r[2]};
-    v4 A[6], rate[6];
-    for (int l = 0; l < 6; ++l) A[l] = load(r->force[b->parent][l] + at);
-    add_cross_many(back, A, A + 3);
+    const int slot = r->order.slot[r->order.first[i] + k];
+    double *to = r->order.travel + MBSRI_RIGID_TRAVEL * (size_t)(slot / 4) + slot % 4;
+    const v4 rho = load(b->r), omega = load(r->body[b->parent].omega), a = t->of_A.v;
+    /* r x (a x omega) = a (r . omega) - omega (r . a) */
+    const v4 of_w = t->of_w + cross(load(b->w), t->of_A.w) + cross(load(b->s), a) +
+                    splat(sum3(rho * omega)) * a - splat(sum3(rho * a)) * omega;
+    for (int l = 0; l < 3; ++l) to[OF_W + 4 * l] = of_w[l];
+    t->f_q.w += cross(rho, t->f_q.v);
+    t->f_u.w += cross(rho, t->f_u.v);
+    t->of_A.w += cross(rho, a);
+    send(to + OF_Q, t->f_q);
+    send(to + OF_U, t->f_u);
+    send(to + OF_A, t->of_A);
+    const pair away = {-t->of_A.w, -t->of_A.v};
+    if (forward) send(to + OF_G, away);
+}
+
+/* Column k's forces on the axes of its own joint, less what elements give. */
+MBSRI_INLINE void meet_own(const mbsri_rigid_column *first, const int n, int k, traveller *t,
+                           double *t_q, double *t_u)
+{
+    const mbsri_rigid_column *c = first + k;
+    int link = k; /* the first of its link */
+    while (c->link > 1 && link > 0 && first[link - 1].link > 1) --link;
+    const int past = link + c->link;
+    for (int j = past; j < n; ++j) t_q[j] = dot(load_pair(first[j].S), t->f_q);
+    t->f_q = plus(t->f_q, 1.0, load_pair(c->C));
+    for (int j = 0; j < past && j < n; ++j) t_q[j] = dot(load_pair(first[j].S), t->f_q);
+    for (int j = 0; j < n; ++j) t_u[j] = dot(load_pair(first[j].S), t->f_u);
+    t_q[k] -= c->tau_q;
+    t_u[k] -= c->tau_u;
+}
+
+/* D^-1 x, by the negative */
+MBSRI_INLINE double pushed(const mbsri_rigid *r, const mbsri_rigid_body *b, const int n, int j,
+                           const double *x)
+{
+    const double *D = inverse_row(r, b, n, j);
+    double y = 0.0;
+    for (int l = 0; l < n; ++l) y -= D[l] * x[l];
+    return y;
+}
+
+/* M S of column k, or -M S D^-1. */
+MBSRI_INLINE pair gradient_by_A(const blocks *c, const mbsri_rigid_column *column, bool forward)
+{
+    const pair G = load_pair(column->G);
+    pair f;
+    if (forward) return (pair){-G.w, -G.v};
+    times_masses(c, load(column->S), load(column->S + 4), &f.w, &f.v);
+    return f;
+}
+
+/* Entries of the joint's own rows and columns; then all columns go. */
+MBSRI_INLINE void start_columns(const mbsri_rigid *r, int i, const int n, const results *to)
+{
+    const mbsri_rigid_body *b = r->body + i;
+    const mbsri_rigid_column *first = r->column + b->first;
+    const mbsri_rigid_composite *s = r->composite + i;
+    const int place = r->order.first[i];
+    const blocks inertia = inertia_of(s);
+    v4 B[6], by_w[6], w[3], v[3];
+    for (int l = 0; l < 6; ++l) B[l] = load(s->B[l]);
+    transpose(B, w);
+    transpose(B + 3, v);
+    for (int k = 0; k < n; ++k) by_w[k] = dot_many(first[k].S, B);
     for (int k = 0; k < n; ++k) {
-        v4 more = splat(c[k].G[4]) * A[3];
-        rate[k] = load(x[k] + at);
-        for (int l = 0; l < 3; ++l) rate[k] -= splat(c[k].G[l]) * A[l];
-        for (int l = 1; l < 3; ++l) more += splat(c[k].G[4 + l]) * A[3 + l];
-        rate[k] -= more;
-        store(x[k] + at, rate[k]);
-    }
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < 6; ++l) A[l] += splat(c[k].S[component(l)]) * rate[k];
-    }
-    if (!(b->flags & MBSRI_LEAF))
-        for (int l = 0; l < 6; ++l) store(r->force[i][l] + at, A[l]);
-}
-
-/* No forces on body i, of `width` columns. */
-MBSRI_INLINE void clear_forces(const mbsri_rigid *r, int i, int width)
-{
-    for (int at = 0; at < width; at += 4) {
-        for (int l = 0; l < 6; ++l) store(r->force[i][l] + at, splat(0.0));
-    }
-}
-
-/* M^-1 times the columns side by side, `width` of them. What none of them reaches has neither e nor
- * forces. */
-MBSRI_INLINE void solve_side(const mbsri_rigid *r, int width)
-{
-    for (int i = r->tree->bodies; i >= 1; --i) {
-        const mbsri_rigid_body *b = r->body + i;
-        const int n = b->n;
-        if (!r->reach[i]) {
-            if (r->reach[b->parent] && is_first(r, b)) clear_forces(r, b->parent, width);
-            continue;
+        const mbsri_rigid_column *c = first + k;
+        const v4 Q[2] = {load(c->Q), load(c->Q + 4)}, U[2] = {load(c->U), load(c->U + 4)};
+        double t_q[6], t_u[6];
+        traveller t;
+        times_masses(&inertia, Q[0], Q[1], &t.f_q.w, &t.f_q.v);
+        times_masses(&inertia, U[0], U[1], &t.f_u.w, &t.f_u.v);
+        for (int l = 0; l < 3; ++l) {
+            const pair by = {w[l], v[l]};
+            t.f_q = plus(t.f_q, c->T[l], by);
+            t.f_u = plus(t.f_u, c->S[l], by);
         }
-        for (int at = 0; at < width; at += 4) {
-            if (n == 1)
-                lean_back(r, i, 1, at);
-            else
-                lean_back(r, i, n, at);
+        t.of_A = gradient_by_A(&inertia, c, to->forward);
+        t.of_w = by_w[k];
+        meet_own(first, n, k, &t, t_q, t_u);
+        for (int j = 0; j < n; ++j) {
+            put(r, to, 0, place + j, place + k, to->forward ? pushed(r, b, n, j, t_q) : t_q[j]);
+            put(r, to, 1, place + j, place + k, to->forward ? pushed(r, b, n, j, t_u) : t_u[j]);
+            const double armature = j == k ? c->armature : 0.0;
+            put(r, to, 2, place + j, place + k,
+                to->forward ? inverse_row(r, b, n, j)[k]
+                            : dot(load_pair(first[j].S), t.of_A) + armature);
         }
-    }
-    clear_forces(r, 0, width);
-    for (int i = 1; i <= r->tree->bodies; ++i) {
-        const int n = r->body[i].n;
-        for (int at = 0; at < width; at += 4) {
-            if (n == 1)
-                go_forth(r, i, 1, at);
-            else
-                go_forth(r, i, n, at);
+        if (b->parent == 0) continue;
+        if (to->forward) t.of_w = splat(0.0);
+        for (int j = 0; j < n && to->forward; ++j) {
+            const pair G = load_pair(first[j].G);
+            t.f_q = plus(t.f_q, -t_q[j], G);
+            t.f_u = plus(t.f_u, -t_u[j], G);
+            t.of_w -= splat(inverse_row(r, b, n, k)[j]) * by_w[j];
         }
-    }
-}
-
-/* Rows of four columns from columns of four rows, and back. */
-MBSRI_INLINE void turn_four(v4 x[4])
-{
-    const v4 a = MBSRI_SHUFFLE(x[0], x[1], 0, 4, 2, 6), b = MBSRI_SHUFFLE(x[0], x[1], 1, 5, 3, 7),
-             c = MBSRI_SHUFFLE(x[2], x[3], 0, 4, 2, 6), d = MBSRI_SHUFFLE(x[2], x[3], 1, 5, 3, 7);
-    x[0] = MBSRI_SHUFFLE(a, c, 0, 1, 4, 5);
-    x[1] = MBSRI_SHUFFLE(b, d, 0, 1, 4, 5);
-    x[2] = MBSRI_SHUFFLE(a, c, 2, 3, 6, 7);
-    x[3] = MBSRI_SHUFFLE(b, d, 2, 3, 6, 7);
-}
-
-/* Four columns of the caller's to those side by side from `at` on, or with `back` from there. */
-MBSRI_INLINE void exchange_four(const mbsri_rigid *r, double *const column[4], int at, bool back)
-{
-    const int nu = r->model->nu, *place = r->order.u;
-    int k = 0;
-    while (k < nu) {
-        const int u = place[k];
-        if (k + 4 > nu || place[k + 1] != u + 1 || place[k + 2] != u + 2 || place[k + 3] != u + 3) {
-            for (int l = 0; l < 4; ++l) {
-                double *own = r->side[k] + at + l, *given = column[l] + u;
-                if (back)
-                    *given = *own;
-                else
-                    *own = *given;
-            }
-            ++k;
-            continue;
-        }
-        v4 x[4];
-        for (int l = 0; l < 4; ++l) x[l] = back ? load(r->side[k + l] + at) : load3(column[l] + u);
-        turn_four(x);
-        for (int l = 0; l < 4; ++l) {
-            if (back)
-                store3(column[l] + u, x[l]);
-            else
-                store(r->side[k + l] + at, x[l]);
-        }
-        k += 4;
+        set_out(r, i, k, to->forward, &t);
     }
 }
 
-/* Sixteen numbers. */
-typedef struct row16 {
-    v4 a, b, c, d;
-} row16;
+/* ---- columns that pass a joint ---- */
 
-MBSRI_INLINE row16 load_row(const double *x)
-{
-    return (row16){load(x), load(x + 4), load(x + 8), load(x + 12)};
-}
+/* Four places of travel at `x`, from place k on, that pass body i; those from .. end - 1 are behind
+ * it, and the others are zero. Packed: `row` has row `place`, columns from k on, `column` its
+ * transpose. */
+typedef struct passage {
+    const mbsri_rigid_body *b;
+    const mbsri_rigid_column *c;
+    int place, k, from, end;
+    double *x, *row, *column;
+} passage;
 
-MBSRI_INLINE void store_row(double *x, row16 y)
+/* Column j of the joint: a row of the matrix. Packed, what is zero goes where zeros are or are
+ * written over later. */
+MBSRI_INLINE void put_row(const mbsri_rigid *r, const passage *p, const results *to, int which,
+                          int j, v4 x)
 {
-    store(x, y.a);
-    store(x + 4, y.b);
-    store(x + 8, y.c);
-    store(x + 12, y.d);
-}
-
-/* x + s y */
-MBSRI_INLINE row16 add_row(row16 x, double s, const double *y)
-{
-    const v4 f = splat(s);
-    return (row16){x.a + f * load(y), x.b + f * load(y + 4), x.c + f * load(y + 8),
-                   x.d + f * load(y + 12)};
-}
-
-/* x - s y */
-MBSRI_INLINE row16 take_row(row16 x, double s, const double *y)
-{
-    const v4 f = splat(s);
-    return (row16){x.a - f * load(y), x.b - f * load(y + 4), x.c - f * load(y + 8),
-                   x.d - f * load(y + 12)};
-}
-
-MBSRI_INLINE row16 sum_of(row16 x, row16 y)
-{
-    return (row16){x.a + y.a, x.b + y.b, x.c + y.c, x.d + y.d};
-}
-
-/* L^-1 of sixteen columns side by side, rows `down` apart; they are zero from place `last` on, and
- * where nothing leads to `first`. */
-MBSRI_INLINE void factor_to_root(const mbsri_rigid *r, double *rows, size_t down, int first,
-                                 int last)
-{
-    const row16 none = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
-    const mbsri_rigid_order *o = &r->order;
-    for (int place = r->tree->bodies; place >= 1; --place) {
-        const int i = r->along[place], behind = o->first[i] + r->body[i].n,
-                  end = o->end[i] < last ? o->end[i] : last;
-        if (o->end[i] <= first || behind >= end) continue;
-        for (int j = o->first[i]; j < behind; ++j) {
-            const double *a = o->down + (o->base[j] + (size_t)behind),
-                         *row = rows + (size_t)behind * down;
-            double *own = rows + (size_t)j * down;
-            row16 x = load_row(own), y = none;
-            int left = end - behind;
-            for (; left > 1; left -= 2, a += 2, row += 2 * down) {
-                x = take_row(x, a[0], row);
-                y = take_row(y, a[1], row + down);
-            }
-            if (left > 0) x = take_row(x, a[0], row);
-            store_row(own, sum_of(x, y));
-        }
-    }
-}
-
-/* e <- D^-1 e of a joint, whose rows begin at `rows`. */
-MBSRI_INLINE void divide(const mbsri_rigid *r, const mbsri_rigid_body *b, double *rows, size_t down)
-{
-    const row16 none = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
-    if (b->multi < 0) {
-        store_row(rows, add_row(none, r->column[b->first].Dinv, rows));
+    if (to->packed) {
+        store3(p->row + (size_t)j * r->order.down + (size_t)which * r->order.part, x);
         return;
     }
-    double y[6][MBSRI_RIGID_SIDE] __attribute__((aligned(32)));
-    for (int k = 0; k < b->n; ++k) {
-        const double *D = r->Dinv[b->multi][k];
-        row16 x = none;
-        for (int j = 0; j < b->n; ++j) x = add_row(x, D[j], rows + (size_t)j * down);
-        store_row(y[k], x);
+    for (int l = 0; l < 4; ++l) {
+        if (p->k + l >= p->from && p->k + l < p->end)
+            put(r, to, which, p->place + j, p->k + l, x[l]);
     }
-    for (int k = 0; k < b->n; ++k) store_row(rows + (size_t)k * down, load_row(y[k]));
 }
 
-/* L^-T D^-1 of them. */
-MBSRI_INLINE void factor_to_leaves(const mbsri_rigid *r, double *rows, size_t down)
+/* A column of it. */
+MBSRI_INLINE void put_column(const mbsri_rigid *r, const passage *p, const results *to, int which,
+                             int j, v4 x)
 {
-    const row16 none = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
-    const mbsri_rigid_order *o = &r->order;
-    const double *up = o->up;
-    const size_t *path = o->path;
-    for (int place = 1; place <= r->tree->bodies; ++place) {
-        const int i = r->along[place], above = o->above[i];
-        const mbsri_rigid_body *b = r->body + i;
-        double *own = rows + (size_t)o->first[i] * down;
-        if (b->n > 0) divide(r, b, own, down);
-        for (int k = 0; k < b->n; ++k, own += down) {
-            row16 x = load_row(own), y = none;
-            const double *end = up + above;
-            for (; up + 1 < end; up += 2, path += 2) {
-                x = take_row(x, up[0], rows + path[0]);
-                y = take_row(y, up[1], rows + path[1]);
-            }
-            if (up < end) x = take_row(x, *up++, rows + *path++);
-            store_row(own, sum_of(x, y));
+    if (to->packed) {
+        const size_t down = r->order.down;
+        double *at = p->column + (size_t)which * r->order.part + j;
+        at[0] = x[0];
+        at[down] = x[1];
+        at[2 * down] = x[2];
+        at[3 * down] = x[3];
+        return;
+    }
+    for (int l = 0; l < 4; ++l) {
+        if (p->k + l >= p->from && p->k + l < p->end)
+            put(r, to, which, p->k + l, p->place + j, x[l]);
+    }
+}
+
+/* Forces at `x`: rows of matrix `which`, and on to the predecessor. */
+MBSRI_INLINE void pass_forces(const mbsri_rigid *r, const passage *p, const int n, double *x,
+                              int which, const results *to)
+{
+    v4 f[6], t[6];
+    load_many(x, 6, f);
+    dot_joint(p->b, p->c, n, f, t);
+    for (int j = 0; j < n; ++j) {
+        v4 y = t[j];
+        if (to->forward) {
+            const double *D = inverse_row(r, p->b, n, j);
+            y = splat(-D[0]) * t[0];
+            for (int l = 1; l < n; ++l) y -= splat(D[l]) * t[l];
         }
+        put_row(r, p, to, which, j, y);
+        if (to->packed && which == 2) put_row(r, p, to, 3, j, -t[j]);
+    }
+    if (p->b->parent == 0) return;
+    for (int j = 0; j < n && to->forward; ++j) give_way_many(p->c[j].G, t[j], f);
+    add_cross_many(p->b->r, f + 3, f);
+    store_many(x, to->forward ? 6 : 3, f);
+}
+
+/* Gradients: columns of matrices, and on. */
+MBSRI_INLINE void pass_gradients(const mbsri_rigid *r, const passage *p, const int n,
+                                 const results *to)
+{
+    const mbsri_rigid_body *b = p->b;
+    v4 A[6], w[3];
+    load_many(p->x + OF_A, 6, A);
+    load_many(p->x + OF_W, 3, w);
+    for (int j = 0; j < n; ++j) {
+        const mbsri_rigid_column *c = p->c + j;
+        put_column(r, p, to, 0, j, add_dot3(dot_many(c->Q, A), c->T, w));
+        put_column(r, p, to, 1, j, add_dot3(dot_many(c->U, A), c->S, w));
+        if (to->forward) continue;
+        const v4 mass = dot_many(c->S, A);
+        put_row(r, p, to, 2, j, mass);
+        put_column(r, p, to, 2, j, mass);
+    }
+    if (b->parent == 0) return;
+    const double *omega = r->body[b->parent].omega, *rho = b->r,
+                 along = rho[0] * omega[0] + rho[1] * omega[1] + rho[2] * omega[2];
+    const v4 far = add_dot3(splat(0.0), rho, A + 3);
+    add_cross_many(b->w, A, w);
+    add_cross_many(b->s, A + 3, w);
+    for (int l = 0; l < 3; ++l) {
+        w[l] += splat(along) * A[3 + l];
+        w[l] -= splat(omega[l]) * far;
+    }
+    add_cross_many(rho, A + 3, A);
+    store_many(p->x + OF_A, 3, A);
+    store_many(p->x + OF_W, 3, w);
+}
+
+/* All behind body i past its joint of n columns. */
+MBSRI_INLINE void pass_joint(const mbsri_rigid *r, int i, const int n, const results *to)
+{
+    const mbsri_rigid_order *o = &r->order;
+    const mbsri_rigid_body *b = r->body + i;
+    passage p = {.b = b,
+                 .c = r->column + b->first,
+                 .place = o->first[i],
+                 .from = o->first[i] + n,
+                 .end = o->end[i]};
+    if (p.from >= p.end) return;
+    const int last = o->slot[p.end - 1] / 4;
+    for (int m = o->slot[p.from] / 4; m <= last; ++m) {
+        p.k = o->block_place[m];
+        p.x = o->travel + MBSRI_RIGID_TRAVEL * (size_t)m;
+        if (to->packed) {
+            p.row = o->rows + ((size_t)p.place * o->down + (size_t)p.k);
+            p.column = o->rows + ((size_t)p.k * o->down + (size_t)p.place);
+        }
+        pass_forces(r, &p, n, p.x + OF_Q, 0, to);
+        pass_forces(r, &p, n, p.x + OF_U, 1, to);
+        if (to->forward) pass_forces(r, &p, n, p.x + OF_G, 2, to);
+        pass_gradients(r, &p, n, to);
     }
 }
 
-/* A <- M^-1 A for `count` columns, one behind the other at the places of `list`. */
-MBSRI_INLINE void solve_some(const mbsri_rigid *r, double *const list[MBSRI_RIGID_SIDE], int count)
+MBSRI_INLINE void sweep_to_root(const mbsri_rigid *r, const results *to)
 {
-    double *column[MBSRI_RIGID_SIDE];
-    for (int l = 0; l < MBSRI_RIGID_SIDE; ++l) column[l] = l < count ? list[l] : r->spare;
-    const int width = (count + 3) / 4 * 4;
-    for (int at = 0; at < width; at += 4) exchange_four(r, column + at, at, false);
-    solve_side(r, width);
-    for (int at = 0; at < width; at += 4) exchange_four(r, column + at, at, true);
-}
-
-/* Where columns of joints that are marked are not zero, on the way to the root: there, before, and
- * of all but unit vectors behind. */
-static void find_reach(const mbsri_rigid *r, bool units)
-{
-    unsigned char *reach = r->reach;
     const int bodies = r->tree->bodies;
-    for (int i = 1; i <= bodies && !units; ++i) {
-        const int parent = r->body[i].parent;
-        if (parent > 0) reach[i] |= reach[parent];
-    }
-    for (int i = bodies; i >= 1; --i) reach[r->body[i].parent] |= reach[i];
-}
-
-/* All columns of up to three matrices, branch by branch: those side by side have most zeros in
- * common. */
-static void solve_columns(const mbsri_rigid *r, double *const matrix[3])
-{
-    const size_t nu = (size_t)r->model->nu, bodies = (size_t)r->tree->bodies;
-    double *list[MBSRI_RIGID_SIDE];
-    for (int first = 0; first < 3; first += 2) {
-        const bool units = first == 2;
-        int count = 0;
-        memset(r->reach, 0, bodies + 1);
-        for (size_t place = 1; place <= bodies; ++place) {
-            const int i = r->along[place];
-            const mbsri_rigid_body *b = r->body + i;
-            for (int k = 0; k < (units ? 1 : 2) * b->n; ++k) {
-                const int which = units ? 2 : k / b->n, u = r->column[b->first + k % b->n].u;
-                if (!matrix[which]) continue;
-                list[count++] = matrix[which] + (size_t)u * nu;
-                r->reach[i] = 1;
-                if (count < MBSRI_RIGID_SIDE) continue;
-                find_reach(r, units);
-                solve_some(r, list, count);
-                memset(r->reach, 0, bodies + 1);
-                count = 0;
-            }
-        }
-        if (count == 0) continue;
-        find_reach(r, units);
-        solve_some(r, list, count);
-    }
-}
-
-/* From rows and columns in the order of places to a matrix. */
-static void hand_matrix_out(const mbsri_rigid *r, const double *from, double *matrix)
-{
     const mbsri_rigid_order *o = &r->order;
-    const int nu = r->model->nu;
-    for (int k = 0; k < nu; k += 4) {
-        double *column[4];
-        for (int l = 0; l < 4; ++l)
-            column[l] = k + l < nu ? matrix + (size_t)o->u[k + l] * (size_t)nu : r->spare;
-        int j = 0;
-        for (; j + 4 <= nu; j += 4) {
-            v4 x[4];
-            for (int l = 0; l < 4; ++l) x[l] = load(from + (size_t)o->row[j + l] + k);
-            turn_four(x);
-            for (int l = 0; l < 4; ++l) store3(column[l] + j, x[l]);
+    memset(o->travel, 0, o->blocks * MBSRI_RIGID_TRAVEL * sizeof *o->travel);
+    for (int i = 0; i <= bodies; ++i) open_composite(r->body + i, r->composite + i);
+    for (int place = bodies; place >= 1; --place) {
+        const int i = r->along[place], n = r->body[i].n;
+        if (n == 1) {
+            pass_joint(r, i, 1, to);
+            start_columns(r, i, 1, to);
+            if (r->body[i].parent > 0) hand_composite_on(r, i, 1, to->forward);
+        } else {
+            pass_joint(r, i, n, to);
+            start_columns(r, i, n, to);
+            if (r->body[i].parent > 0) hand_composite_on(r, i, n, to->forward);
         }
-        for (; j < nu; ++j)
-            for (int l = 0; l < 4; ++l) column[l][j] = from[(size_t)o->row[j] + (size_t)(k + l)];
     }
 }
 
-/* The places that columns at .. at + 15 of the rows reach: of matrices of `width` columns, the last
- * of unit vectors. */
-static void find_reached_places(const mbsri_rigid *r, int at, int columns, int width, bool units,
-                                int *first, int *last)
+/* Forward dynamics, to the rows: the sweep that is called most. */
+MBSRI_OUTLINE void sweep_rows(const mbsri_rigid *r)
 {
-    const int nu = r->model->nu;
-    *first = nu;
-    *last = 0;
-    for (int k = at; k < at + MBSRI_RIGID_SIDE && k < columns; ++k) {
-        const int place = k % width, end = units && k >= columns - width
-                                               ? place + 1
-                                               : (place < nu ? r->order.reach[place] : 0);
-        if (place >= nu) continue;
-        if (place < *first) *first = place;
-        if (end > *last) *last = end;
-    }
+    const results to = {{NULL, NULL, NULL}, true, true};
+    sweep_to_root(r, &to);
 }
 
-/* All three by L and D, on rows side by side. */
-static void matrices_by_factor(const mbsri_rigid *r, double *const matrix[3])
+/* To matrices by u, which become zero first. */
+MBSRI_OUTLINE void sweep_matrices(const mbsri_rigid *r, double *const matrix[3], bool forward)
 {
-    const mbsri_rigid_order *o = &r->order;
-    const int nu = r->model->nu, width = (nu + 3) / 4 * 4;
-    const size_t down = o->down_rows;
-    double *part[3];
-    int columns = 0, first, last;
-    for (int which = 0; which < 3; ++which) {
-        part[which] = matrix[which] ? o->rows + columns : NULL;
-        columns += matrix[which] ? width : 0;
+    const size_t nu = (size_t)r->model->nu;
+    for (int k = 0; k < 3; ++k) {
+        if (matrix[k]) memset(matrix[k], 0, nu * nu * sizeof *matrix[k]);
     }
-    for (size_t k = 0; k < (size_t)nu * down; k += 4) store(o->rows + k, splat(0.0));
-    const results to = {down, 1, o->place, o->place, part[0], part[1], NULL, -1.0};
-    inverse_matrices(r, &to);
-    for (int k = 0; k < nu && part[2]; ++k) part[2][(size_t)k * (down + 1)] = 1.0;
-    for (size_t k = 0; k < o->entries; ++k) o->up[k] = o->down[o->turn[k]];
-    for (int at = 0; at < columns; at += MBSRI_RIGID_SIDE) {
-        find_reached_places(r, at, columns, width, part[2] != NULL, &first, &last);
-        factor_to_root(r, o->rows + at, down, first, last);
-        factor_to_leaves(r, o->rows + at, down);
-    }
-    for (int which = 0; which < 3; ++which) {
-        if (matrix[which]) hand_matrix_out(r, part[which], matrix[which]);
-    }
+    const results to = {{matrix[0], matrix[1], matrix[2]}, false, forward};
+    sweep_to_root(r, &to);
 }
 
-static void rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *by_load,
+static bool rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *by_load,
                            bool forward)
 {
     const size_t nu = (size_t)r->model->nu;
     const mbsri_rigid_order *o = &r->order;
     double *const all[3] = {by_q, by_u, by_load};
+    v4 check = splat(0.0);
     for (int i = 1; i <= r->tree->bodies; ++i) {
         const mbsri_rigid_body *b = r->body + i;
         for (int k = 0; k < b->n; ++k) {
             const int place = o->first[i] + k, u = r->column[b->first + k].u;
             o->u[place] = u;
-            o->place[place] = place;
-            o->row[u] = place * (int)o->down_rows;
-            o->reach[place] = o->end[i];
+            o->place[u] = place;
         }
     }
-    if (forward && o->base) {
-        matrices_by_factor(r, all);
-        return;
-    }
-    const results to = {
-        1, nu, o->u, o->u, by_q, by_u, forward ? NULL : by_load, forward ? -1.0 : 1.0};
+    const bool packed = forward && o->down > 0;
+    if (packed)
+        sweep_rows(r);
+    else
+        sweep_matrices(r, all, forward);
     for (int k = 0; k < 3; ++k) {
-        if (all[k]) memset(all[k], 0, nu * nu * sizeof *all[k]);
+        if (!all[k]) continue;
+        if (!forward)
+            check += nothing_of(nu * nu, all[k]);
+        else if (!packed)
+            check += matrix_to_leaves(r, all[k]);
+        else if (o->path)
+            check += rows_by_factor(r, (size_t)k * o->part, all[k]);
+        else
+            check += rows_by_sweep(r, (size_t)k * o->part, all[k]);
     }
-    inverse_matrices(r, &to);
-    for (size_t k = 0; k < nu && by_load && forward; ++k) by_load[k * (nu + 1)] = 1.0;
-    if (forward) solve_columns(r, all);
+    return check[0] + check[1] + check[2] + check[3] == 0.0;
 }
 
 #endif

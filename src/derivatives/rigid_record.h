@@ -37,7 +37,8 @@ MBSRI_CHECK_LAYOUT(mbsri_rigid_body);
 
 /* Of a rate, in the order of the joint's axes. Pairs: angular and linear part. */
 typedef struct mbsri_rigid_column {
-    double S[8], T[8], Q[8], U[8], C[8], G[8];
+    double S[8], T[8], Q[8], U[8], C[8];
+    double G[8], F[8];   /* Mbar S D^-1, Mbar S */
     double Dinv;         /* of one column */
     double tau_q, tau_u; /* slopes of elements on this coordinate */
     double armature;     /* kg m^2 or kg */
@@ -59,9 +60,10 @@ typedef struct mbsri_rigid_own {
     double arm[3], v[3], v_own[3], f[6];
 } mbsri_rigid_own;
 
-/* Of a body and all behind it, about its point: inertia; forces by omega, three pairs. */
+/* Of a body and all behind it, about its point: inertia [I G^T; G M]; components of the forces by
+ * omega, for omega along each axis. */
 typedef struct mbsri_rigid_composite {
-    double I[8], c[4], B[3][8];
+    double I[8], G[12], M[8], B[6][4];
 } mbsri_rigid_composite;
 MBSRI_CHECK_LAYOUT(mbsri_rigid_composite);
 
@@ -83,29 +85,25 @@ typedef struct mbsri_rigid_seeds {
 } mbsri_rigid_seeds;
 
 /* The columns in an order in which those behind a body stand together, and what matrices need of
- * it. D and L of M = L D L^T, L with ones on its diagonal: row j of L - 1 has an entry for each
- * column k behind j, what a torque there takes away here, S_j^T (X^T)* G_k. */
+ * it. Rows of places, of four parts side by side: three matrices, and Lambda. On their way to the
+ * root columns stand in slots, four in a block; those of a branch begin with a block. */
 typedef struct mbsri_rigid_order {
     int *first, *end; /* bodies + 1: place of its columns; where those behind it end */
-    int *above;       /* bodies + 1: columns of joints before it */
-    int *u;           /* nu: index in the caller's u */
-    double *travel;   /* MBSRI_RIGID_TRAVEL x stride: columns on their way to the root */
-    size_t stride;
-    size_t *base; /* nu: entry (j, k) is down[base[j] + k], which may wrap; NULL: L is too large */
-    double *down; /* row by row, the last first */
-    double *up;   /* the same column by column, from the predecessor on to the root */
-    size_t *turn, *path; /* which entry of `down` it is, and where its row begins in `rows` */
-    size_t entries;
-    int *place, *reach; /* nu: the place itself; where what is behind it ends */
-    int *row;           /* nu: where the row of a rate begins in `rows`, by the caller's u */
-    double *rows;       /* nu x down_rows: by places, columns of three matrices side by side */
-    size_t down_rows;
+    int *u, *place;   /* nu: index in the caller's u; the place of that */
+    int *slot;        /* nu */
+    int *block_place; /* blocks: place of its first slot; other slots go on from there */
+    double *travel;   /* MBSRI_RIGID_TRAVEL x blocks */
+    size_t blocks;
+    double *rows;      /* nu + 4 rows of `down` numbers */
+    size_t down, part; /* of a row, of its parts; 0: there are no rows */
+    int width;         /* four times so many columns are summed at once */
+    size_t *path;      /* where rows of columns before each column begin; NULL: too many */
+    size_t *way;       /* nu: the first of them in `path` */
+    int *above;        /* nu: how many they are */
 } mbsri_rigid_order;
 
-enum { MBSRI_RIGID_TRAVEL = 27 };
-
-/* Columns side by side in one solution. */
-enum { MBSRI_RIGID_SIDE = 16 };
+/* Numbers of a block; columns side by side in sweeps to the leaves; vectors of four in a row. */
+enum { MBSRI_RIGID_TRAVEL = 108, MBSRI_RIGID_SIDE = 8, MBSRI_RIGID_WIDTH = 9 };
 
 typedef struct mbsri_rigid mbsri_rigid;
 
@@ -121,8 +119,8 @@ typedef struct mbsri_rigid_kernels {
     void (*solve)(mbsri_rigid *r, const double *by, double *x);
     void (*gradients)(mbsri_rigid *r, double sign, const double *by, double *dq, double *du,
                       double *dudot);
-    /* nu x nu, column-major, any may be NULL; without other elements. */
-    void (*matrices)(mbsri_rigid *r, double *by_q, double *by_u, double *by_load, bool forward);
+    /* nu x nu, column-major, any may be NULL; without other elements. Whether all is finite. */
+    bool (*matrices)(mbsri_rigid *r, double *by_q, double *by_u, double *by_load, bool forward);
 } mbsri_rigid_kernels;
 
 extern const mbsri_rigid_kernels mbsri_rigid_base;
@@ -141,12 +139,10 @@ struct mbsri_rigid {
     double *y;                            /* nu */
     double *q, *u, *tau_q, *tau_u;        /* in the order of the sweeps */
     mbsri_rigid_composite *composite;     /* bodies + 1 */
-    double (*force)[6][MBSRI_RIGID_SIDE]; /* bodies + 1 */
-    double *spare;                        /* nu: a column that nobody asks for */
-    double (*side)[MBSRI_RIGID_SIDE];     /* nu */
+    double (*force)[6][MBSRI_RIGID_SIDE]; /* bodies + 1: accelerations where branches begin */
+    double (*side)[MBSRI_RIGID_SIDE];     /* nu + 3 */
     int *along;                           /* bodies + 1, so that those behind one stand together */
     mbsri_rigid_order order;
-    unsigned char *reach; /* bodies + 1: what is not zero in these columns */
     /* with other elements than gravity and those on one coordinate */
     bool elements;
     mbsri_rigid_own *own;     /* bodies + 1, of those with loads */

@@ -150,6 +150,7 @@ MBSRI_OUTLINE void take_block(const mbsri_sweep_run *run, int i, const mbsri_rig
             G = plus(G, x[l], load_pair(multi->U[l]));
         }
         store_pair(column[k].G, G);
+        memcpy(column[k].F, multi->U[column[k].place - b->u], sizeof column[k].F);
     }
 }
 
@@ -159,10 +160,12 @@ MBSRI_INLINE void take_factors(const mbsri_rigid *r, const mbsri_sweep_run *run,
     const mbsri_sweep_state *s = run->state + i;
     if (to->multi >= 0) {
         take_block(run, i, to, column, r->Dinv[to->multi]);
+        column->Dinv = r->Dinv[to->multi][0][0];
         return;
     }
     const v4 Dinv = splat(s->Dinv);
     column->Dinv = s->Dinv;
+    store_pair(column->F, (pair){load(s->U_L), load(s->U_p)});
     store_pair(column->G, (pair){load(s->U_L) * Dinv, load(s->U_p) * Dinv});
 }
 
