@@ -57,6 +57,7 @@ typedef struct mbsri_matrices {
     bool untested;      /* the one at hand has not been multiplied with a direction */
     double tested_step; /* up to which no other needs to be, s */
     long tested_at;     /* step in which one was */
+    long kept; /* age in steps up to which careful ones begin with the one at hand; 0: with none */
 } mbsri_matrices;
 
 typedef struct mbsri_evidence {
