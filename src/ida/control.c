@@ -72,7 +72,8 @@ static const rule rules[MBSRI_SIGNS] = {
 void mbsri_control_begin(mbsri_control *c)
 {
     for (int k = 0; k < MBSRI_SIGNS; ++k) c->evidence[k] = (mbsri_evidence){0.0, 0};
-    c->matrices = (mbsri_matrices){.share = c->matrices.share, .due = 2.0};
+    c->matrices =
+        (mbsri_matrices){.share = c->matrices.share, .kept = c->matrices.kept, .due = 2.0};
     c->learned = false;
     c->until = c->span = 0;
     c->doubt = 1.0;

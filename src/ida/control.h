@@ -57,6 +57,7 @@ typedef struct mbsri_matrices {
     bool untested;      /* whether the matrix at hand has not been checked along a direction */
     double tested_step; /* the longest step for which the last check serves, s */
     long tested_at;     /* the step of that check */
+    long kept;          /* age in steps up to which careful ones keep the matrix; 0: none do */
 } mbsri_matrices;
 
 typedef struct mbsri_evidence {

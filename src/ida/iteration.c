@@ -8,7 +8,9 @@
  * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges
  * quadratically or not at all. So in careful steps the matrix is new at first, and in each
  * iteration in which the residual r of the momenta, r / c, shows that something is still strained,
- * and the last correction has to be small itself, not by a rate of convergence. (Of a Krylov method
+ * and the last correction has to be small itself, not by a rate of convergence. Where matrices are
+ * dear, iterations with one of the last steps come first, as long as each leaves less than a fifth
+ * of r / c; they count for nothing until r / c shows that nothing is strained. (Of a Krylov method
  * it is the preconditioner that would be new, in each step is enough. Where momenta do not show all
  * that is strained it is new in each iteration.) Other steps are left to the solver of SUNDIALS, or
  * begin with a new matrix (renewal.c).
@@ -16,7 +18,7 @@
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs
  * unless something stiff takes it, and where the matrix is old, that may be gone: a stop that was
  * left, a direction that has turned. The correction is small then, and passes for converged. So
- * where r / c was more than the tolerance, and the correction less than a third of it, the next
+ * where r / c was more than the tolerance, and the correction less than a fifth of it, the next
  * residual is looked at. As long as its r / c is beyond the tolerance and halves each time,
  * iterations with the matrix at hand go on; where it does not, iterations with new matrices have
  * the last word. */
@@ -55,20 +57,39 @@ static bool is_rounding(const mbsri_stiff *s)
     return coordinates(s, s->change) <= units * DBL_EPSILON * coordinates(s, y);
 }
 
+/* Whether the matrix at hand will do once more: it was made a few steps ago for a c like this, and
+ * leaves much less of the momenta r / c than there was; *left: what there is now. */
+static bool serves(const mbsri_stiff *s, bool young, double *left)
+{
+    static const double rate = 0.2;
+    const double before = *left;
+    if (!young) return false;
+    *left = mbsri_stiff_left(s);
+    return *left <= rate * before;
+}
+
+static bool is_young(const mbsri_stiff *s)
+{
+    static const double alike = 0.2;
+    return s->control.looks && s->set_up &&
+           s->now.steps - s->made.step <= s->control.matrices.kept &&
+           fabs(s->now.c - s->made.c) <= alike * fabs(s->made.c);
+}
+
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
  * above the smaller one here, four of them in a row within it will do; or within `rounding`, where
  * they do not even shrink. With short steps h rounding of q is one of velocities by 1/h, beyond all
  * tolerances at last, and shorter steps make it worse: corrections that do not shrink and move
  * coordinates by their rounding are the last. Nothing better is to be had either where corrections
  * have been shortened in vain twice, after one that was not. */
-static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding)
+static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding, bool young)
 {
     enum { ITERATIONS = 10 };
     static const double share = 0.03;
     const double enough = s->control.looks ? share * tolerance : 0.0,
                  within = s->control.iterates ? INFINITY : enough;
     int small = 0, still = 0, vain = 0;
-    double before = 0.0, power = 0.0;
+    double before = 0.0, power = 0.0, left = INFINITY;
     bool grows = false;
     for (int k = 1; k <= ITERATIONS; ++k) {
         mbsri_search search = MBSRI_SEARCH_NONE;
@@ -77,10 +98,12 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
         if (status) return status;
         if (search == MBSRI_SEARCH_IN_VAIN && ++vain == 3) return SUN_NLS_SUCCESS;
         N_VScale(1.0, s->change, s->trial);
-        status = mbsri_stiff_correct(s, ee, k == 1 || search ? 0.0 : within);
+        young = serves(s, young && !search, &left);
+        status = mbsri_stiff_correct(s, ee, young ? INFINITY : k == 1 || search ? 0.0 : within);
         if (status) return status;
         power = mbsri_stiff_power(s, s->change, s->trial);
         N_VScale(1.0, s->change, s->filtered);
+        if (young && left > within) continue;
         const double size = N_VWrmsNorm(s->change, s->weight);
         if (k == 2 && turns(before, size, tolerance)) mbsri_stiff_note(s, MBSRI_SIGN_TURNS);
         small = size <= tolerance ? small + 1 : 0;
@@ -94,10 +117,10 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
     return SUN_NLS_CONV_RECVR;
 }
 
-int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding)
+int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding, bool young)
 {
     ++s->info.careful_attempts;
-    const int status = iterate(s, ee, tolerance, rounding);
+    const int status = iterate(s, ee, tolerance, rounding, young && is_young(s));
     if (status != SUN_NLS_CONV_RECVR) return status;
     ++s->info.careful_failures;
     mbsri_stiff_keep(s, ee, true);
@@ -157,7 +180,7 @@ static int renew(mbsri_stiff *s, N_Vector ee, double tolerance)
     if (s->now.steps < s->control.matrices.verify_at) return SUN_NLS_SUCCESS;
     N_VScale(1.0, ee, s->error);
     mbsri_stiff_prepare(s, true);
-    const int status = mbsri_stiff_iterate(s, ee, tolerance, tolerance);
+    const int status = mbsri_stiff_iterate(s, ee, tolerance, tolerance, false);
     mbsri_stiff_prepare(s, false);
     N_VLinearSum(1.0, ee, -1.0, s->error, s->error);
     const bool misled = status || N_VWrmsNorm(s->error, s->weight) > tolerance;
@@ -186,7 +209,7 @@ static int measure_rate(mbsri_stiff *s, N_Vector ee, double tolerance)
     const int status = mbsri_stiff_settle(s, ee, size, tolerance, false);
     if (status != SUN_NLS_CONV_RECVR) return status;
     if (N_VWrmsNorm(s->change, s->weight) <= little * size) return SUN_NLS_SUCCESS;
-    return mbsri_stiff_iterate(s, ee, tolerance, tolerance);
+    return mbsri_stiff_iterate(s, ee, tolerance, tolerance, false);
 }
 
 /* Newton's method of SUNDIALS. */
@@ -199,6 +222,7 @@ static int iterate_as_ida(mbsri_stiff *s, N_Vector predicted, N_Vector ee, doubl
     SUNNonlinSolGetNumConvFails(s->plain, &s->now.stale);
     s->now.failures = s->now.stale;
     s->control.matrices.untested = s->control.matrices.untested || set_up || s->now.stale > 0;
+    if (set_up || s->now.stale > 0) mbsri_stiff_note_matrix(s);
     if (!status && s->now.iterations == 1) status = measure_rate(s, ee, tolerance);
     return status;
 }

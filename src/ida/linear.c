@@ -54,7 +54,7 @@ static int choose_solver(mbsr_ida *ida, mbsr_error *error)
  * flexible bodies and many elements too dear to be made without need. */
 void mbsri_ida_judge_matrix(const mbsr_ida *ida)
 {
-    enum { MANY = 8, SPACE = 6 };
+    enum { MANY = 8, SPACE = 6, KEPT = 5 };
     static const double share = 0.2, cheap = 0.05;
     mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     const int bodies = mbsr_model_bodies(ida->model);
@@ -68,6 +68,7 @@ void mbsri_ida_judge_matrix(const mbsr_ida *ida)
         if (dimension > largest) largest = dimension;
     }
     stiff->control.dear = info.across > MANY;
+    stiff->control.matrices.kept = info.method == MBSR_NEWTON_ELIMINATED ? KEPT : 0;
     if (!ida->opt.renew_matrices || stiff->control.dear || largest > SPACE) return;
     stiff->control.matrices.share = info.across == 0 && MANY * info.blocks < bodies ? cheap : share;
 }

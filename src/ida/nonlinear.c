@@ -59,7 +59,7 @@ static int solve_nonlinear(SUNNonlinearSolver solver, N_Vector predicted, N_Vect
     }
     if (status == SUN_NLS_CONTINUE) {
         set_careful(s, true);
-        status = mbsri_stiff_iterate(s, ee, tolerance / s->stricter, tolerance);
+        status = mbsri_stiff_iterate(s, ee, tolerance / s->stricter, tolerance, !set_up);
     }
     if (!status) end(s);
     return status;
@@ -73,6 +73,7 @@ static int initialize(SUNNonlinearSolver solver)
     mbsri_control_begin(&s->control);
     s->blame.slowest = 0.0;
     s->past.known = 0;
+    s->made.c = 0.0;
     s->now.steps = 0;
     s->now.call = MBSRI_CALL_NONE;
     s->now.suspect = false;

@@ -44,7 +44,14 @@ static int factor_matrix(mbsri_stiff *s)
 {
     sunbooleantype current = SUNFALSE;
     s->control.matrices.untested = true;
+    mbsri_stiff_note_matrix(s);
     return s->set_up(SUNFALSE, &current, s->memory);
+}
+
+void mbsri_stiff_note_matrix(mbsri_stiff *s)
+{
+    s->made.step = s->now.steps;
+    s->made.c = s->now.c;
 }
 
 double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x)

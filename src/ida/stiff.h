@@ -98,6 +98,10 @@ typedef struct mbsri_stiff {
 
     mbsri_control control;
     mbsri_attempt now;
+    struct {
+        long step;
+        double c;
+    } made; /* of the attempt that made the matrix at hand */
     mbsri_past past;
     mbsri_blame blame;
     mbsr_sundials_stiff_info info;
@@ -188,9 +192,12 @@ typedef enum mbsri_search {
 int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough, bool stay,
                        mbsri_search *found);
 
-/* A careful step; within `rounding` corrections need not shrink. A status of SUNDIALS, as those
- * below. */
-int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding);
+/* A careful step; within `rounding` corrections need not shrink; `young`: the matrix at hand may
+ * serve. A status of SUNDIALS, as those below. */
+int mbsri_stiff_iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double rounding, bool young);
+
+/* A matrix is made in the present attempt. */
+void mbsri_stiff_note_matrix(mbsri_stiff *s);
 
 /* An ordinary step. SUN_NLS_CONTINUE: its matrix was wrong, and the step is to be tried carefully.
  */
