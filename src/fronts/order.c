@@ -200,6 +200,17 @@ static int rates_passed(const mbsri_order *g, const mbsri_closure *c, int enough
     return rates;
 }
 
+/* Rates that are to be passed before the forces of closure k go: twice as many as it has rows where
+ * an end has not entered, unless one of its paths has been passed whole and no more come there. */
+static int rates_wanted(const mbsri_order *g, int k)
+{
+    const mbsri_closure *c = g->closure + k;
+    int paths = 0;
+    for (int l = 0; l < c->bodies; ++l) paths += mbsri_plan_reads(c, l) && c->body[l] != c->meets;
+    const bool doubly = g->ends_left[k] > 0 && g->tops_left[k] == paths;
+    return (doubly ? 2 : 1) * c->rows + g->rule.more;
+}
+
 static bool may_go(mbsri_order *g, int vertex)
 {
     const mbsr_model *m = g->m;
@@ -210,7 +221,7 @@ static bool may_go(mbsri_order *g, int vertex)
     if (g->rule.moment == MBSRI_ORDER_WHOLE) return false;
     if (g->ends_left[k] > 0 && (g->rule.moment != MBSRI_ORDER_FAR || mbsri_reads_joints(c)))
         return false;
-    const int wanted = (g->ends_left[k] > 0 ? 2 : 1) * c->rows + g->rule.more;
+    const int wanted = rates_wanted(g, k);
     if (rates_passed(g, c, wanted) < wanted) return false;
     int spare = 0;
     clean_links(g, vertex);

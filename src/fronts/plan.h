@@ -12,8 +12,8 @@
  *   when all its paths have been passed up to the body where these meet,
  *   or earlier, when all its ends have entered and as many rates have been passed as it has rows,
  *       and some more,
- *   or when one end has entered, twice as many have been passed, and the motion of the other is
- *       taken into the border.
+ *   or when one end has entered, twice as many have been passed, or all of its path, and the motion
+ *       of the other is taken into the border.
  * Several orders are made by greedy rules (order.c), and the one with the fewest multiplications is
  * kept (choose.c). */
 #ifndef MBSRI_FRONTS_PLAN_H

@@ -54,13 +54,13 @@ static void ladder(loops *s, int count)
     }
 }
 
-/* Legs of four rods, that carry the end of the first one. */
-static void platform(loops *s, int count)
+/* Legs of so many rods, that carry the end of the first one. */
+static void add_legs(loops *s, int count, int rods)
 {
     int carried = MBSR_GROUND;
     for (int leg = 0; leg <= count; ++leg) {
         int rod = MBSR_GROUND;
-        for (int k = 0; k < 4; ++k)
+        for (int k = 0; k < rods; ++k)
             rod = loops_rod(s, "leg", rod, k > 0 ? 1.0 : 0.0, k > 0 ? 0.0 : 0.1 * leg, 1.0, 1.0);
         if (leg == 0)
             carried = rod;
@@ -69,8 +69,20 @@ static void platform(loops *s, int count)
     }
 }
 
+static void platform(loops *s, int count)
+{
+    add_legs(s, count, 4);
+}
+
+/* Each leg has as many rates as its pin has rows. */
+static void short_legs(loops *s, int count)
+{
+    add_legs(s, count, 2);
+}
+
 typedef void (*family)(loops *, int);
-static const family families[] = {four_bars_on_the_ground, chain_on_the_ground, ladder, platform};
+static const family families[] = {four_bars_on_the_ground, chain_on_the_ground, ladder, platform,
+                                  short_legs};
 enum { FAMILIES = sizeof families / sizeof families[0] };
 
 /* ---- plans ---- */
