@@ -306,7 +306,8 @@ static int no_memory(mbsr_error *error)
     return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for it");
 }
 
-int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t size, mbsr_error *error)
+int mbsri_plan_read(mbsri_unit_plan *plan, const unsigned char *data, size_t size,
+                    mbsr_error *error)
 {
     mbsri_stream s = mbsri_stream_read(&plan->arena, data, size);
     const char *name, *version;
