@@ -174,7 +174,7 @@ typedef struct mbsri_newton_kernels {
     int (*factor_looped)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,
                   double *motion);
-    void (*solve_transposed)(mbsri_newton_sweeps *newton, const double *v, double *x);
+    void (*solve_transposed)(mbsri_newton_sweeps *newton, const double *v, double *x, double *tau);
 } mbsri_newton_kernels;
 
 extern const mbsri_newton_kernels mbsri_newton_base;
