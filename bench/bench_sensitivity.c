@@ -1,7 +1,7 @@
 /* Sensitivities of runs beside the runs themselves.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_sensitivity [largest N]     CSV on standard output
+ *   bench_sensitivity [largest N [kind]]     CSV on standard output
  *
  * Chains of N = 10, 100, ... hinges with a spring at each, 0.2 s, tolerances 1e-6: processor time
  * of the run, and in runs that of the forward sensitivities of 1 and 20 parameters, and of an
@@ -17,7 +17,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REPEATS = 3, FORWARD = 20 };
+enum { REPEATS = 3, FORWARD = 20, KINDS = 4 };
+
+static const char *const kinds[KINDS] = {"hinges", "massless", "segments", "four-bars"};
 
 static void check(int status, const char *text)
 {
@@ -95,6 +97,7 @@ static void measure(const char *kind, const mbsr_model *m, const mbsr_parameters
            1e9 * least[0] / ((double)steps * bodies));
     if (parameters <= FORWARD) printf("%.2f", least[1] / least[0]);
     printf(",%.2f\n", least[2] / least[0]);
+    fflush(stdout);
     mbsr_sensitivity_destroy(s);
     free(which), free(dq), free(by), free(w);
 }
@@ -107,7 +110,7 @@ static void measure_hinges(int bodies)
     double *q = calloc((size_t)bodies, sizeof *q);
     check(!q || mbsr_parameters_create(m, &list, NULL), "no memory");
     q[0] = 0.3;
-    for (int k = 0; k < 3; ++k) measure("hinges", m, list, q, NULL, parameters[k]);
+    for (int k = 0; k < 3; ++k) measure(kinds[0], m, list, q, NULL, parameters[k]);
     mbsr_parameters_destroy(list);
     mbsr_model_destroy(m);
     free(q);
@@ -122,19 +125,26 @@ static void measure_tree(const char *kind, bench_model *tree)
     bench_free_tree(tree);
 }
 
+static void measure_kind(int kind, int bodies)
+{
+    bench_model tree;
+    switch (kind) {
+    case 0: measure_hinges(bodies); return;
+    case 1: bench_make_chain(&tree, bodies, 3, 1); break;
+    case 2: bench_make_segments(&tree, bodies / 3 + 1); break;
+    default: bench_make_fourbars(&tree, bodies / 4 + 1, 0, BENCH_RIGID); break;
+    }
+    measure_tree(kinds[kind], &tree);
+}
+
 int main(int count, char **argument)
 {
     const int largest = count > 1 ? atoi(argument[1]) : 1000;
+    bench_header(stdout, "sensitivities");
     puts("kind,bodies,parameters,steps,run (ns/body/step),forward (runs),adjoint (runs)");
     for (int bodies = 10; bodies <= largest; bodies *= 10) {
-        bench_model tree;
-        measure_hinges(bodies);
-        bench_make_chain(&tree, bodies, 3, 1);
-        measure_tree("massless", &tree);
-        bench_make_segments(&tree, bodies / 3 + 1);
-        measure_tree("segments", &tree);
-        bench_make_fourbars(&tree, bodies / 4 + 1, 0, BENCH_RIGID);
-        measure_tree("four-bars", &tree);
+        for (int k = 0; k < KINDS; ++k)
+            if (count < 3 || strcmp(argument[2], kinds[k]) == 0) measure_kind(k, bodies);
     }
     return 0;
 }

@@ -14,6 +14,7 @@
 #   bench/run.sh stepper [steps]                  nor this
 #   bench/run.sh contact [case [spheres]]         MuJoCo, too, where npm fetches it
 #   bench/run.sh outputs [samples [outputs]]
+#   bench/run.sh sensitivity [largest N [kind]]
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
@@ -29,7 +30,7 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | flexible | loops | outputs | precision | newton | explicit | driver | contact) ida=ON ;; # loops: for KLU
+all | flexible | loops | outputs | precision | newton | explicit | driver | contact | sensitivity) ida=ON ;; # loops: for KLU
 scaling | kinds | report | files | fe | stepper | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
@@ -76,7 +77,7 @@ if wanted scaling; then
     mv "$build/scaling.csv" "$results/scaling.csv"
     sed -n '/^# least squares/,$p' "$results/scaling.csv"
 fi
-for part in kinds flexible loops report files fe stepper outputs explicit driver contact; do
+for part in kinds flexible loops report files fe stepper outputs explicit driver contact sensitivity; do
     wanted $part || continue
     OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_$part" "$@" > "$build/$part.csv"
     if [ $part = loops ]; then

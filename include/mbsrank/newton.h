@@ -54,7 +54,7 @@ typedef struct mbsr_newton_opt {
                  kB; what they do not serve, closures and elements across mixed trees too, is
                  refused with MBSR_ERR_LEAN; default 0 */
     int products; /* 1: memory for mbsr_newton_linearise, some 10 kB a body; not lean; default 0 */
-    int transposes; /* 1: mbsr_newton_solve_transposed serves. Models with closures, elements
+    int transposes; /* 1: mbsr_newton_solve_transposed and _adjoint serve. Models with elements
                  across or bodies of several kinds are passed by the front, as with by_blocks; not
                  lean; default 0 */
 } mbsr_newton_opt;
@@ -106,8 +106,8 @@ MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *del
 
 /* Solves A^T x = v, A = dF/dy + c dF/dy' of the last factorisation, from the same factors: x and v
  * have mbsr_dae_size numbers, v in the units of 1/y and x in those of 1/F, and may be the same. For
- * sensitivities of all parameters at once (adjoint equations), and for condition estimates. In
- * closed models it is refined with transposed products, as mbsr_newton_solve is. MBSR_ERR_NULL,
+ * sensitivities of all parameters at once (adjoint equations), and for condition estimates. Where
+ * the front has factored a closed model it is refined, as mbsr_newton_solve is. MBSR_ERR_NULL,
  * MBSR_ERR_SEQUENCE without a factorisation or without `transposes` in mbsr_newton_opt,
  * MBSR_NOT_FINITE for a v that is not finite and for an x that would not be; x is not written then.
  */
@@ -136,14 +136,25 @@ MBSR_API int mbsr_newton_multiply_torque(mbsr_newton *newton, const double *tau,
  * same statuses as mbsr_newton_multiply; x and v may be the same. */
 MBSR_API int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double *v);
 
-/* Parts of the matrix, at the state linearised: r = dF/dy' x and x = (dF/dy')^T r (mbsr_dae_size
- * numbers each), which on a tree is the unit matrix of q and p; tau (nu) = (dF/dtau)^T r, the
- * transpose of mbsr_newton_multiply_torque. For sensitivities of runs (sensitivity.h). Arguments
- * may be the same. Statuses of mbsr_newton_multiply. */
+/* A part of the matrix, at the state linearised: r = dF/dy' x (mbsr_dae_size numbers each), which
+ * on a tree is the unit matrix of q and p. Arguments may be the same. Statuses of
+ * mbsr_newton_multiply. */
 MBSR_API int mbsr_newton_multiply_rate(mbsr_newton *newton, const double *x, double *r);
-MBSR_API int mbsr_newton_multiply_rate_transposed(mbsr_newton *newton, const double *r, double *x);
-MBSR_API int mbsr_newton_multiply_torque_transposed(mbsr_newton *newton, const double *r,
-                                                    double *tau);
+
+/* A step of the linearised equations of a run (sensitivity.h), with the last factorisation and
+ * nothing else: delta with
+ *
+ *   (dF/dy + c dF/dy') delta = dF/dtau tau - dF/dy' history
+ *
+ * for changes tau (nu) of joint forces and mbsr_dae_size numbers of history; or its transpose, for
+ * v (mbsr_dae_size): with A^T x = v, A the matrix on the left, tau = (dF/dtau)^T x and history =
+ * -(dF/dy')^T x. delta and history may be the same, and v and history. MBSR_ERR_NULL,
+ * MBSR_ERR_LEAN, MBSR_ERR_SEQUENCE as the solutions above, MBSR_NOT_FINITE; nothing is written
+ * then. */
+MBSR_API int mbsr_newton_solve_sensitivity(mbsr_newton *newton, const double *tau,
+                                           const double *history, double *delta);
+MBSR_API int mbsr_newton_solve_adjoint(mbsr_newton *newton, const double *v, double *tau,
+                                       double *history);
 
 /* How the systems are solved, and what that has cost. MBSR_ERR_NULL. */
 MBSR_API int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info);

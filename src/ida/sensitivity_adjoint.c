@@ -21,31 +21,21 @@ static double *node_of(const adjoint_run *a, long node)
     return a->node + (size_t)(node % MBSRI_NODES) * (size_t)a->s->size;
 }
 
-static int solve_back(adjoint_run *a, const double *v, double *x)
+/* R^T x and -E^T x of the x with (A + c E)^T x = v. */
+static int solve_back(adjoint_run *a, const double *v, double *tau, double *history)
 {
     mbsr_sensitivity *s = a->s;
-    const int status = mbsr_newton_solve_transposed(s->back, v, x);
+    const int status = mbsr_newton_solve_adjoint(s->back, v, tau, history);
     return status ? mbsri_sensitivity_fail(s, status, mbsr_newton_error(s->back),
                                            "mbsr_sensitivity_adjoint")
                   : MBSR_OK;
 }
 
-/* to -= weight E^T x of the matrices at hand. */
-static int hand_back(adjoint_run *a, const double *x, double weight, double *to)
+/* by += T^T tau at the step. */
+static int add_gradient(adjoint_run *a, long node, double *by)
 {
     mbsr_sensitivity *s = a->s;
-    double *e = s->work + 3 * s->size;
-    const int status = mbsri_sensitivity_rates(s, s->back, true, x, e);
-    for (int l = 0; l < s->size && !status; ++l) to[l] -= weight * e[l];
-    return status;
-}
-
-/* by += T^T R^T x at the step. */
-static int add_gradient(adjoint_run *a, long node, const double *x, double *by)
-{
-    mbsr_sensitivity *s = a->s;
-    int status = mbsri_sensitivity_torque_back(s, x, a->tau);
-    if (!status) status = mbsri_sensitivity_sources(s, node);
+    int status = mbsri_sensitivity_sources(s, node);
     if (status) return status;
     status = mbsr_derivatives_parameter_adjoint(s->derivatives, a->tau, NULL, a->by);
     if (status)
@@ -55,38 +45,36 @@ static int add_gradient(adjoint_run *a, long node, const double *x, double *by)
     return MBSR_OK;
 }
 
-/* The short step before the first of a segment; x += its multipliers. What was said of the node
+/* The short step before the first of a segment; tau += what it says. What was said of the node
  * before becomes what that node's own value has to say. */
-static int end_segment(adjoint_run *a, long node, double *x, double *by)
+static int end_segment(adjoint_run *a, long node, double *by)
 {
     mbsr_sensitivity *s = a->s;
     const double c = mbsri_sensitivity_short(s, node);
-    double *before = node_of(a, node - 1), *mu = s->work + 2 * s->size;
+    double *before = node_of(a, node - 1), *tau = s->work + s->size;
     int status = mbsri_sensitivity_at(s, s->back, node, c);
-    if (!status) status = solve_back(a, before, mu);
+    if (!status) status = solve_back(a, before, tau, before);
     if (status) return status;
-    memset(before, 0, (size_t)s->size * sizeof *before);
-    status = hand_back(a, mu, -c, before);
-    for (int l = 0; l < s->size; ++l) x[l] += mu[l];
-    return status ? status : mbsri_sensitivity_jump_back(s, node, before + s->nq, by);
+    for (int l = 0; l < s->size; ++l) before[l] *= -c;
+    for (int k = 0; k < s->nu; ++k) a->tau[k] += tau[k];
+    return mbsri_sensitivity_jump_back(s, node, before + s->nq, by);
 }
 
 static int step_back(adjoint_run *a, long node, double *by)
 {
     mbsr_sensitivity *s = a->s;
     const mbsri_formula rate = mbsri_sensitivity_rate(s, node);
-    double *x = s->work + s->size, *said = node_of(a, node), *e = s->work;
+    double *said = node_of(a, node), *history = s->work;
     int status = mbsri_sensitivity_at(s, s->back, node, rate.weight[0]);
-    if (!status) status = solve_back(a, said, x);
-    if (!status) status = mbsri_sensitivity_rates(s, s->back, true, x, e);
+    if (!status) status = solve_back(a, said, a->tau, history);
     if (status) return status;
     memset(said, 0, (size_t)s->size * sizeof *said);
     for (int i = 1; i <= rate.order; ++i) {
         double *before = node_of(a, node - i);
-        for (int l = 0; l < s->size; ++l) before[l] -= rate.weight[i] * e[l];
+        for (int l = 0; l < s->size; ++l) before[l] += rate.weight[i] * history[l];
     }
-    if (mbsri_kept_at(s, node)->since == 0) status = end_segment(a, node, x, by);
-    return status ? status : add_gradient(a, node, x, by);
+    if (mbsri_kept_at(s, node)->since == 0) status = end_segment(a, node, by);
+    return status ? status : add_gradient(a, node, by);
 }
 
 /* What an output says of its nodes. */

@@ -43,12 +43,8 @@ static int find_sources(forward_run *f, long node)
 static int solve_forward(forward_run *f, int k, const double *history, double *x)
 {
     mbsr_sensitivity *s = f->s;
-    double *r = s->work, *e = r + s->size;
-    int status = mbsri_sensitivity_torque(s, f->tau + (size_t)k * (size_t)s->nu, r);
-    if (!status) status = mbsri_sensitivity_rates(s, s->newton, false, history, e);
-    if (status) return status;
-    for (int l = 0; l < s->size; ++l) r[l] -= e[l];
-    status = mbsr_newton_solve(s->newton, r, x);
+    const double *tau = f->tau + (size_t)k * (size_t)s->nu;
+    const int status = mbsr_newton_solve_sensitivity(s->newton, tau, history, x);
     return status ? mbsri_sensitivity_fail(s, status, mbsr_newton_error(s->newton),
                                            "mbsr_sensitivity_forward")
                   : MBSR_OK;

@@ -53,8 +53,7 @@ struct mbsr_sensitivity {
     mbsr_derivatives *derivatives;
     mbsr_newton *newton, *back; /* solves; solves transposed */
     int size, nq, nu, parameters;
-    bool unit;        /* E is the unit matrix of q and p */
-    bool plain;       /* and R less that of p */
+    bool plain;       /* a tree without directions that lack mass: u does not jump */
     bool restart;     /* behind a kink */
     int rise;         /* what orders have risen to behind a crossing */
     bool ready;       /* there is a run */
@@ -104,12 +103,6 @@ double mbsri_sensitivity_time(const mbsr_sensitivity *s, long node);
  * the weights w (nu) of p, added to by (parameters). A status. */
 int mbsri_sensitivity_jump(mbsr_sensitivity *s, long node, double *p, size_t stride);
 int mbsri_sensitivity_jump_back(mbsr_sensitivity *s, long node, const double *w, double *by);
-
-/* r = E x and its transpose, r = R tau and its transpose; r and x not the same. */
-int mbsri_sensitivity_rates(mbsr_sensitivity *s, mbsr_newton *newton, bool transposed,
-                            const double *x, double *r);
-int mbsri_sensitivity_torque(mbsr_sensitivity *s, const double *tau, double *r);
-int mbsri_sensitivity_torque_back(mbsr_sensitivity *s, const double *r, double *tau);
 
 /* Finds the elements of the model that have branches. A status, with *error. */
 int mbsri_sensitivity_find_sides(mbsr_sensitivity *s, mbsr_error *error);

@@ -204,8 +204,7 @@ static int start_run(mbsr_sensitivity *s, double t0, const double *q, const doub
     memcpy(found, y, nq * sizeof *y);
     memcpy(found + nq, y + nq + nu, nu * sizeof *y);
     s->elastic = info.elastic != 0;
-    s->unit = mbsr_model_closures(m) == 0;
-    s->plain = info.null_directions == 0 && s->unit;
+    s->plain = info.null_directions == 0 && mbsr_model_closures(m) == 0;
     status = mbsr_ida_start(s->ida, t0, y, yp);
     return status ? mbsri_sensitivity_fail(s, status, mbsr_ida_error(s->ida), name) : MBSR_OK;
 }
@@ -239,7 +238,6 @@ static int make_solvers(mbsr_sensitivity *s)
         mbsr_newton_opt opt = s->opt.ida.newton;
         opt.method = opt.method == MBSR_NEWTON_TREE ? MBSR_NEWTON_AUTO : opt.method;
         opt.lean = 0;
-        opt.products = !s->plain;
         opt.transposes = k == 1;
         mbsr_newton_destroy(*newton);
         *newton = NULL;

@@ -66,8 +66,7 @@ int mbsri_sensitivity_at(mbsr_sensitivity *s, mbsr_newton *newton, long node, do
 {
     const double *y = mbsri_sensitivity_state(s, node), *yp = y + s->size;
     const double t = mbsri_kept_at(s, node)->t;
-    int status = s->plain ? MBSR_OK : mbsr_newton_linearise(newton, s->data, t, y, yp, 0.0);
-    if (!status) status = mbsr_newton_factor(newton, s->data, t, y, yp, c);
+    const int status = mbsr_newton_factor(newton, s->data, t, y, yp, c);
     return status ? mbsri_sensitivity_fail(s, status, mbsr_newton_error(newton), "sensitivity")
                   : MBSR_OK;
 }
@@ -79,45 +78,5 @@ int mbsri_sensitivity_sources(mbsr_sensitivity *s, long node)
                                                 yp + s->nq + s->nu, NULL);
     return status ? mbsri_sensitivity_fail(s, status, mbsr_derivatives_error(s->derivatives),
                                            "sensitivity")
-                  : MBSR_OK;
-}
-
-int mbsri_sensitivity_rates(mbsr_sensitivity *s, mbsr_newton *newton, bool transposed,
-                            const double *x, double *r)
-{
-    const size_t differential = (size_t)(s->nq + s->nu), size = (size_t)s->size;
-    int status = MBSR_OK;
-    if (s->unit) {
-        memset(r, 0, size * sizeof *r);
-        memcpy(r, x, differential * sizeof *r);
-    } else {
-        status = transposed ? mbsr_newton_multiply_rate_transposed(newton, x, r)
-                            : mbsr_newton_multiply_rate(newton, x, r);
-    }
-    return status ? mbsri_sensitivity_fail(s, status, mbsr_newton_error(newton), "sensitivity")
-                  : MBSR_OK;
-}
-
-int mbsri_sensitivity_torque(mbsr_sensitivity *s, const double *tau, double *r)
-{
-    int status = MBSR_OK;
-    if (s->plain) {
-        memset(r, 0, (size_t)s->size * sizeof *r);
-        for (int k = 0; k < s->nu; ++k) r[s->nq + k] = -tau[k];
-    } else {
-        status = mbsr_newton_multiply_torque(s->newton, tau, r);
-    }
-    return status ? mbsri_sensitivity_fail(s, status, mbsr_newton_error(s->newton), "sensitivity")
-                  : MBSR_OK;
-}
-
-int mbsri_sensitivity_torque_back(mbsr_sensitivity *s, const double *r, double *tau)
-{
-    int status = MBSR_OK;
-    if (s->plain)
-        for (int k = 0; k < s->nu; ++k) tau[k] = -r[s->nq + k];
-    else
-        status = mbsr_newton_multiply_torque_transposed(s->back, r, tau);
-    return status ? mbsri_sensitivity_fail(s, status, mbsr_newton_error(s->back), "sensitivity")
                   : MBSR_OK;
 }

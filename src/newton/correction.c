@@ -116,11 +116,11 @@ static void answer(mbsr_newton *w, const mbsri_across *a, int r, int size)
 {
     mbsri_correction *c = &w->correction;
     double *column = c->matrix + (size_t)(a->first + r) * (size_t)size;
-    mbsri_zero(load_size(w), c->load);
+    mbsri_zero(load_size(w), w->load);
     mbsri_zero((size_t)a->rank, c->weights);
     c->weights[r] = 1.0;
-    add_load(w, a, c->weights, c->load);
-    mbsri_newton_sweeps_solve(w->sweeps, NULL, c->load, c->delta, w->motion);
+    add_load(w, a, c->weights, w->load);
+    mbsri_newton_sweeps_solve(w->sweeps, NULL, w->load, c->delta, w->motion);
     for (int k = 0; k < c->count; ++k)
         read_motion(w, c->element + k, c->delta, column + c->element[k].first);
     for (int k = 0; k < size; ++k) column[k] = -column[k];
@@ -154,15 +154,15 @@ int mbsri_correction_factor(mbsr_newton *w, mbsr_data *d)
         c->count, d->t);
 }
 
-void mbsri_correction_solve(mbsr_newton *w, const double *r, double *delta)
+void mbsri_correction_solve(mbsr_newton *w, const double *r, bool loaded, double *delta)
 {
     mbsri_correction *c = &w->correction;
-    mbsri_newton_sweeps_solve(w->sweeps, r, NULL, c->delta, w->motion);
+    mbsri_newton_sweeps_solve(w->sweeps, r, loaded ? w->load : NULL, c->delta, w->motion);
     for (int k = 0; k < c->count; ++k)
         read_motion(w, c->element + k, c->delta, c->weights + c->element[k].first);
     mbsri_block_solve(w->info.rank, c->matrix, c->rows, c->columns, c->pivots, c->weights);
-    mbsri_zero(load_size(w), c->load);
+    if (!loaded) mbsri_zero(load_size(w), w->load);
     for (int k = 0; k < c->count; ++k)
-        add_load(w, c->element + k, c->weights + c->element[k].first, c->load);
-    mbsri_newton_sweeps_solve(w->sweeps, r, c->load, delta, w->motion);
+        add_load(w, c->element + k, c->weights + c->element[k].first, w->load);
+    mbsri_newton_sweeps_solve(w->sweeps, r, w->load, delta, w->motion);
 }

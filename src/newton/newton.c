@@ -13,6 +13,7 @@
 #include "newton/front/transposed.h"
 #include "newton/linear/product_transposed.h"
 #include "newton/slopes/relation.h"
+#include "newton/solution.h"
 #include "newton/sweeps/sweeps.h"
 
 #include <math.h>
@@ -113,7 +114,6 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
     doubles(l, &c->weights, most);
     doubles(l, &c->rows, most);
     doubles(l, &c->columns, most);
-    doubles(l, &c->load, m->size.v + (size_t)m->nu);
     doubles(l, &c->delta, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
     ints(l, &c->pivots, most);
 }
@@ -134,6 +134,8 @@ static void lay_out(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
     doubles(l, &w->solution, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
+    if (!w->lean || w->corrected) doubles(l, &w->load, m->size.v + (size_t)m->nu);
+    if (!w->lean) doubles(l, &w->right, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
     if (!w->corrected) return;
     doubles(l, &w->motion, 12 * ((size_t)m->bodies + 1));
     lay_out_slopes(w, l);
@@ -277,7 +279,7 @@ static bool place_loops(mbsr_newton *w)
 static bool needs_front(const mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
-    return m->rows > 0 || w->correction.count > 0 || !m->tree.newton || m->tree.newton->blocks > 0;
+    return w->correction.count > 0 || !m->tree.newton || m->tree.newton->blocks > 0;
 }
 
 static bool place_parts(mbsr_newton *w, const mbsr_newton_opt *opt)
@@ -429,6 +431,47 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     return MBSR_OK;
 }
 
+/* tau on the right-hand side into w->load, which has changes of joint forces on the left. */
+static void load_joints(mbsr_newton *w, const double *tau)
+{
+    const mbsr_model *m = w->model;
+    mbsri_zero(m->size.v, w->load);
+    for (int k = 0; k < m->nu; ++k) w->load[m->size.v + (size_t)k] = -tau[m->order.u_of[k]];
+}
+
+/* r + (dF/dtau) tau into w->right, with the derivatives that the front has. */
+static const double *add_torque(mbsr_newton *w, const double *r, const double *tau)
+{
+    const int size = mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
+    mbsri_product_of_torque(w->front->linear, tau, &w->front->vectors, w->solution);
+    for (int k = 0; k < size; ++k) w->right[k] = r[k] + w->solution[k];
+    return w->right;
+}
+
+void mbsri_newton_solution(mbsr_newton *w, const double *r, const double *tau)
+{
+    if (tau && w->by_sweeps) load_joints(w, tau);
+    if (!w->by_sweeps)
+        mbsri_front_solve(w->front, tau ? add_torque(w, r, tau) : r, w->solution);
+    else if (w->corrected)
+        mbsri_correction_solve(w, r, tau != NULL, w->solution);
+    else
+        mbsri_newton_sweeps_solve(w->sweeps, r, tau ? w->load : NULL, w->solution, NULL);
+    ++w->info.solves;
+}
+
+void mbsri_newton_solution_transposed(mbsr_newton *w, const double *v, double *x, double *tau)
+{
+    if (w->by_sweeps) {
+        mbsri_newton_sweeps_solve_transposed(w->sweeps, v, x, tau);
+        for (int k = 0; k < w->model->nu && tau; ++k) tau[k] = -tau[k];
+    } else {
+        mbsri_front_solve_transposed(w->front, v, x);
+        if (tau) mbsri_product_of_torque_transposed(w->front->linear, x, &w->front->vectors, tau);
+    }
+    ++w->info.solves;
+}
+
 int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
 {
     mbsr_newton *w = newton;
@@ -443,13 +486,7 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
         ++w->info.solves; /* no coordinates, and no arrays of them */
         return MBSR_OK;
     }
-    if (!w->by_sweeps)
-        mbsri_front_solve(w->front, r, w->solution);
-    else if (w->corrected)
-        mbsri_correction_solve(w, r, w->solution);
-    else
-        mbsri_newton_sweeps_solve(w->sweeps, r, NULL, w->solution, NULL);
-    ++w->info.solves;
+    mbsri_newton_solution(w, r, NULL);
     if (!mbsri_finite(size, w->solution))
         return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");
     mbsri_copy(size, w->solution, delta);
@@ -474,11 +511,11 @@ int mbsr_newton_solve_transposed(mbsr_newton *newton, const double *v, double *x
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, v))
         return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_solve_transposed: v is not finite");
-    if (size > 0 && w->by_sweeps)
-        mbsri_newton_sweeps_solve_transposed(w->sweeps, v, w->solution);
-    else if (size > 0)
-        mbsri_front_solve_transposed(w->front, v, w->solution);
-    ++w->info.solves;
+    if (size == 0) {
+        ++w->info.solves;
+        return MBSR_OK;
+    }
+    mbsri_newton_solution_transposed(w, v, w->solution, NULL);
     if (!mbsri_finite(size, w->solution)) {
         return refuse_call(w, MBSR_NOT_FINITE,
                            "mbsr_newton_solve_transposed: the solution is not finite");

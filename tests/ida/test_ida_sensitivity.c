@@ -390,6 +390,91 @@ static void a_stop_is_hit(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A drive leaves the limit of its force. */
+static void a_servo_at_its_limit(void **state)
+{
+    (void)state;
+    const mbsr_servo servo = {.kp = 40.0, .kd = 3.0, .limit = 5.0, .reference = 0.5};
+    mbsr_model *m = run_model();
+    const int a = run_cart(m, "a", MBSR_GROUND, 1.2);
+    run_force(m, mbsr_force_joint_spring(a, 0, 2.0, 0.1, 0.0));
+    run_force(m, mbsr_force_joint_servo(a, 0, &servo));
+    run_finish(m);
+    subject s = begin(m, 1.0);
+    choose_all(&s, "mass"), choose_all(&s, "force1"), choose_all(&s, "force0.stiffness");
+    assert_true(s.count >= 5); /* with kp, kd, limit, reference */
+    check("servo", &s);
+    mbsr_model_destroy(m);
+}
+
+/* A motor passes the corner of its characteristic. */
+static void a_characteristic_with_a_corner(void **state)
+{
+    (void)state;
+    const double speed[] = {0.0, 0.5, 2.0}, torque[] = {6.0, 2.0, 0.0};
+    mbsr_table_def def = mbsr_default_table_def();
+    mbsr_table *table;
+    def.points = 3, def.x = speed, def.value = torque;
+    assert_ok(mbsr_table_create(&def, &table, NULL), NULL);
+    mbsr_model *m = run_model();
+    const int a = run_cart(m, "a", MBSR_GROUND, 1.5);
+    run_force(m, mbsr_force_joint_spring(a, 0, 9.0, 0.5, 0.0));
+    run_force(m, mbsr_force_joint_curve(a, 0, table));
+    run_finish(m);
+    subject s = begin(m, 1.0);
+    choose_all(&s, "mass"), choose_all(&s, "stiffness"), choose_all(&s, "damping");
+    check("curve", &s);
+    mbsr_model_destroy(m);
+    mbsr_table_destroy(table);
+}
+
+/* Teeth with play touch on one side, then on the other. */
+static void teeth_with_backlash(void **state)
+{
+    (void)state;
+    const mbsr_gear gear = {
+        .ratio = -2.0, .stiffness = 300.0, .damping = 2.0, .backlash = 0.05, .rest = 0.01};
+    mbsr_model *m = run_model();
+    const int a = run_cart(m, "a", MBSR_GROUND, 1.5), b = run_cart(m, "b", MBSR_GROUND, 0.4);
+    run_force(m, mbsr_force_joint_spring(a, 0, 30.0, 0.2, 0.0));
+    run_force(m, mbsr_force_gear(a, 0, b, 0, &gear));
+    run_finish(m);
+    subject s = begin(m, 0.8);
+    s.u[0] = 0.6;
+    choose_all(&s, "mass"), choose_all(&s, "force1"), choose_all(&s, "force0.stiffness");
+    assert_true(s.count >= 6);
+    check("teeth", &s);
+    mbsr_model_destroy(m);
+}
+
+/* A ball falls on the ground, slides and is thrown back. */
+static void a_ball_on_the_ground(void **state)
+{
+    (void)state;
+    const double z[3] = {0.0, 0.0, 1.0}, centre[3] = {0.0, 0.0, 0.0};
+    const mbsr_contact contact = {.radius = 0.1,
+                                  .normal = {0.0, 0.0, 1.0},
+                                  .stiffness = 800.0,
+                                  .exponent = 1.0,
+                                  .damping = 0.3,
+                                  .friction = 0.4,
+                                  .slip = 0.05};
+    mbsr_model *m = run_model();
+    const int a = run_cart(m, "a", MBSR_GROUND, 0.2),
+              b = run_body(m, "b", a, mbsr_joint_prismatic(NULL, NULL, z),
+                           mbsr_inertia_point_mass(0.7, centre));
+    run_force(m, mbsr_force_gravity(0.0, 0.0, -9.81));
+    run_force(m, mbsr_force_contact(b, MBSR_GROUND, &contact));
+    run_finish(m);
+    subject s = begin(m, 0.5);
+    s.q[1] = 0.25, s.u[0] = 1.0;
+    choose_all(&s, "mass"), choose_all(&s, "stiffness"), choose_all(&s, "gz");
+    choose_all(&s, "friction"), choose_all(&s, "damping");
+    assert_int_equal(s.count, 6);
+    check("ball", &s);
+    mbsr_model_destroy(m);
+}
+
 /* A stop on a body without mass between two springs: its velocity jumps where the stop is hit. */
 static void a_stop_without_mass(void **state)
 {
@@ -677,6 +762,10 @@ int main(void)
         cmocka_unit_test(the_closed_form),
         cmocka_unit_test(a_stop_is_hit),
         cmocka_unit_test(a_ball_on_a_stop),
+        cmocka_unit_test(a_servo_at_its_limit),
+        cmocka_unit_test(a_characteristic_with_a_corner),
+        cmocka_unit_test(teeth_with_backlash),
+        cmocka_unit_test(a_ball_on_the_ground),
         cmocka_unit_test(a_stop_without_mass),
         cmocka_unit_test(a_cable_goes_slack),
         cmocka_unit_test(a_force_that_jumps_is_refused),

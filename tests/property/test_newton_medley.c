@@ -22,10 +22,12 @@ typedef struct solver {
     mbsr_newton *newton;
     double share;    /* of what is added up in a row */
     bool transposes; /* it solves transposed systems as well */
+    double c;        /* of the last factorisation */
 } solver;
 
 typedef struct tally {
     int systems, solved, refused, closed;
+    int loops_back; /* closed, solved transposed in vector code */
 } tally;
 
 static void take_matrix(const medley *s, mbsr_newton *newton, double *A)
@@ -276,8 +278,45 @@ static void check_transposed(const medley *s, const solver *by, const ends *e, c
     free(x);
 }
 
-static void check_system(const medley *s, const solver *by, const double *y, const double *yp,
-                         double c, const double *v, tally *all)
+/* Steps of the linearised equations: A delta + E h = R tau, by products; and the transpose of that,
+ * v' delta = tau_v' tau + h_v' h. */
+static void check_steps(const medley *s, const solver *by, const ends *e, const double *A,
+                        const double *v)
+{
+    mbsr_newton *newton = by->newton;
+    const mbsr_error *error = mbsr_newton_error(newton);
+    const int n = s->size, nu = s->nu;
+    double *delta = calloc(8 * (size_t)n + 1, sizeof *delta), *h = delta + n, *tau = h + n,
+           *of_h = tau + n, *of_tau = of_h + n, *r = of_tau + n, *size = r + n, *h_v = size + n,
+           forth = 0.0, back = 0.0, sum = 0.0;
+    test_rng rng = test_seed(s->c.seed + 23);
+    test_fill(&rng, n, h);
+    test_fill(&rng, nu, tau);
+    assert_ok(mbsr_newton_solve_sensitivity(newton, tau, h, delta), error);
+    assert_ok(mbsr_newton_multiply(newton, delta, r), error);
+    assert_ok(mbsr_newton_multiply_rate(newton, h, of_h), error);
+    assert_ok(mbsr_newton_multiply_torque(newton, tau, of_tau), error);
+    for (int i = 0; i < n; ++i) {
+        r[i] += of_h[i];
+        size[i] = fabs(of_h[i]) + fabs(of_tau[i]) + fabs(h[i]);
+        for (int j = 0; j < n; ++j)
+            size[i] += fabs(A[j * n + i]) * (fabs(delta[j]) + fabs(h[j] / by->c));
+    }
+    add_ends(e, delta, size);
+    add_ends(e, h, size);
+    expect_rows(s, "a step", by->share, r, of_tau, size);
+    if (by->transposes) {
+        assert_ok(mbsr_newton_solve_adjoint(newton, v, of_tau, h_v), error);
+        for (int k = 0; k < n; ++k) forth += v[k] * delta[k], sum += fabs(v[k] * delta[k]);
+        for (int k = 0; k < n; ++k) back += h_v[k] * h[k], sum += fabs(h_v[k] * h[k]);
+        for (int k = 0; k < nu; ++k) back += of_tau[k] * tau[k], sum += fabs(of_tau[k] * tau[k]);
+        assert_less(fabs(forth - back), 1e-6 * sum);
+    }
+    free(delta);
+}
+
+static void check_system(const medley *s, solver *by, const double *y, const double *yp, double c,
+                         const double *v, tally *all)
 {
     mbsr_newton *newton = by->newton;
     const size_t size = (size_t)s->size;
@@ -291,7 +330,12 @@ static void check_system(const medley *s, const solver *by, const double *y, con
     if (status == MBSR_OK) {
         const ends e = take_ends(s, y, c);
         if (info.exact) check_solution(s, by, &e, A, v);
-        if (by->transposes && info.exact) check_transposed(s, by, &e, A, v);
+        by->c = c;
+        if (by->transposes && info.exact) {
+            check_transposed(s, by, &e, A, v);
+            all->loops_back += info.vector_code && s->rows > 0;
+        }
+        if (info.exact) check_steps(s, by, &e, A, v);
         free(e.size);
         all->solved += info.exact;
     } else {
@@ -306,7 +350,7 @@ static void check_system(const medley *s, const solver *by, const double *y, con
     free(A);
 }
 
-enum way { VECTOR_CODE, FRONT, WAYS }; /* by the front: transposed as well */
+enum way { VECTOR_CODE, FRONT, WAYS };
 
 /* At a start. */
 static void check(uint64_t seed, int way, tally *all)
@@ -320,10 +364,12 @@ static void check(uint64_t seed, int way, tally *all)
         medley_free(&s);
         return;
     }
-    solver by = {.share = way == FRONT ? 1e-9 : 1e-7, .transposes = way == FRONT};
+    /* with transposes, bodies of several kinds are the front's */
+    solver by = {.share = way == FRONT ? 1e-9 : 1e-7, .transposes = way == FRONT || seed % 2};
     mbsr_error error;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.transposes = way == FRONT;
+    opt.transposes = by.transposes;
+    opt.by_blocks = way == FRONT;
     opt.products = 1;
     const int served = mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, &opt, &by.newton, &error);
     const int started = test_newton_start(&at, s.m, s.d, s.t, s.q, s.u, NULL);
@@ -356,6 +402,7 @@ static void mechanisms_of_everything(void **state)
         assert_true(all.systems > seeds && all.closed > seeds / 4);
         assert_true(all.solved > 0.9 * all.systems);
         assert_in_range(all.refused, 0, all.systems / 50);
+        assert_true(way == FRONT ? all.loops_back == 0 : all.loops_back > all.closed / 8);
     }
 }
 

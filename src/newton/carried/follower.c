@@ -47,3 +47,30 @@ void mbsri_follower_finish(mbsr_newton *w)
             v->value[mbsri_name_lambda(all + k, l)] -= turn.shift[l];
     }
 }
+
+void mbsri_follower_load_transposed(mbsr_newton *w)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_closure *all = w->model->closures.data;
+    for (int k = v->first_follower; k >= 0; k = v->loop[k].next_follower) {
+        const mbsri_closure *c = all + k;
+        const mbsri_closure_turn turn = mbsri_turn_of(v, c, v->loop + k);
+        const mbsri_multiplier *eta = v->multiplier + mbsri_name_eta(w->model, c, 0);
+        for (int l = 0; l < c->rows; ++l) {
+            double *right = v->store + eta[l].right;
+            for (int j = c->column[1]; j < c->columns; ++j)
+                *right += turn.Y[j * c->rows + l] * turn.load[j];
+        }
+    }
+}
+
+void mbsri_follower_finish_transposed(mbsr_newton *w)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_closure *all = w->model->closures.data;
+    for (int k = v->first_follower; k >= 0; k = v->loop[k].next_follower) {
+        const mbsri_closure_turn turn = mbsri_turn_of(v, all + k, v->loop + k);
+        for (int l = 0; l < all[k].rows; ++l)
+            turn.shift[l] = -v->value[mbsri_name_lambda(all + k, l)];
+    }
+}

@@ -22,4 +22,8 @@ bool mbsri_follower_open(mbsr_newton *w, const mbsr_data *d, int k, double c);
 void mbsri_follower_load(mbsr_newton *w);
 void mbsri_follower_finish(mbsr_newton *w);
 
+/* The same transposed: right-hand sides of the rows from the loads; shifts from the multipliers. */
+void mbsri_follower_load_transposed(mbsr_newton *w);
+void mbsri_follower_finish_transposed(mbsr_newton *w);
+
 #endif

@@ -36,3 +36,30 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
             delta[first + k] = r ? r[first + k] : 0.0;
     }
 }
+
+void mbsri_front_multipliers_transposed(mbsr_newton *w, const double *v, double *x)
+{
+    mbsri_carried *carried = &w->carried;
+    const mbsr_model *m = w->model;
+    const int first = m->nq + 2 * m->nu;
+    mbsri_zero((size_t)carried->names, carried->value);
+    mbsri_zero(carried->right_count, carried->store + carried->right);
+    for (int k = 0; k < m->rows + m->position_rows; ++k) {
+        const mbsri_multiplier *multiplier = carried->multiplier + k;
+        if (multiplier->right >= 0)
+            carried->value[k] = v[first + k] * multiplier->out;
+        else
+            x[first + k] = v[first + k];
+    }
+}
+
+void mbsri_front_load_transposed(const mbsr_newton *w, double *x)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsr_model *m = w->model;
+    const int first = m->nq + 2 * m->nu;
+    for (int k = 0; k < m->rows + m->position_rows; ++k) {
+        const mbsri_multiplier *multiplier = v->multiplier + k;
+        if (multiplier->right >= 0) x[first + k] = multiplier->in * v->store[multiplier->right];
+    }
+}

@@ -37,7 +37,6 @@ typedef struct mbsri_correction {
     mbsri_across *element;
     double *left, *read;
     double *matrix, *weights, *rows, *columns; /* most x most, most each */
-    double *load;                              /* size_v + nu */
     double *delta;                             /* the size of y */
     int *pivots;                               /* most */
 } mbsri_correction;
@@ -174,6 +173,9 @@ struct mbsr_newton {
     size_t sweep_size;  /* its bytes; 0: none */
     void *sweep_block;  /* where it was allocated */
     double *motion;     /* 12 (N + 1): perturbations of pose and V of the bodies, where corrected */
+    double *load;       /* size_v + nu: of their forces and, in the order of the sweeps, of joint
+                           forces; right: the size of y. lean: NULL, but load where corrected */
+    double *right;
     double c;
     void *block, *numbers; /* memory: doubles and ints; nodes and lists */
     mbsri_node *node;      /* N + 1, with closures */

@@ -235,7 +235,7 @@ static void take_six(int d, double factor, const double *x, double angular[4], d
     }
 }
 
-void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r,
+void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r, const double *load,
                          mbsri_newton_flow *flow)
 {
     mbsri_front *f = newton->mixed;
@@ -243,6 +243,8 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r,
     const bool over = hands_over(newton, i);
     double *y = f->h + f->names[b->parent].y, *w = f->wbar + b->pred.v;
     if (over) mbsri_zero((size_t)(3 * b->pred.d), y), mbsri_zero((size_t)b->pred.d, w);
+    for (int k = 0; k < b->n && load; ++k)
+        f->h[f->names[i].tau + k] -= load[newton->model->size.v + (size_t)(b->iu + k)];
     mbsri_front_reduce(f, i, r);
     memset(flow, 0, sizeof *flow);
     if (!over) return;

@@ -40,8 +40,9 @@ void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, 
 
 /* ---- solving ---- */
 
-/* As above, of what is handed on at no perturbation. */
-void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r,
+/* As above, of what is handed on at no perturbation; load as in mbsri_newton_sweeps_solve, of joint
+ * forces alone. */
+void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r, const double *load,
                          mbsri_newton_flow *flow);
 void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newton_flow *flow);
 

@@ -44,7 +44,7 @@ typedef struct joint_front {
     open_pool from, to;
     int *to_column, *to_row; /* places of unknowns and rows in `to`, the joint's own the last */
     open_record record;
-    double *balance; /* of a held joint: its row over the unknowns */
+    double *balance; /* of a delayed joint: its row over the unknowns */
     joint_couplings own;
 } joint_front;
 
@@ -92,9 +92,9 @@ MBSRI_INLINE bool open_next(mbsri_newton_sweeps *newton, int i, joint_front *j)
     mbsr_newton *w = newton->blocks;
     const int count = j->count;
     if (j->delayed || j->from.pool->loose) {
-        int held = j->delayed;
-        for (int l = 0; l < count; ++l) held += !waits(w, i, j->from.column[l]);
-        if (held > w->carried.front[i].delayed) return false;
+        int delayed = j->delayed;
+        for (int l = 0; l < count; ++l) delayed += !waits(w, i, j->from.column[l]);
+        if (delayed > w->carried.front[i].delayed) return false;
     }
     if (j->in_place)
         j->to.pool->count = count;
@@ -305,7 +305,7 @@ MBSRI_INLINE void carry_T(const joint_front *j)
     }
 }
 
-/* The rate of a held joint as an unknown, and the balance of its forces as a row. */
+/* The rate of a delayed joint as an unknown, and the balance of its forces as a row. */
 MBSRI_OUTLINE void carry_rate(const joint_front *j)
 {
     const passage *p = j->p;
@@ -343,10 +343,10 @@ MBSRI_OUTLINE void carry_coupled(const joint_front *j, bool below_massless)
 
 /* All that is carried past joint i; false: more directions than the loops could hold. */
 MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                              const passage *p, const v4 G[2], bool below_massless, bool held)
+                              const passage *p, const v4 G[2], bool below_massless, bool delayed)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.p = p, .G = G, .below_massless = below_massless, .delayed = held};
+    joint_front j = {.p = p, .G = G, .below_massless = below_massless, .delayed = delayed};
     j.weight = b->n > 0 ? run->model->typical.weight[b->u] : 0.0;
     j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
@@ -356,7 +356,7 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     else
         carry_uncoupled(&j, below_massless);
     carry_T(&j);
-    if (held) carry_rate(&j);
+    if (delayed) carry_rate(&j);
     return true;
 }
 
@@ -370,22 +370,22 @@ MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton
     const mbsri_sweep_state *s = run->state + i;
     const v4 by_c = splat(newton->by_c);
     const v4 G[2] = {load(s->U_L) * splat(s->Dinv), load(s->U_p) * splat(s->Dinv)};
-    const bool held = below_massless && newton->step[i].below_massless & MBSRI_NO_INERTIA;
+    const bool delayed = below_massless && newton->step[i].below_massless & MBSRI_NO_INERTIA;
     passage p;
     meet_joint(run, i, newton, y, G, &p, true, below_massless, true);
     joint_row(y, &p.a, by_c, p.row, true);
     momentum_row(y, p.a.S_w, p.a.S_v, p.Q, true);
-    for (int g = 0; g < 4 && held; ++g) {
+    for (int g = 0; g < 4 && delayed; ++g) {
         p.K[g] = splat(0.0);
         p.Q[g] -= p.row[g];
     }
-    if (!held && !by_momentum(&p, true)) return false;
+    if (!delayed && !by_momentum(&p, true)) return false;
     if (is_pair(newton, i, true)) close_pair(run, i, newton, &p, y, below_massless);
-    if (!carry_past(run, i, newton, &p, G, below_massless, held)) return false;
-    if (!held) subtract_column(y, p.C, p.K, true);
-    if (!held && below_massless) subtract_reaction(y, p.t.C, p.K, true);
+    if (!carry_past(run, i, newton, &p, G, below_massless, delayed)) return false;
+    if (!delayed) subtract_column(y, p.C, p.K, true);
+    if (!delayed && below_massless) subtract_reaction(y, p.t.C, p.K, true);
     keep_joint(run, i, newton, G, &p, true, below_massless);
-    if (held) mbsri_newton_column_at(newton, b->u)->inverse = 0.0;
+    if (delayed) mbsri_newton_column_at(newton, b->u)->inverse = 0.0;
     return true;
 }
 

@@ -3,8 +3,7 @@
 #include "sweeps/vmovq.h"
 
 #include "newton/sweeps/looped.h"
-#include "newton/sweeps/looped_solve.h"
-#include "newton/sweeps/solve_transposed.h"
+#include "newton/sweeps/looped_transposed.h"
 
 const mbsri_newton_kernels mbsri_newton_v3 = {newton_factor,       newton_factor_below_massless,
                                               newton_factor_mixed, newton_factor_looped,

@@ -134,7 +134,7 @@ static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const dou
     if (newton->last.looped)
         solve_looped(newton, r, load_of_body, delta, motion);
     else if (newton->mixed)
-        solve_mixed(newton, r, delta);
+        solve_mixed(newton, r, load_of_body, delta);
     else if (newton->acting.own)
         solve_system(newton, r, load_of_body, delta, motion, true);
     else

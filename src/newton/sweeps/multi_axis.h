@@ -296,15 +296,15 @@ MBSRI_INLINE bool open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_swee
     return true;
 }
 
-/* R, K and what elements owe to the predecessor's motion; held: the joint's unknowns are not
+/* R, K and what elements owe to the predecessor's motion; delayed: the joint's unknowns are not
  * eliminated here (multi_fronts.h). False: the rows are singular. */
 MBSRI_INLINE bool close_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                             axes *p, slab *y, bool full, bool held)
+                             axes *p, slab *y, bool full, bool delayed)
 {
     mbsri_newton_block *B = newton->block + run->tree->body[i].multi;
     const bool pair = is_pair(newton, i, full);
     const int n = p->n;
-    if (!held && !invert(n, p->E, p->size, newton->least_pivot, B->inverse)) return false;
+    if (!delayed && !invert(n, p->E, p->size, newton->least_pivot, B->inverse)) return false;
     if (pair) {
         slopes by;
         place_by_predecessor(run, i, newton, &by);
@@ -314,7 +314,8 @@ MBSRI_INLINE bool close_axes(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     for (int k = 0; k < n; ++k) {
         for (int g = 0; g < groups(full); ++g) {
             p->K[k][g] = splat(0.0);
-            for (int l = 0; l < n && !held; ++l) p->K[k][g] += splat(B->inverse[k][l]) * p->R[l][g];
+            for (int l = 0; l < n && !delayed; ++l)
+                p->K[k][g] += splat(B->inverse[k][l]) * p->R[l][g];
         }
     }
     if (pair) add_on_predecessor(run, i, newton, p, y);

@@ -35,7 +35,7 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
     const int *place = newton->model->order.u_of + s->u, n = s->n;
     const double *r_p = r ? r + newton->model->nq : NULL, *r_u = r ? r_p + newton->model->nu : NULL;
     const v4 by_c = splat(newton->by_c);
-    const bool held = open && s->below_massless & MBSRI_NO_INERTIA;
+    const bool delayed = open && s->below_massless & MBSRI_NO_INERTIA;
     double g[6], known[6], w[6], rest[6];
     const double r_s = rates_of(newton, s, r, g);
     for (int k = 0; k < n; ++k) {
@@ -52,11 +52,11 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
         for (int l = 0; l < n; ++l) known[k] -= B->gain[k][l] * g[l];
         rest[k] = (r ? r_u[place[k]] : 0.0) + tau;
     }
-    if (held) balance_axes(newton, i, g, r_s, m, rest);
+    if (delayed) balance_axes(newton, i, g, r_s, m, rest);
     for (int k = 0; k < n; ++k) {
         mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
         double own = 0.0;
-        for (int l = 0; l < n && !held; ++l) own += B->inverse[k][l] * known[l];
+        for (int l = 0; l < n && !delayed; ++l) own += B->inverse[k][l] * known[l];
         newton->k[s->u + k] = own;
         for (int f = 0; f < groups(full); ++f)
             store(m->b + 4 * f, load(m->b + 4 * f) +
@@ -68,7 +68,7 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
         mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
         newton->p[s->u + k] =
             sum3(load3(col->S) * load(m->b) + load3(col->S + 3) * load(m->b + 4)) - w[k] +
-            (held ? known[k] : 0.0);
+            (delayed ? known[k] : 0.0);
         if (!r) continue;
         store(m->L_bar, load(m->L_bar) + load3(col->G) * splat(r_u[place[k]]));
         store(m->p_bar, load(m->p_bar) + load3(col->G + 3) * splat(r_u[place[k]]));

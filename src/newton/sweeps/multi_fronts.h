@@ -5,8 +5,8 @@
  *   Q_h = Q + U e - C z         R_h = R - m K     T_h = T + n e - m z     s_h = s - n g - m k
  *
  * summed over the axes; eta moves a joint as g would (multi_axis.h), also one with a quaternion.
- * Joints with no inertia behind them are held: all du are carried on, and with them the balances of
- * forces (reaction.h),
+ * Joints with no inertia behind them are delayed: all du are carried on, and with them the balances
+ * of forces (reaction.h),
  *
  *   r_u = S_k^T psi_k - dtau_k,
  *       psi before axis k = psi_h - sum over l before k of w_l S_l x* W */
@@ -16,7 +16,7 @@
 #include "newton/sweeps/fronts.h"
 #include "newton/sweeps/multi_axis.h"
 
-/* ---- the balance of forces of a held joint ---- */
+/* ---- the balance of forces of a delayed joint ---- */
 
 /* What du and g of each axis move: the body, psi_h; the balances over du, g and x_h. */
 typedef struct balance_of_axes {
@@ -94,7 +94,7 @@ static void pass_pair_of_axes(const mbsri_sweep_run *run, int i, const mbsri_new
     subtract_slopes(&on, y);
 }
 
-/* Of a joint that is held. */
+/* Of a joint that is delayed. */
 static void open_balances(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                           const axes *p, slab *y, balance_of_axes *t)
 {
@@ -209,7 +209,7 @@ static void carry_T_of_axes(const mbsri_newton_sweeps *newton, int i, int n, con
     }
 }
 
-/* The rates of a held joint as unknowns, and its balances as rows. */
+/* The rates of a delayed joint as unknowns, and its balances as rows. */
 static void carry_rates(const mbsri_newton_sweeps *newton, int i, const axes *p,
                         const balance_of_axes *t, const joint_front *j)
 {
@@ -287,7 +287,8 @@ MBSRI_OUTLINE bool pass_open(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 
 /* ---- solution ---- */
 
-/* As pass_rights, where g moves the joint beside k; rest: of the balances of a joint that is held.
+/* As pass_rights, where g moves the joint beside k; rest: of the balances of a joint that is
+ * delayed.
  */
 static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double g[6],
                                 const double rest[6])
@@ -295,7 +296,8 @@ static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_pool *pool = v->lane_pool + i;
     const mbsri_newton_step *s = newton->step + i;
-    const int count = pool->count, held = delayed_at(newton, i), *place = v->numbers + pool->place;
+    const int count = pool->count, delayed = delayed_at(newton, i),
+              *place = v->numbers + pool->place;
     const double *from = v->store + pool->right, *k = newton->k + s->u;
     double *to = v->store + v->lane_pool[pool->up].right;
     for (int l = 0; l < count; ++l) {
@@ -309,10 +311,10 @@ static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double
         else
             to[place[l]] += sum;
     }
-    for (int o = 0; o < held; ++o) to[pool->in_place ? count + o : place[count + o]] += rest[o];
+    for (int o = 0; o < delayed; ++o) to[pool->in_place ? count + o : place[count + o]] += rest[o];
 }
 
-/* Of a joint that is held, at the loads behind it: d(M u), less the row of F_p, without w, which
+/* Of a joint that is delayed, at the loads behind it: d(M u), less the row of F_p, without w, which
  * `known` holds; and of the balances r_u + dtau, less what they see. psi passes the joint. */
 static void balance_axes(mbsri_newton_sweeps *newton, int i, const double g[6], double r_s,
                          mbsri_newton_flow *m, double rest[6])
@@ -338,7 +340,8 @@ static void move_open_axes(const mbsri_newton_sweeps *newton, int i, double du[6
 {
     const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_pool *pool = v->lane_pool + i;
-    const int *name = v->numbers + pool->column, count = pool->count, held = delayed_at(newton, i);
+    const int *name = v->numbers + pool->column, count = pool->count,
+              delayed = delayed_at(newton, i);
     for (int o = 0; o < newton->step[i].n; ++o) {
         const open_record by = record_of(newton, i, o);
         for (int l = 0; l < count; ++l) {
@@ -347,9 +350,9 @@ static void move_open_axes(const mbsri_newton_sweeps *newton, int i, double du[6
             g[o] += by.e[l] * value;
             dp[o] += by.p[l] * value;
         }
-        for (int l = 0; l < held; ++l)
+        for (int l = 0; l < delayed; ++l)
             dp[o] += by.p[count + l] * v->value[mbsri_name_own(newton->blocks, i, l)];
-        if (held > 0) du[o] += v->value[mbsri_name_own(newton->blocks, i, o)];
+        if (delayed > 0) du[o] += v->value[mbsri_name_own(newton->blocks, i, o)];
     }
 }
 

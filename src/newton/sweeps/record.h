@@ -37,7 +37,7 @@ typedef struct mbsri_newton_column {
  * w = A (du + g), with g = r_q but for a quaternion. Matrices by rows. */
 typedef struct mbsri_newton_block {
     double A[6][6];
-    double inverse[6][6]; /* of the joint's rows; where it is held, see multi_fronts.h, what g
+    double inverse[6][6]; /* of the joint's rows; where it is delayed, see multi_fronts.h, what g
                                         adds to the balances of forces */
     double gain[6][6];    /* what g adds to them */
     double couple[6][6];  /* d(Mu)_k = Q_k x + p_k - sum of couple_kl w_l */
@@ -173,7 +173,7 @@ typedef struct mbsri_newton_kernels {
     int (*factor_looped)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,
                   double *motion);
-    void (*solve_transposed)(mbsri_newton_sweeps *newton, const double *v, double *x);
+    void (*solve_transposed)(mbsri_newton_sweeps *newton, const double *v, double *x, double *tau);
 } mbsri_newton_kernels;
 
 extern const mbsri_newton_kernels mbsri_newton_base;

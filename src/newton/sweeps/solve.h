@@ -173,12 +173,13 @@ MBSRI_INLINE void hand_loads_over(const mbsri_newton_step *s, loads *f, mbsri_ne
 }
 
 /* Past block i. */
-MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double *r, loads *f,
-                               mbsri_newton_flow **top, bool below_massless)
+MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double *r,
+                               const double *load_of_body, loads *f, mbsri_newton_flow **top,
+                               bool below_massless)
 {
     const mbsri_newton_step *s = newton->step + i;
     _Alignas(32) mbsri_newton_flow flow;
-    mbsri_border_reduce(newton, i, r, &flow);
+    mbsri_border_reduce(newton, i, r, load_of_body, &flow);
     if (s->parent == 0 || s->flags & MBSRI_TO_BLOCK) return;
     const v4 arm = load(newton->acting.own[s->parent].arm);
     clear_loads(f);
@@ -250,7 +251,7 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (mixed && flags & MBSRI_BLOCK) {
-            block_loads(newton, i, r, &f, &top, below_massless);
+            block_loads(newton, i, r, load_of_body, &f, &top, below_massless);
             continue;
         }
         if (flags & MBSRI_LEAF) clear_loads(&f);
@@ -392,10 +393,11 @@ MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
 }
 
 /* The same of a tree with blocks. */
-MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r, double *delta)
+MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r,
+                               const double *load_of_body, double *delta)
 {
     mbsri_front_start(newton->mixed);
-    solve_back(newton, r, NULL, true, newton->last.below_massless, true);
+    solve_back(newton, r, load_of_body, true, newton->last.below_massless, true);
     solve_forward(newton, r, delta, NULL, true, true);
     mbsri_front_finish(newton->mixed, delta);
 }

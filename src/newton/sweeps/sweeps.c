@@ -218,7 +218,8 @@ void mbsri_newton_sweeps_solve(mbsri_newton_sweeps *newton, const double *r, con
     newton->kernels->solve(newton, r, load, delta, motion);
 }
 
-void mbsri_newton_sweeps_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x)
+void mbsri_newton_sweeps_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x,
+                                          double *tau)
 {
-    newton->kernels->solve_transposed(newton, v, x);
+    newton->kernels->solve_transposed(newton, v, x, tau);
 }

@@ -28,7 +28,9 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
 void mbsri_newton_sweeps_solve(mbsri_newton_sweeps *newton, const double *r, const double *load,
                                double *delta, double *motion);
 
-/* x with the transposed matrix from v, not the same; trees without blocks and loops. */
-void mbsri_newton_sweeps_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x);
+/* x with the transposed matrix from v, not the same; trees without blocks and loops. tau: NULL, or
+ * what is said of changes of joint forces, as in load (nu, in the caller's order). */
+void mbsri_newton_sweeps_solve_transposed(mbsri_newton_sweeps *newton, const double *v, double *x,
+                                          double *tau);
 
 #endif

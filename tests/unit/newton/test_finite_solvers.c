@@ -80,14 +80,14 @@ static int run_multiply_rate(finite_subject *s)
     return mbsr_newton_multiply_rate(s->object, s->in[FINITE_R], s->out[0]);
 }
 
-static int run_multiply_rate_transposed(finite_subject *s)
+static int run_solve_sensitivity(finite_subject *s)
 {
-    return mbsr_newton_multiply_rate_transposed(s->object, s->in[FINITE_R], s->out[0]);
+    return mbsr_newton_solve_sensitivity(s->object, s->in[FINITE_TAU], s->in[FINITE_R], s->out[0]);
 }
 
-static int run_torque_transposed(finite_subject *s)
+static int run_solve_adjoint(finite_subject *s)
 {
-    return mbsr_newton_multiply_torque_transposed(s->object, s->in[FINITE_R], s->out[0]);
+    return mbsr_newton_solve_adjoint(s->object, s->in[FINITE_R], s->out[1], s->out[0]);
 }
 
 static int run_linearise_and_multiply(finite_subject *s)
@@ -157,9 +157,9 @@ static int of_y(const finite_subject *s, int o)
     return o == 0 ? s->nq + 2 * s->nu : 0;
 }
 
-static int of_u(const finite_subject *s, int o)
+static int of_y_and_u(const finite_subject *s, int o)
 {
-    return o == 0 ? s->nu : 0;
+    return o == 0 ? s->nq + 2 * s->nu : o == 1 ? s->nu : 0;
 }
 
 static int of_states(const finite_subject *s, int o)
@@ -187,10 +187,10 @@ static const finite_row newton_rows[] = {
     {"mbsr_newton_multiply_torque", run_multiply_torque, linearise, T | C | Y, TAU, FINITE_OBJECT,
      of_y},
     {"mbsr_newton_multiply_rate", run_multiply_rate, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
-    {"mbsr_newton_multiply_rate_transposed", run_multiply_rate_transposed, linearise, T | C | Y, R,
+    {"mbsr_newton_solve_sensitivity", run_solve_sensitivity, factor, T | C | Y, TAU | R,
      FINITE_OBJECT, of_y},
-    {"mbsr_newton_multiply_torque_transposed", run_torque_transposed, linearise, T | C | Y, R,
-     FINITE_OBJECT, of_u},
+    {"mbsr_newton_solve_adjoint", run_solve_adjoint, factor, T | C | Y, R, FINITE_OBJECT,
+     of_y_and_u},
     {"mbsr_newton_multiply", run_multiply, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
     {"mbsr_newton_multiply_transposed", run_multiply_transposed, linearise, T | C | Y, R,
      FINITE_OBJECT, of_y},

@@ -164,43 +164,30 @@ static void products_are_linear_in_c(void **state)
     }
 }
 
-/* dF/dy' is what A(c) gains with c; both transposes give the same sums with another vector. */
+/* dF/dy' is what A(c) gains with c. */
 static void parts_of_the_matrix(void **state)
 {
     (void)state;
     for (int v = 0; v < 2; ++v) {
         scene z;
-        double one[MOST], two[MOST], w[MOST], r[MOST], tau[MOST];
+        double one[MOST], two[MOST], r[MOST];
         open_scene(&z, variants[v]);
-        const int n = z.s.n, nu = mbsr_model_nu(z.s.model);
+        const int n = z.s.n;
         mbsr_newton *newton = create(z.s.model, MBSR_NEWTON_AUTO, 1);
         const mbsr_error *error = mbsr_newton_error(newton);
         assert_refused(mbsr_newton_multiply_rate(newton, z.x, r), error, MBSR_ERR_SEQUENCE,
                        MBSR_NONE, MBSR_NONE, "mbsr_newton_linearise");
-        for (int k = 0; k < n; ++k) w[k] = sin(1.0 + k);
-        for (int k = 0; k < nu; ++k) tau[k] = cos(2.0 + k);
         for (int c = 0; c < 2; ++c) {
             assert_ok(linearise(newton, &z.s, c == 0 ? 3.0 : 4.0), error);
             multiply(newton, z.x, c == 0 ? one : two);
         }
         assert_ok(mbsr_newton_multiply_rate(newton, z.x, r), error);
         for (int k = 0; k < n; ++k) assert_close(r[k], two[k] - one[k], 1e-11);
-        assert_ok(mbsr_newton_multiply_rate_transposed(newton, w, two), error);
-        double forth = 0.0, back = 0.0, size = 0.0;
-        for (int k = 0; k < n; ++k) forth += w[k] * r[k], back += z.x[k] * two[k];
-        assert_close(forth, back, 1e-12 * (1.0 + fabs(forth)));
         multiply(newton, z.x, one); /* c is what it was */
-        assert_ok(mbsr_newton_multiply_torque(newton, tau, r), error);
-        assert_ok(mbsr_newton_multiply_torque_transposed(newton, w, two), error);
-        forth = back = 0.0;
-        for (int k = 0; k < n; ++k) forth += w[k] * r[k], size += fabs(w[k] * r[k]);
-        for (int k = 0; k < nu; ++k) back += tau[k] * two[k];
-        assert_close(forth, back, 1e-12 * (1.0 + size));
-        assert_refused(mbsr_newton_multiply_torque_transposed(newton, NULL, tau), error,
-                       MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "NULL");
-        w[0] = NAN;
-        assert_refused(mbsr_newton_multiply_rate_transposed(newton, w, two), error, MBSR_NOT_FINITE,
-                       MBSR_NONE, MBSR_NONE, "not finite");
+        for (int k = 0; k < n; ++k) assert_close(one[k], two[k], 0.0);
+        z.x[0] = NAN;
+        assert_refused(mbsr_newton_multiply_rate(newton, z.x, r), error, MBSR_NOT_FINITE, MBSR_NONE,
+                       MBSR_NONE, "not finite");
         mbsr_newton_destroy(newton);
         close_scene(&z);
     }
