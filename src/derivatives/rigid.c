@@ -81,7 +81,6 @@ static void place_order(const mbsri_sweeps *tree, size_t nu, unsigned char *base
     const size_t kept = o->down > 0 ? paths : 0;
     o->path = mbsri_take_bytes(base, used, kept * sizeof *o->path);
     o->way = mbsri_take_bytes(base, used, nu * sizeof *o->way);
-    o->above = mbsri_take_bytes(base, used, nu * sizeof *o->above);
     if (kept == 0) o->path = NULL;
 }
 
@@ -152,8 +151,8 @@ static void order_slots(mbsri_rigid *r, const mbsri_sweeps *tree)
         }
         for (int k = o->first[i]; k < o->first[i] + tree->body[i].n; ++k, ++slot) {
             o->slot[k] = slot;
-            o->way[k] = way;
-            o->above[k] = (int)(at - way);
+            o->way[k] =
+                (mbsri_rigid_way){(size_t)k * o->down, at - way, o->path ? o->path + way : NULL};
             if (slot % 4 == 0) o->block_place[slot / 4] = k;
         }
     }

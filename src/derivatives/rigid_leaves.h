@@ -73,14 +73,13 @@ MBSRI_INLINE v4 nothing_of(size_t n, const double *x)
 
 /* ---- by Lambda ---- */
 
-/* A row, `width` times four columns: its own Y and, of each row on the way to the root, its part.
- */
-MBSRI_INLINE void add_path(const mbsri_rigid_order *o, int k, size_t at, const int width,
-                           double *to)
+/* A row of `rows`, `width` times four columns: its own Y and, of each row on the way to the root,
+ * by lambda its part. */
+MBSRI_INLINE void add_path(const double *rows, const double *lambda, const mbsri_rigid_way *way,
+                           const int width, double *to)
 {
-    const size_t *path = o->path + o->way[k], *const end = path + o->above[k];
-    const double *own = o->rows + ((size_t)k * o->down + at),
-                 *lambda = o->rows + (3 * o->part + (size_t)k), *rows = o->rows + at;
+    const size_t *path = way->path, *const end = path + way->count;
+    const double *own = rows + way->row;
     v4 x[MBSRI_RIGID_WIDTH];
     for (int l = 0; l < width; ++l) x[l] = load(own + 4 * l);
     for (; path < end; ++path) {
@@ -96,13 +95,17 @@ MBSRI_INLINE void add_path(const mbsri_rigid_order *o, int k, size_t at, const i
 MBSRI_INLINE v4 add_paths(const mbsri_rigid *r, size_t part, int c, const int width, double *matrix)
 {
     const mbsri_rigid_order *o = &r->order;
-    const int nu = r->model->nu, end = c + 4 * width < nu ? c + 4 * width : nu;
+    const int nu = r->model->nu, end = c + 4 * width < nu ? c + 4 * width : nu, *place = o->place;
+    const double *rows = o->rows + (part + (size_t)c), *lambda = o->rows + 3 * o->part;
+    const mbsri_rigid_way *way = o->way;
     _Alignas(32) double stage[4][4 * MBSRI_RIGID_WIDTH];
     const double *const row[4] = {stage[0], stage[1], stage[2], stage[3]};
     v4 check = splat(0.0);
     for (int u = 0; u < nu; u += 4) {
-        for (int l = 0; l < 4 && u + l < nu; ++l)
-            add_path(o, o->place[u + l], part + (size_t)c, width, stage[l]);
+        for (int l = 0; l < 4 && u + l < nu; ++l) {
+            const int k = place[u + l];
+            add_path(rows, lambda + k, way + k, width, stage[l]);
+        }
         check = hand_out(r, row, u, c, end, matrix, check);
     }
     return check;
@@ -125,26 +128,33 @@ static v4 rows_by_factor(const mbsri_rigid *r, size_t part, double *matrix)
 
 /* ---- by accelerations ---- */
 
-/* Past the joint of body i, of eight columns: its rows, `down` numbers apart, and A. */
-MBSRI_INLINE void pass_accelerations(const mbsri_rigid *r, int i, const int n, const double *rows,
-                                     size_t down, v4 A[6][2])
+/* Past the joint of body b, of eight columns: its rows from `y`, `down` numbers apart, to x; and
+ * A. */
+MBSRI_INLINE void pass_accelerations(const mbsri_rigid_body *b, const mbsri_rigid_column *c,
+                                     const int n, const double *y, size_t down,
+                                     double (*x)[MBSRI_RIGID_SIDE], v4 A[6][2])
 {
-    const mbsri_rigid_body *b = r->body + i;
-    const mbsri_rigid_column *c = r->column + b->first;
-    const size_t place = (size_t)r->order.first[i];
     v4 rate[6][2];
+    for (int k = 0; k < n; ++k) {
+        v4 more[2] = {splat(0.0), splat(0.0)};
+        for (int h = 0; h < 2; ++h) rate[k][h] = load(y + (size_t)k * down + 4 * h);
+        for (int l = 0; l < 3; ++l) {
+            for (int h = 0; h < 2; ++h) {
+                rate[k][h] -= splat(c[k].P[l]) * A[l][h];
+                more[h] += splat(c[k].P[4 + l]) * A[3 + l][h];
+            }
+        }
+        for (int h = 0; h < 2; ++h) {
+            rate[k][h] -= more[h];
+            store(x[k] + 4 * h, rate[k][h]);
+        }
+    }
     for (int l = 0; l < 3; ++l) { /* A_v += A_w x r */
         const int p = (l + 1) % 3, q = (l + 2) % 3;
-        for (int h = 0; h < 2; ++h)
-            A[3 + l][h] += splat(b->r[q]) * A[p][h] - splat(b->r[p]) * A[q][h];
-    }
-    for (int k = 0; k < n; ++k) {
-        const double *y = rows + (place + (size_t)k) * down;
-        for (int h = 0; h < 2; ++h) rate[k][h] = load(y + 4 * h);
-        for (int l = 0; l < 6; ++l) {
-            for (int h = 0; h < 2; ++h) rate[k][h] -= splat(c[k].G[component(l)]) * A[l][h];
+        for (int h = 0; h < 2; ++h) {
+            A[3 + l][h] += splat(b->r[q]) * A[p][h];
+            A[3 + l][h] -= splat(b->r[p]) * A[q][h];
         }
-        for (int h = 0; h < 2; ++h) store(r->side[place + (size_t)k] + 4 * h, rate[k][h]);
     }
     for (int k = 0; k < n; ++k) {
         for (int l = 0; l < 6; ++l) {
@@ -153,44 +163,78 @@ MBSRI_INLINE void pass_accelerations(const mbsri_rigid *r, int i, const int n, c
     }
 }
 
-/* Eight columns from place c on, of rows that may be r->side itself. */
+/* Eight columns from place c on, of rows that may be r->side itself; rows of places up to `most`
+ * and a few more, where places are u. */
 MBSRI_INLINE v4 sweep_to_leaves(const mbsri_rigid *r, const double *rows, size_t down, int c,
-                                double *matrix, v4 check)
+                                int most, double *matrix, v4 check)
 {
-    const int bodies = r->tree->bodies, nu = r->model->nu,
+    const int bodies = r->tree->bodies, nu = r->model->nu, *place = r->order.place,
               end = c + MBSRI_RIGID_SIDE < nu ? c + MBSRI_RIGID_SIDE : nu;
     v4 A[6][2];
     for (int l = 0; l < 12; ++l) A[l / 2][l % 2] = splat(0.0);
+    double(*x)[MBSRI_RIGID_SIDE] = r->side;
     int last = 0;
     for (int at = 1; at <= bodies; ++at) {
         const int i = r->along[at];
         const mbsri_rigid_body *b = r->body + i;
-        double(*branch)[MBSRI_RIGID_SIDE] = r->force[b->parent];
+        const mbsri_rigid_column *column = r->column + b->first;
+        if (b->place >= most) break;
         for (int l = 0; l < 12 && b->parent != last; ++l)
-            A[l / 2][l % 2] = load(branch[l / 2] + l % 2 * 4);
+            A[l / 2][l % 2] = load(r->force[b->parent][l / 2] + l % 2 * 4);
         if (b->n == 1)
-            pass_accelerations(r, i, 1, rows, down, A);
+            pass_accelerations(b, column, 1, rows, down, x, A);
         else
-            pass_accelerations(r, i, b->n, rows, down, A);
+            pass_accelerations(b, column, b->n, rows, down, x, A);
+        rows += (size_t)b->n * down;
+        x += b->n;
         for (int l = 0; l < 12 && b->flags & MBSRI_BRANCHES; ++l)
             store(r->force[i][l / 2] + l % 2 * 4, A[l / 2][l % 2]);
         last = i;
     }
-    for (int u = 0; u < nu; u += 4) {
+    for (int u = 0; u < most; u += 4) {
         const double *row[4];
-        for (int l = 0; l < 4; ++l) row[l] = r->side[r->order.place[u + l < nu ? u + l : u]];
+        for (int l = 0; l < 4; ++l) row[l] = r->side[place[u + l < nu ? u + l : u]];
         check = hand_out(r, row, u, c, end, matrix, check);
     }
     return check;
 }
 
+/* The rest of a symmetric matrix whose columns have their rows up to the last of eight columns. */
+MBSRI_INLINE void mirror(int nu, double *matrix)
+{
+    const size_t down = (size_t)nu;
+    for (int c = 0; c < nu; c += 4) {
+        double *to = matrix + (size_t)c * down;
+        int k = c / MBSRI_RIGID_SIDE * MBSRI_RIGID_SIDE + MBSRI_RIGID_SIDE;
+        for (; k + 4 <= nu; k += 4) {
+            v4 x[4];
+            for (int l = 0; l < 4; ++l) x[l] = load3(matrix + (size_t)(k + l) * down + c);
+            turn_four(x);
+            for (int l = 0; l < 4; ++l) store3(to + (size_t)l * down + k, x[l]);
+        }
+        for (; k < nu; ++k) {
+            for (int l = 0; l < 4; ++l)
+                to[(size_t)l * down + (size_t)k] = matrix[(size_t)k * down + (size_t)(c + l)];
+        }
+    }
+}
+
+/* How many rows of columns from place c on are asked for: of the symmetric matrix half of them. */
+MBSRI_INLINE int rows_of(const mbsri_rigid *r, int c, bool half)
+{
+    const int nu = r->model->nu;
+    return half && c + MBSRI_RIGID_SIDE < nu ? c + MBSRI_RIGID_SIDE : nu;
+}
+
 /* Rows of one matrix that begins at `part`. */
-static v4 rows_by_sweep(const mbsri_rigid *r, size_t part, double *matrix)
+static v4 rows_by_sweep(const mbsri_rigid *r, size_t part, bool half, double *matrix)
 {
     const mbsri_rigid_order *o = &r->order;
     v4 check = splat(0.0);
     for (int c = 0; c < r->model->nu; c += MBSRI_RIGID_SIDE)
-        check = sweep_to_leaves(r, o->rows + (part + (size_t)c), o->down, c, matrix, check);
+        check = sweep_to_leaves(r, o->rows + (part + (size_t)c), o->down, c, rows_of(r, c, half),
+                                matrix, check);
+    if (half) mirror(r->model->nu, matrix);
     return check;
 }
 
@@ -213,15 +257,17 @@ MBSRI_INLINE void take_columns(const mbsri_rigid *r, const double *matrix, int c
 }
 
 /* A matrix by u in place. */
-static v4 matrix_to_leaves(const mbsri_rigid *r, double *matrix)
+static v4 matrix_to_leaves(const mbsri_rigid *r, bool half, double *matrix)
 {
     const int nu = r->model->nu;
     v4 check = splat(0.0);
     for (int c = 0; c < nu; c += MBSRI_RIGID_SIDE) {
         for (int at = 0; at < MBSRI_RIGID_SIDE && c + at < nu; at += 4)
             take_columns(r, matrix, c + at, at);
-        check = sweep_to_leaves(r, r->side[0], MBSRI_RIGID_SIDE, c, matrix, check);
+        check =
+            sweep_to_leaves(r, r->side[0], MBSRI_RIGID_SIDE, c, rows_of(r, c, half), matrix, check);
     }
+    if (half) mirror(nu, matrix);
     return check;
 }
 

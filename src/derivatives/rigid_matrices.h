@@ -252,7 +252,9 @@ MBSRI_INLINE void set_out(const mbsri_rigid *r, int i, int k, bool forward, trav
     send(to + OF_U, t->f_u);
     send(to + OF_A, t->of_A);
     const pair away = {-t->of_A.w, -t->of_A.v};
-    if (forward) send(to + OF_G, away);
+    if (!forward) return;
+    store_pair(r->column[b->first + k].P, away);
+    send(to + OF_G, away);
 }
 
 /* Column k's forces on the axes of its own joint, less what elements give. */
@@ -341,13 +343,14 @@ MBSRI_INLINE void start_columns(const mbsri_rigid *r, int i, const int n, const 
 
 /* ---- columns that pass a joint ---- */
 
-/* Four places of travel at `x`, from place k on, that pass body i; those from .. end - 1 are behind
- * it, and the others are zero. Packed: `row` has row `place`, columns from k on, `column` its
- * transpose. */
+/* Four places of travel at `x`, from place k on, at the joint of body b, whose columns begin with
+ * `place`; those from .. end - 1 are behind it, and the others are zero. Packed: `row` has row
+ * `place`, columns from k on, `column` its transpose, of rows and parts `down` and `part` apart. */
 typedef struct passage {
     const mbsri_rigid_body *b;
     const mbsri_rigid_column *c;
     int place, k, from, end;
+    size_t down, part;
     double *x, *row, *column;
 } passage;
 
@@ -357,7 +360,7 @@ MBSRI_INLINE void put_row(const mbsri_rigid *r, const passage *p, const results 
                           int j, v4 x)
 {
     if (to->packed) {
-        store3(p->row + (size_t)j * r->order.down + (size_t)which * r->order.part, x);
+        store3(p->row + ((size_t)j * p->down + (size_t)which * p->part), x);
         return;
     }
     for (int l = 0; l < 4; ++l) {
@@ -371,8 +374,8 @@ MBSRI_INLINE void put_column(const mbsri_rigid *r, const passage *p, const resul
                              int j, v4 x)
 {
     if (to->packed) {
-        const size_t down = r->order.down;
-        double *at = p->column + (size_t)which * r->order.part + j;
+        const size_t down = p->down;
+        double *at = p->column + ((size_t)which * p->part + (size_t)j);
         at[0] = x[0];
         at[down] = x[1];
         at[2 * down] = x[2];
@@ -385,27 +388,43 @@ MBSRI_INLINE void put_column(const mbsri_rigid *r, const passage *p, const resul
     }
 }
 
-/* Forces at `x`: rows of matrix `which`, and on to the predecessor. */
-MBSRI_INLINE void pass_forces(const mbsri_rigid *r, const passage *p, const int n, double *x,
-                              int which, const results *to)
+/* -D^-1 t of the joint's column j. */
+MBSRI_INLINE v4 row_of(const mbsri_rigid *r, const mbsri_rigid_body *b, const int n, int j,
+                       const v4 *t)
 {
-    v4 f[6], t[6];
-    load_many(x, 6, f);
-    dot_joint(p->b, p->c, n, f, t);
-    for (int j = 0; j < n; ++j) {
-        v4 y = t[j];
-        if (to->forward) {
-            const double *D = inverse_row(r, p->b, n, j);
-            y = splat(-D[0]) * t[0];
-            for (int l = 1; l < n; ++l) y -= splat(D[l]) * t[l];
+    const double *D = inverse_row(r, b, n, j);
+    v4 y = splat(D[0]) * t[0];
+    for (int l = 1; l < n; ++l) y += splat(D[l]) * t[l];
+    return -y;
+}
+
+/* `count` kinds of forces at `x`: rows of matrices from `which` on, and on to the predecessor. */
+MBSRI_INLINE void pass_forces(const mbsri_rigid *r, const passage *p, const int n, const int count,
+                              double *x, int which, const results *to)
+{
+    const v4 less = splat(n == 1 && to->forward ? -p->c->Dinv : 1.0);
+    v4 f[2][6], t[2][6];
+    for (int h = 0; h < count; ++h) {
+        load_many(x + 24 * h, 6, f[h]);
+        dot_joint(p->b, p->c, n, f[h], t[h]);
+        for (int j = 0; j < n; ++j) {
+            v4 y = less * t[h][j];
+            if (n != 1 && to->forward) y = row_of(r, p->b, n, j, t[h]);
+            put_row(r, p, to, which + h, j, y);
+            if (to->packed && which == 2) put_row(r, p, to, 3, j, -t[h][j]);
         }
-        put_row(r, p, to, which, j, y);
-        if (to->packed && which == 2) put_row(r, p, to, 3, j, -t[j]);
     }
     if (p->b->parent == 0) return;
-    for (int j = 0; j < n && to->forward; ++j) give_way_many(p->c[j].G, t[j], f);
-    add_cross_many(p->b->r, f + 3, f);
-    store_many(x, to->forward ? 6 : 3, f);
+    for (int j = 0; j < n && to->forward; ++j) {
+        for (int l = 0; l < 6; ++l) {
+            const v4 G = splat(p->c[j].G[component(l)]);
+            for (int h = 0; h < count; ++h) f[h][l] -= G * t[h][j];
+        }
+    }
+    for (int h = 0; h < count; ++h) {
+        add_cross_many(p->b->r, f[h] + 3, f[h]);
+        store_many(x + 24 * h, to->forward ? 6 : 3, f[h]);
+    }
 }
 
 /* Gradients: columns of matrices, and on. */
@@ -448,20 +467,22 @@ MBSRI_INLINE void pass_joint(const mbsri_rigid *r, int i, const int n, const res
     passage p = {.b = b,
                  .c = r->column + b->first,
                  .place = o->first[i],
+                 .down = o->down,
+                 .part = o->part,
                  .from = o->first[i] + n,
                  .end = o->end[i]};
     if (p.from >= p.end) return;
     const int last = o->slot[p.end - 1] / 4;
+    double *const rows = o->rows, *const travel = o->travel;
     for (int m = o->slot[p.from] / 4; m <= last; ++m) {
         p.k = o->block_place[m];
-        p.x = o->travel + MBSRI_RIGID_TRAVEL * (size_t)m;
+        p.x = travel + MBSRI_RIGID_TRAVEL * (size_t)m;
         if (to->packed) {
-            p.row = o->rows + ((size_t)p.place * o->down + (size_t)p.k);
-            p.column = o->rows + ((size_t)p.k * o->down + (size_t)p.place);
+            p.row = rows + ((size_t)p.place * p.down + (size_t)p.k);
+            p.column = rows + ((size_t)p.k * p.down + (size_t)p.place);
         }
-        pass_forces(r, &p, n, p.x + OF_Q, 0, to);
-        pass_forces(r, &p, n, p.x + OF_U, 1, to);
-        if (to->forward) pass_forces(r, &p, n, p.x + OF_G, 2, to);
+        pass_forces(r, &p, n, 2, p.x + OF_Q, 0, to);
+        if (to->forward) pass_forces(r, &p, n, 1, p.x + OF_G, 2, to);
         pass_gradients(r, &p, n, to);
     }
 }
@@ -470,7 +491,7 @@ MBSRI_INLINE void sweep_to_root(const mbsri_rigid *r, const results *to)
 {
     const int bodies = r->tree->bodies;
     const mbsri_rigid_order *o = &r->order;
-    memset(o->travel, 0, o->blocks * MBSRI_RIGID_TRAVEL * sizeof *o->travel);
+    for (size_t k = 0; k < o->blocks * MBSRI_RIGID_TRAVEL; k += 4) store(o->travel + k, splat(0.0));
     for (int i = 0; i <= bodies; ++i) open_composite(r->body + i, r->composite + i);
     for (int place = bodies; place >= 1; --place) {
         const int i = r->along[place], n = r->body[i].n;
@@ -479,7 +500,10 @@ MBSRI_INLINE void sweep_to_root(const mbsri_rigid *r, const results *to)
             start_columns(r, i, 1, to);
             if (r->body[i].parent > 0) hand_composite_on(r, i, 1, to->forward);
         } else {
-            pass_joint(r, i, n, to);
+            if (n == 6 && to->packed)
+                pass_joint(r, i, 6, to);
+            else
+                pass_joint(r, i, n, to);
             start_columns(r, i, n, to);
             if (r->body[i].parent > 0) hand_composite_on(r, i, n, to->forward);
         }
@@ -510,6 +534,7 @@ static bool rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *b
     const size_t nu = (size_t)r->model->nu;
     const mbsri_rigid_order *o = &r->order;
     double *const all[3] = {by_q, by_u, by_load};
+    bool half = true; /* whether places are u */
     v4 check = splat(0.0);
     for (int i = 1; i <= r->tree->bodies; ++i) {
         const mbsri_rigid_body *b = r->body + i;
@@ -517,6 +542,7 @@ static bool rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *b
             const int place = o->first[i] + k, u = r->column[b->first + k].u;
             o->u[place] = u;
             o->place[u] = place;
+            half = half && u == place;
         }
     }
     const bool packed = forward && o->down > 0;
@@ -529,11 +555,11 @@ static bool rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *b
         if (!forward)
             check += nothing_of(nu * nu, all[k]);
         else if (!packed)
-            check += matrix_to_leaves(r, all[k]);
+            check += matrix_to_leaves(r, half && k == 2, all[k]);
         else if (o->path)
             check += rows_by_factor(r, (size_t)k * o->part, all[k]);
         else
-            check += rows_by_sweep(r, (size_t)k * o->part, all[k]);
+            check += rows_by_sweep(r, (size_t)k * o->part, half && k == 2, all[k]);
     }
     return check[0] + check[1] + check[2] + check[3] == 0.0;
 }

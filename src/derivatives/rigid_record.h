@@ -31,19 +31,20 @@ typedef struct mbsri_rigid_body {
     int parent, flags;
     int n, first; /* its columns */
     int multi;    /* index of its D^-1; -1: of one column */
-    int idle[3];
+    int place;    /* of its first column in the order of matrices */
+    int idle[2];
 } mbsri_rigid_body;
 MBSRI_CHECK_LAYOUT(mbsri_rigid_body);
 
 /* Of a rate, in the order of the joint's axes. Pairs: angular and linear part. */
 typedef struct mbsri_rigid_column {
     double S[8], T[8], Q[8], U[8], C[8];
-    double G[8], F[8];   /* Mbar S D^-1, Mbar S */
-    double Dinv;         /* of one column */
-    double tau_q, tau_u; /* slopes of elements on this coordinate */
-    double armature;     /* kg m^2 or kg */
-    int u, link;         /* index in the caller's u; 3 for those of a quaternion, else 1 */
-    int place, idle;     /* index in the order of the sweeps */
+    double G[8], F[8], P[8]; /* Mbar S D^-1, Mbar S; G about the predecessor's point */
+    double Dinv;             /* of one column */
+    double tau_q, tau_u;     /* slopes of elements on this coordinate */
+    double armature;         /* kg m^2 or kg */
+    int u, link;             /* index in the caller's u; 3 for those of a quaternion, else 1 */
+    int place, idle;         /* index in the order of the sweeps */
     double pad[2];
 } mbsri_rigid_column;
 MBSRI_CHECK_LAYOUT(mbsri_rigid_column);
@@ -84,6 +85,12 @@ typedef struct mbsri_rigid_seeds {
     void *memory;
 } mbsri_rigid_seeds;
 
+/* Of a column: where its row begins; those of the `count` columns before it. */
+typedef struct mbsri_rigid_way {
+    size_t row, count;
+    const size_t *path;
+} mbsri_rigid_way;
+
 /* The columns in an order in which those behind a body stand together, and what matrices need of
  * it. Rows of places, of four parts side by side: three matrices, and Lambda. On their way to the
  * root columns stand in slots, four in a block; those of a branch begin with a block. */
@@ -91,15 +98,16 @@ typedef struct mbsri_rigid_order {
     int *first, *end; /* bodies + 1: place of its columns; where those behind it end */
     int *u, *place;   /* nu: index in the caller's u; the place of that */
     int *slot;        /* nu */
-    int *block_place; /* blocks: place of its first slot; other slots go on from there */
-    double *travel;   /* MBSRI_RIGID_TRAVEL x blocks */
+    /* blocks: place of its first slot, from where the others go on; where they end; the joint
+     * before all of them */
+    int *block_place, *block_end, *block_joint;
+    double *travel; /* MBSRI_RIGID_TRAVEL x blocks */
     size_t blocks;
-    double *rows;      /* nu + 4 rows of `down` numbers */
-    size_t down, part; /* of a row, of its parts; 0: there are no rows */
-    int width;         /* four times so many columns are summed at once */
-    size_t *path;      /* where rows of columns before each column begin; NULL: too many */
-    size_t *way;       /* nu: the first of them in `path` */
-    int *above;        /* nu: how many they are */
+    double *rows;         /* nu + 4 rows of `down` numbers */
+    size_t down, part;    /* of a row, of its parts; 0: there are no rows */
+    int width;            /* four times so many columns are summed at once */
+    size_t *path;         /* where rows of columns before each column begin; NULL: too many */
+    mbsri_rigid_way *way; /* nu */
 } mbsri_rigid_order;
 
 /* Numbers of a block; columns side by side in sweeps to the leaves; vectors of four in a row. */

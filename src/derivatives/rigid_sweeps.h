@@ -189,6 +189,7 @@ static int rigid_prepare(mbsri_rigid *r, const mbsri_sweep_run *run, const doubl
         to->flags = b->flags;
         to->n = b->n;
         to->first = b->u;
+        to->place = r->order.first[i];
         to->multi = b->flags & MBSRI_MULTI ? b->multi : -1;
         if (b->flags & MBSRI_MULTI) {
             const int status = look_at_chain(run, i, udot, &a);

@@ -205,20 +205,26 @@ static mbsri_result end_leftover(mbsri_instance *in, leftover *r, mbsri_result r
     return result;
 }
 
-static mbsri_result no_room(mbsri_instance *in, leftover *r)
+/* At a state that is evaluated and, with `linear`, linearised. */
+static mbsri_result open_leftover(mbsri_instance *in, const mbsri_by_parameters *d, leftover *r,
+                                  bool *linear)
 {
-    return end_leftover(in, r, mbsri_say(in, MBSRI_ERROR, "%s: no memory", r->d.function));
+    const mbsri_result result = mbsri_evaluate(in);
+    if (result) return result;
+    if (!begin_leftover(in, d, r))
+        return end_leftover(in, r, mbsri_say(in, MBSRI_ERROR, "%s: no memory", d->function));
+    *linear = linearise_forward(in, d);
+    return MBSRI_OK;
 }
 
 mbsri_result mbsri_along_parameters(mbsri_instance *in, const mbsri_by_parameters *d,
                                     const double *seed, double *sensitivity)
 {
     leftover r;
-    bool served = false;
-    mbsri_result result = mbsri_evaluate(in);
+    bool linear, served = false;
+    mbsri_result result = open_leftover(in, d, &r, &linear);
     if (result) return result;
-    if (!begin_leftover(in, d, &r)) return no_room(in, &r);
-    if (linearise_forward(in, d)) multiply_along(in, d, seed, r.room, sensitivity, &served);
+    if (linear) multiply_along(in, d, seed, r.room, sensitivity, &served);
     leave_served(in, &r, served);
     result = differ(in, &r.d, seed, r.room, r.value);
     for (size_t k = 0; k < r.d.unknowns; ++k) sensitivity[r.at[k]] += r.value[k];
@@ -229,12 +235,11 @@ mbsri_result mbsri_against_parameters(mbsri_instance *in, const mbsri_by_paramet
                                       const double *seed, double *sensitivity)
 {
     leftover r;
-    bool served = false;
-    mbsri_result result = mbsri_evaluate(in);
+    bool linear, served = false;
+    mbsri_result result = open_leftover(in, d, &r, &linear);
     if (result) return result;
-    if (!begin_leftover(in, d, &r)) return no_room(in, &r);
     memset(sensitivity, 0, d->parameters * sizeof *sensitivity);
-    if (linearise_forward(in, d)) multiply_against(in, d, seed, r.room, sensitivity, &served);
+    if (linear) multiply_against(in, d, seed, r.room, sensitivity, &served);
     if (!served) memset(sensitivity, 0, d->parameters * sizeof *sensitivity);
     leave_served(in, &r, served);
     for (size_t k = 0; k < d->parameters && !result; ++k) {
