@@ -13,6 +13,10 @@
 
 #include "newton/front/source.h"
 
+/* Unknowns, beside those of open groups, that all fronts that wait for one body may hand on to it:
+ * else what each of many might has its place there. */
+enum { MBSRI_FRONT_ROOM = 128 };
+
 typedef struct mbsri_front_step {
     int body;
     int first_child, children;   /* in `child`: steps whose fronts are added here */
@@ -25,6 +29,8 @@ typedef struct mbsri_front_step {
     int rows, columns;
     int border_rows, border_columns;
     int carried;        /* unknowns that are handed on, at most */
+    bool crowded;       /* the steps before may not all hand on as many as each of them may: */
+    int room;           /* how many more they may now, beside those of open groups */
     bool axes;          /* axes_step.h may serve it */
     int held;           /* of these, how many may be, but for those of an open group */
     size_t matrix;      /* doubles: of what is handed on, */
@@ -43,6 +49,7 @@ typedef struct mbsri_front_plan {
     int *position; /* N + 1: the step of a body */
     int *child, *element;
     mbsri_front_border *border;
+    bool crowded;      /* whether a step is */
     bool *coordinates; /* N + 1: joints that something reads that other bodies belong to */
     int most_rows, most_columns;
     size_t matrices, doubles, ints; /* lengths */
