@@ -6,7 +6,7 @@
 
 #include "sweeps/tree.h"
 
-/* Whether the model is one of rigid bodies, each joint by itself. */
+/* Whether the model is an open tree of rigid bodies, each joint by itself. */
 bool mbsri_bounded_serves(const mbsr_model *m);
 
 /* What is constant, to bounds (N + 1). */
