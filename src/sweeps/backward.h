@@ -151,6 +151,26 @@ MBSRI_INLINE void start_back(const mbsri_sweep_run *run, back *at)
     at->noise_top = run->noise;
 }
 
+/* What a body in space in the sweeps gets of block i, about its own point (see collect, block.c):
+ * p = H^T mu + Mbar (0, g + omega x (omega x arm)). */
+MBSRI_OUTLINE void collect_blocks(const mbsri_sweep_run *run, int i, blocks *c)
+{
+    const mbsri_body *b = run->model->body + i;
+    const mbsr_data *data = run->data;
+    const double *bound = run->load[i].bound;
+    double y[6] = {0.0};
+    matrix_to_blocks(data->Mbar + b->pred.dd, c);
+    mbsri_atx(b->d, 6, 1.0, data->H + b->dp, data->mu + b->v, y);
+    const v4 omega = load(run->state[b->parent].omega), arm = load(run->load[b->parent].arm);
+    const v4 a = load3(run->tree->gravity) + cross(omega, cross(omega, arm));
+    c->L = (v4){y[0], y[1], y[2], 0.0} + cyclic_transposed_times(c->G, a);
+    c->p = (v4){y[3], y[4], y[5], 0.0} + symmetric_times(c->M, a);
+    translate(arm, c);
+    const double ratio = 1.0 + sqrt(sum3(arm * arm)) / run->tree->length;
+    c->kappa = bound[0];
+    c->spread = bound[1] * ratio * ratio;
+}
+
 /* Through a body of another kind, which reads and leaves the carry of its predecessor's point. */
 MBSRI_OUTLINE bool pass_block(const mbsri_sweep_run *run, int i, bool exact, back *at)
 {

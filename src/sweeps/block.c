@@ -219,7 +219,7 @@ void mbsri_block_open(const mbsri_sweep_run *run)
         d->rotated[b->scalar_offset] = mbsri_own_rotated(b, d->M + b->dd);
         mbsri_copy((size_t)b->d, d->f + b->v, d->fbar + b->v);
         double *bound = run->load[run->tree->block_of[k]].bound;
-        bound[0] = bound[1] = 0.0;
+        bound[0] = bound[1] = bound[2] = 0.0;
     }
 }
 

@@ -212,7 +212,7 @@ MBSRI_INLINE bool pass_sized(const mbsri_sweep_run *run, int i, int d, int dp, i
 {
     const mbsri_body *b = run->model->body + i;
     mbsr_data *data = run->data;
-    const double area = run->tree->length * run->tree->length, soft = run->tree->body[i].soft;
+    const double area = run->tree->length * run->tree->length, soft = run->load[i].bound[2];
     const double *Mbar = data->Mbar + b->dd, *W = data->W + b->dd;
     double *bound = run->load[i].bound, trace = 0.0;
     mbsri_symmetrise(d, data->Mbar + b->dd);
@@ -265,7 +265,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     matrix_to_blocks(Mbar, &c);
     double kappa = bound[0], spread = bound[1];
     for (int k = 0; k < 6; ++k) spread += W[7 * k] * (k < 3 ? per_area : 1.0);
-    if (!certify_column(run->tree, run->tree->body[i].soft, &c, &j, &kappa, &spread)) return false;
+    if (!certify_column(run->tree, bound[2], &c, &j, &kappa, &spread)) return false;
     put_three(U, j.U_L), put_three(U + 3, j.U_p);
     put_three(G, j.g_L), put_three(G + 3, j.g_p);
     data->D[b->nn] = j.D;
@@ -305,26 +305,6 @@ MBSRI_OUTLINE bool pass_bounded(const mbsri_sweep_run *run, int i)
     if (d == 6 && dp == 6) return pass_sized(run, i, 6, 6, n);
     if (d == 3 && dp == 3 && n == 1) return pass_sized(run, i, 3, 3, 1);
     return pass_sized(run, i, d, dp, n);
-}
-
-/* What a body in space in the sweeps gets of block i, about its own point (see collect, block.c):
- * p = H^T mu + Mbar (0, g + omega x (omega x arm)). */
-MBSRI_OUTLINE void collect_blocks(const mbsri_sweep_run *run, int i, blocks *c)
-{
-    const mbsri_body *b = run->model->body + i;
-    const mbsr_data *data = run->data;
-    const double *bound = run->load[i].bound;
-    double y[6] = {0.0};
-    matrix_to_blocks(data->Mbar + b->pred.dd, c);
-    mbsri_atx(b->d, 6, 1.0, data->H + b->dp, data->mu + b->v, y);
-    const v4 omega = load(run->state[b->parent].omega), arm = load(run->load[b->parent].arm);
-    const v4 a = load3(run->tree->gravity) + cross(omega, cross(omega, arm));
-    c->L = (v4){y[0], y[1], y[2], 0.0} + cyclic_transposed_times(c->G, a);
-    c->p = (v4){y[3], y[4], y[5], 0.0} + symmetric_times(c->M, a);
-    translate(arm, c);
-    const double ratio = 1.0 + sqrt(sum3(arm * arm)) / run->tree->length;
-    c->kappa = bound[0];
-    c->spread = bound[1] * ratio * ratio;
 }
 
 #endif

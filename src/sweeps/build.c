@@ -149,12 +149,6 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
     if (largest == 0.0) b->flags |= MBSRI_MASSLESS;
 }
 
-/* Six numbers of velocity or fewer, whose directions are known. */
-static bool is_rigid(mbsr_space space)
-{
-    return space != MBSR_SPACE_GENERAL && space != MBSR_SPACE_FLEXIBLE;
-}
-
 static void place_block(mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     const mbsri_body *body = m->body + i;
@@ -164,7 +158,7 @@ static void place_block(mbsri_sweeps *tree, const mbsr_model *m, int i)
                                        .n = body->n,
                                        .spread = 1.0,
                                        .flags = MBSRI_BLOCK | MBSRI_SHARP};
-    if (is_rigid(body->joint.space) && is_rigid(body->pred.space))
+    if (mbsri_has_twist(body->joint.space) && mbsri_has_twist(body->pred.space))
         tree->body[i].flags |= MBSRI_BOUNDED;
     tree->block_of[tree->blocks++] = i;
     tree->rates = tree->rates && !mbsri_rates_need_tree(body);

@@ -19,4 +19,10 @@ void mbsri_sweeps_release(mbsr_model *m);
  */
 void mbsri_sweeps_own_origin(const mbsri_sweeps *tree, const mbsr_model *m, int i, double x[3]);
 
+/* Whether V there is six numbers of velocity or fewer, whose directions are known. */
+static inline bool mbsri_has_twist(mbsr_space space)
+{
+    return space != MBSR_SPACE_GENERAL && space != MBSR_SPACE_FLEXIBLE;
+}
+
 #endif

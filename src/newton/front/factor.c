@@ -127,6 +127,25 @@ static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_p
     }
 }
 
+/* How many unknowns a step may leave to the next; whether others want that room, too. */
+static int room_of(const mbsri_front *f, const mbsri_front_step *s, bool *scarce)
+{
+    const mbsri_front_step *next = s->next >= 0 ? f->plan.step + s->next : NULL;
+    *scarce = false;
+    if (s->borders == 0) return 0;
+    if (!next || !next->crowded) return s->delayed;
+    *scarce = next->room < MBSRI_FRONT_ROOM / 2;
+    return next->room < s->delayed ? next->room : s->delayed;
+}
+
+/* Of those that were left, what is not pending. */
+static void take_room(const mbsri_front *f, const mbsri_front_step *s, const mbsri_front_pivots *p)
+{
+    if (s->next < 0 || !f->plan.step[s->next].crowded) return;
+    for (int l = p->done; l < p->size; ++l)
+        f->plan.step[s->next].room -= p->column_kind[p->column[l]] != MBSRI_FRONT_PENDING;
+}
+
 /* False: something singular is left. */
 static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pivots *p)
 {
@@ -145,7 +164,8 @@ static bool eliminate(mbsri_front *f, const mbsri_front_build *b, mbsri_front_pi
                               .row_scale = f->now.row_scale,
                               .column_scale = f->now.column_scale,
                               .largest = f->now.largest};
-    return mbsri_front_eliminate(p, b->step->borders > 0 ? b->step->delayed : 0);
+    p->delayed = room_of(f, b->step, &p->scarce);
+    return mbsri_front_eliminate(p);
 }
 
 static int pass(mbsri_front *f, mbsr_data *d, int k)
@@ -171,6 +191,7 @@ static int pass(mbsri_front *f, mbsr_data *d, int k)
     if (!regular) return singular(f, d, &p);
     if (!mbsri_finite(count, b.M)) return not_finite(f, d, b.i);
     keep(f, &b, &p);
+    take_room(f, b.step, &p);
     return MBSR_OK;
 }
 
@@ -191,6 +212,8 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
     int status = f->linear->whole ? mbsri_linear_at(f->linear, d, t, y, yp, c)
                                   : mbsri_linear_open(f->linear, d, t, y, yp, c);
     if (!status) status = mbsri_front_replan(f, d);
+    for (int k = 0; k < f->plan.steps && f->plan.crowded; ++k)
+        f->plan.step[k].room = MBSRI_FRONT_ROOM;
     for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
     if (!status && f->model->order.grouped) status = mbsri_backward(f->model, d);
     return status;

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "model/query.h"
 #include "recursion/closure_view.h"
+#include "sweeps/bounded.h"
 
 #include <mbsrank/dae.h>
 
@@ -126,6 +127,10 @@ static size_t place_fixed(mbsri_front *f, unsigned char *base)
     double *vectors =
         take(base, &used, mbsri_vectors_place(f->linear, NULL, &f->vectors), sizeof(double));
     if (base) (void)mbsri_vectors_place(f->linear, vectors, &f->vectors);
+    const bool bounded = !f->served && mbsri_bounded_serves(m);
+    mbsri_sweep_load *bounds = take(base, &used, bounded ? bodies : 0, sizeof *bounds);
+    if (base && bounded) mbsri_bounded_prepare(m, bounds);
+    f->linear->bounds.load = bounded ? bounds : NULL;
     f->of_plan = base ? base + used : NULL;
     return used;
 }

@@ -23,7 +23,7 @@ typedef mbsri_front_pivots pivots;
 
 enum { ROUNDS = 6 };
 
-static const double good = 1e-3, rounding = 64.0 * DBL_EPSILON, noise = 1e-13;
+static const double good = 1e-3, fair = 1e-6, rounding = 64.0 * DBL_EPSILON, noise = 1e-13;
 
 static double larger(double a, double b)
 {
@@ -309,8 +309,9 @@ static void flush_column(pivots *p, int j)
     for (int i = p->size; i < p->rows && left < noise * sum; ++i) *entry(p, p->M, i, j) = 0.0;
 }
 
-bool mbsri_front_eliminate(pivots *p, int delayed)
+bool mbsri_front_eliminate(pivots *p)
 {
+    const double least = p->scarce ? fair : good;
     int pending = 0, row, column;
     for (int j = 0; j < p->size; ++j) pending += column_kind(p, j) == MBSRI_FRONT_PENDING;
     p->done = 0;
@@ -318,8 +319,8 @@ bool mbsri_front_eliminate(pivots *p, int delayed)
     eliminate_places(p);
     equilibrate(p);
     while (p->size - p->done > pending) {
-        bool found = find(p, false, good, &row, &column);
-        if (!found && p->size - p->done - pending <= delayed) break;
+        bool found = find(p, false, least, &row, &column);
+        if (!found && p->size - p->done - pending <= p->delayed) break;
         if (!found && !find(p, false, rounding, &row, &column)) return false;
         pivot(p, row, column);
         if (p->watched) add_up(p, p->done - 1);

@@ -14,14 +14,17 @@ typedef struct mbsri_front_pivots {
     int size, rows, columns, stride, done;
     bool watched;    /* something may be left: what cancels is to be zero */
     bool lacks_mass; /* and in the border: elements alone determine some rates */
+    int delayed;     /* how many unknowns may be left that are not pending, */
+    bool scarce;     /* and whether others need that room, too */
     double *M, *N;
     int *row, *column;                           /* numbers, exchanged along */
     const unsigned char *row_kind, *column_kind; /* mbsri_front_kind, by number */
     double *row_scale, *column_scale, *largest;  /* scratch: rows, columns, rows */
 } mbsri_front_pivots;
 
-/* Eliminates what has a good pivot; beyond that, until at most `delayed` unknowns that are not
- * pending are left, what has any pivot that is not rounding. False: more are left than that. */
-bool mbsri_front_eliminate(mbsri_front_pivots *p, int delayed);
+/* Eliminates what has a good pivot, where room is scarce a fair one; beyond that, until at most
+ * `delayed` unknowns that are not pending are left, what has any pivot that is not rounding. False:
+ * more are left than that. */
+bool mbsri_front_eliminate(mbsri_front_pivots *p);
 
 #endif

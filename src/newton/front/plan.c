@@ -295,7 +295,7 @@ static void measure_border(draft *d, int k)
         return;
     }
     const mbsri_body *b = d->m->body + s->body;
-    int rows, carried = 0, groups = b->group.head == s->body ? b->n - b->group.n : b->n,
+    int rows, carried = 0, open = 0, groups = b->group.head == s->body ? b->n - b->group.n : b->n,
               light = !b->mass.regular;
     const int more = multipliers_of(d, s, &rows);
     int waiting = more;
@@ -309,10 +309,14 @@ static void measure_border(draft *d, int k)
     for (int l = 0; l < s->children; ++l) {
         const int child = d->plan->child[s->first_child + l];
         carried += d->plan->step[child].carried;
+        open += 2 * d->unsettled[child];
         waiting += d->waiting[child];
         groups += d->unsettled[child];
         light = light || d->massless[child];
     }
+    s->crowded = carried > MBSRI_FRONT_ROOM + open;
+    if (s->crowded) carried = MBSRI_FRONT_ROOM + open;
+    d->plan->crowded = d->plan->crowded || s->crowded;
     const int own = b->nq + b->n + (b->group.head == s->body ? b->group.n : b->n),
               all = own + more + carried;
     if (waiting > s->border_columns) waiting = s->border_columns;
@@ -339,6 +343,7 @@ static bool lay_out(draft *d, const int *order, double most)
     mbsri_front_plan *plan = d->plan;
     int used = 0;
     plan->operations = 0.0;
+    plan->crowded = false;
     d->border.count = 0;
     for (int k = 0; k < plan->steps; ++k) {
         plan->step[k] = (mbsri_front_step){.body = order[k]};

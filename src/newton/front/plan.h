@@ -13,6 +13,10 @@
 
 #include "newton/front/source.h"
 
+/* Unknowns, beside those of open groups, that all fronts that wait for one body may hand on to it:
+ * else what each of many might has its place there. */
+enum { MBSRI_FRONT_ROOM = 128 };
+
 typedef struct mbsri_front_step {
     int body;
     int first_child,
@@ -26,6 +30,8 @@ typedef struct mbsri_front_step {
     int rows, columns;               /* the most of the front */
     int border_rows, border_columns; /* of the bodies of the border */
     int carried;                     /* the most unknowns that are left to step `next` */
+    bool crowded;  /* whether the steps before may not all hand on as many as each of them may */
+    int room;      /* how many more they may now, beside those of open groups */
     bool axes;                       /* whether axes_step.h may pass it */
     int delayed;                     /* the most of these for want of a pivot, open groups apart */
     size_t matrix;  /* offset of the contribution block in `matrices` of the front */
@@ -45,6 +51,7 @@ typedef struct mbsri_front_plan {
     int *position; /* N + 1: the step of a body */
     int *child, *element;
     mbsri_front_border *border;
+    bool crowded;      /* whether a step is */
     bool *coordinates; /* N + 1: whether what acts on several bodies reads its joint coordinates */
     int most_rows, most_columns;    /* of all steps */
     size_t matrices, doubles, ints; /* lengths of `matrices`, `LU` and `numbers` of the front */

@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "dynamics/entry.h"
 #include "forces/coordinate_laws.h"
 #include "forces/gravity.h"
 #include "forms/loops.h"
@@ -23,6 +24,7 @@
 #include "recursion/group.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
+#include "sweeps/bounded.h"
 
 #include <math.h>
 #include <string.h>
@@ -310,8 +312,9 @@ void mbsri_linear_destroy(mbsri_linear *l)
 
 /* ---- linearising ---- */
 
-int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
-                       const double *yp, double *spare)
+/* The data at the state, with momenta and rates. */
+static int move(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
+                double *spare)
 {
     const double *u = y + m->nq + m->nu;
     int status = mbsri_positions(m, d, t, y);
@@ -321,10 +324,20 @@ int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double
         status = mbsri_closure_jacobians(m, d);
     }
     const double *lambda = m->rows > 0 ? d->loop_lambda : NULL;
-    if (!status) status = mbsri_momentum_derivatives(m, d, lambda, spare, spare + m->nq);
-    if (!status) status = mbsri_backward(m, d);
-    if (!status && m->order.grouped) status = mbsri_backward_apart(m, d);
-    return status;
+    return status ? status : mbsri_momentum_derivatives(m, d, lambda, spare, spare + m->nq);
+}
+
+static int find_ranks(const mbsr_model *m, mbsr_data *d)
+{
+    const int status = mbsri_backward(m, d);
+    return status || !m->order.grouped ? status : mbsri_backward_apart(m, d);
+}
+
+int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                       const double *yp, double *spare)
+{
+    const int status = move(m, d, t, y, yp, spare);
+    return status ? status : find_ranks(m, d);
 }
 
 /* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank
@@ -377,8 +390,7 @@ static void copy_column(int from, int rows_from, const double *A, int to, int ro
     mbsri_copy((size_t)rows, A + (size_t)from * (size_t)rows_from, B + (size_t)to * (size_t)rows);
 }
 
-/* s and X where D is regular, whose eigenvectors the sweeps in vector code do not have: any basis
- * will do. */
+/* s and X where D is regular, whose eigenvectors only the stages have: any basis will do. */
 static void take_whole_range(const mbsri_body *b, const mbsr_data *d, const mbsri_terms *k)
 {
     const size_t n = (size_t)b->n;
@@ -398,7 +410,7 @@ static void take_basis(const mbsri_linear *l, const mbsr_data *d, int i, const m
     const size_t n = single ? (size_t)b->n : (size_t)b->group.n;
     if (!single && b->group.head != i) return;
     mbsri_copy((size_t)b->d * n, d->G + b->dg, k->G);
-    if (l->served && single && l->rank[i] == b->n) {
+    if ((l->served || l->bounds.told) && single && l->rank[i] == b->n) {
         take_whole_range(b, d, k);
         return;
     }
@@ -522,12 +534,18 @@ static int find_pairs(mbsri_linear *l, mbsr_data *d)
 int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                       double c)
 {
+    const mbsr_model *m = l->model;
     l->c = c;
-    const int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
+    int status = move(m, d, t, y, yp, l->spare);
+    l->bounds.told = !status && l->bounds.load && mbsri_bounded_backward(m, d, l->bounds.load);
+    if (l->bounds.told) /* the stage itself runs when somebody asks for it */
+        mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, y + m->nq + m->nu, NULL);
+    else if (!status)
+        status = find_ranks(m, d);
     if (status) return status;
     find_along(l, d);
-    double *rates = l->spare, *x = rates + l->model->nu;
-    if (mbsri_linear_mark(l, d, NULL)) linear_react(l->model, d, rates, x, x + l->model->nu);
+    double *rates = l->spare, *x = rates + m->nu;
+    if (mbsri_linear_mark(l, d, NULL)) linear_react(m, d, rates, x, x + m->nu);
     return l->whole ? MBSR_OK : find_pairs(l, d); /* else with what is kept */
 }
 

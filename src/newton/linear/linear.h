@@ -11,6 +11,7 @@
 #define MBSRI_NEWTON_LINEAR_H
 
 #include "newton/slopes/force_slopes.h"
+#include "sweeps/tree.h"
 
 /* Of a body and its joint: the derivatives of mbsri_joint_slopes but for the columns of u', the
  * body's own P, and what of the data is needed. G, s and X are those of a group, at its head. What
@@ -57,6 +58,10 @@ typedef struct mbsri_linear {
     double *store, *work; /* work: of a closure */
     double *joint, *body, *spare, *terms_of_one;
     mbsri_slopes slopes;
+    struct {
+        mbsri_sweep_load *load; /* N + 1 (sweeps/bounded.h); NULL: ranks by the stage alone */
+        bool told;              /* whether these did, and the data is not at that stage */
+    } bounds;
 } mbsri_linear;
 
 /* Whether these derivatives can be had: MBSR_OK, or MBSR_ERR_SPACE with the body or closure and

@@ -494,6 +494,48 @@ static void many_loops(void **state)
     for (int k = 0; k < 2; ++k) assert_less(bytes[k][1], 1.1 * bytes[k][0]);
 }
 
+/* Parallelograms on one carrier, some of them light, or legs that carry the end of the first. */
+static void add_crowd(loops *s, int count, bool legs)
+{
+    const int base = legs ? MBSR_GROUND : loops_rod(s, NULL, MBSR_GROUND, 0.0, 0.0, 10.0, 1.0);
+    int carrier = base;
+    for (int k = 0; k < count; ++k) {
+        const double at = 10.0 * k / count, mass = k % 5 == 3 ? 1e-9 : 1.0;
+        const int a = loops_rod(s, NULL, base, at, 0.0, mass, 1.0),
+                  b = loops_rod(s, NULL, a, 1.0, 0.0, mass, 1.0),
+                  c = legs ? carrier : loops_rod(s, NULL, base, at + 1.0, 0.0, mass, 1.0);
+        if (!legs || k > 0) loops_pin(s, NULL, b, 1.0, 0.0, c, legs ? 0.1 : 1.0, legs ? at : 0.0);
+        if (legs && k == 0) carrier = b;
+    }
+}
+
+/* Many fronts that wait for one body have room for so many unknowns together: memory grows with the
+ * bodies, and no faster. */
+static void crowds(void **state)
+{
+    (void)state;
+    for (int legs = 0; legs < 2; ++legs) {
+        double bytes[2];
+        for (int k = 0; k < 2; ++k) {
+            loops s;
+            mbsr_newton *newton;
+            mbsr_newton_info info;
+            mbsr_newton_opt opt = mbsr_default_newton_opt();
+            opt.products = opt.by_blocks = 1;
+            loops_begin(&s, NULL);
+            add_crowd(&s, k ? 400 : 100, legs);
+            loops_build(&s);
+            assert_ok(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), NULL);
+            check_products(newton, &s, 1.0);
+            assert_ok(mbsr_newton_get_info(newton, &info), NULL);
+            bytes[k] = (double)info.bytes / (double)mbsr_model_bodies(s.m);
+            mbsr_newton_destroy(newton);
+            loops_free(&s);
+        }
+        assert_less(bytes[1], 1.05 * bytes[0]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(fourbars),
@@ -508,6 +550,7 @@ int main(void)
                                        cmocka_unit_test(memory),
                                        cmocka_unit_test(no_memory_is_told),
                                        cmocka_unit_test(many_loops),
+                                       cmocka_unit_test(crowds),
                                        cmocka_unit_test(coordinates_with_other_rates)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
