@@ -360,14 +360,10 @@ static void place_of_a_hinge(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(references_of_servos),
-        cmocka_unit_test(place_of_a_hinge),
-        cmocka_unit_test(how_a_rest_grows),
-        cmocka_unit_test(what_nothing_determines_is_named),
-        cmocka_unit_test(a_spring_and_a_loop),
-        cmocka_unit_test(a_path_over_the_load),
-        cmocka_unit_test(what_trim_refuses),
-        cmocka_unit_test(preloads_of_random_models),
+        cmocka_unit_test(references_of_servos), cmocka_unit_test(place_of_a_hinge),
+        cmocka_unit_test(how_a_rest_grows),     cmocka_unit_test(what_nothing_determines_is_named),
+        cmocka_unit_test(a_spring_and_a_loop),  cmocka_unit_test(a_path_over_the_load),
+        cmocka_unit_test(what_trim_refuses),    cmocka_unit_test(preloads_of_random_models),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
