@@ -30,10 +30,10 @@ typedef struct mbsri_front_step {
     int rows, columns;               /* the most of the front */
     int border_rows, border_columns; /* of the bodies of the border */
     int carried;                     /* the most unknowns that are left to step `next` */
-    bool crowded;  /* whether the steps before may not all hand on as many as each of them may */
-    int room;      /* how many more they may now, beside those of open groups */
-    bool axes;                       /* whether axes_step.h may pass it */
-    int delayed;                     /* the most of these for want of a pivot, open groups apart */
+    bool crowded;   /* whether the steps before may not all hand on as many as each of them may */
+    int room;       /* how many more they may now, beside those of open groups */
+    bool axes;      /* whether axes_step.h may pass it */
+    int delayed;    /* the most of these for want of a pivot, open groups apart */
     size_t matrix;  /* offset of the contribution block in `matrices` of the front */
     size_t LU;      /* offset in its `LU`: factors, then d(M u) and dp' of the joint */
     size_t numbers; /* offset in its `numbers`: of rows, then of columns */
