@@ -8,17 +8,17 @@
  * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges
  * quadratically or not at all. So in careful steps the matrix is new at first, and in each
  * iteration in which the residual r of the momenta, r / c, shows that something is still strained,
- * and the last correction has to be small itself, not by a rate of convergence. Where matrices are
- * dear, iterations with one of the last steps come first, as long as each leaves less than a fifth
- * of r / c; they count for nothing until r / c shows that nothing is strained. (Of a Krylov method
- * it is the preconditioner that would be new, in each step is enough. Where momenta do not show all
- * that is strained it is new in each iteration.) Other steps are left to the solver of SUNDIALS, or
- * begin with a new matrix (renewal.c).
+ * and the last correction has to be small itself, not by a rate of convergence. Where there
+ * are contacts, matrices of the last steps come first, and each goes on as long as an iteration
+ * leaves less than a fifth of r / c; these count for nothing until r / c shows that nothing is
+ * strained. (Of a Krylov method it is the preconditioner that would be new, in each step is enough.
+ * Where momenta do not show all that is strained it is new in each iteration.) Other steps are left
+ * to the solver of SUNDIALS, or begin with a new matrix (renewal.c).
  *
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs
  * unless something stiff takes it, and where the matrix is old, that may be gone: a stop that was
  * left, a direction that has turned. The correction is small then, and passes for converged. So
- * where r / c was more than the tolerance, and the correction less than a fifth of it, the next
+ * where r / c was more than the tolerance, and the correction less than a third of it, the next
  * residual is looked at. As long as its r / c is beyond the tolerance and halves each time,
  * iterations with the matrix at hand go on; where it does not, iterations with new matrices have
  * the last word. */
@@ -57,22 +57,22 @@ static bool is_rounding(const mbsri_stiff *s)
     return coordinates(s, s->change) <= units * DBL_EPSILON * coordinates(s, y);
 }
 
-/* Whether the matrix at hand will do once more: it was made a few steps ago for a c like this, and
- * leaves much less of the momenta r / c than there was; *left: what there is now. */
+/* Whether the matrix at hand will do once more: it is young, and leaves much less of the momenta
+ * r / c than there was; *left: what there is now. */
 static bool serves(const mbsri_stiff *s, bool young, double *left)
 {
     static const double rate = 0.2;
     const double before = *left;
-    if (!young) return false;
+    if (s->control.matrices.kept == 0 || !s->control.looks) return false;
     *left = mbsri_stiff_left(s);
-    return *left <= rate * before;
+    return young && *left <= rate * before;
 }
 
+/* Whether it was made a few steps ago for a c like this. */
 static bool is_young(const mbsri_stiff *s)
 {
     static const double alike = 0.2;
-    return s->control.looks && s->set_up &&
-           s->now.steps - s->made.step <= s->control.matrices.kept &&
+    return s->set_up && s->now.steps - s->made.step <= s->control.matrices.kept &&
            fabs(s->now.c - s->made.c) <= alike * fabs(s->made.c);
 }
 
@@ -98,12 +98,13 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
         if (status) return status;
         if (search == MBSRI_SEARCH_IN_VAIN && ++vain == 3) return SUN_NLS_SUCCESS;
         N_VScale(1.0, s->change, s->trial);
-        young = serves(s, young && !search, &left);
-        status = mbsri_stiff_correct(s, ee, young ? INFINITY : k == 1 || search ? 0.0 : within);
+        const bool old = serves(s, young && !search, &left);
+        status = mbsri_stiff_correct(s, ee, old ? INFINITY : k == 1 || search ? 0.0 : within);
         if (status) return status;
+        young = true;
         power = mbsri_stiff_power(s, s->change, s->trial);
         N_VScale(1.0, s->change, s->filtered);
-        if (young && left > within) continue;
+        if (old && left > within) continue;
         const double size = N_VWrmsNorm(s->change, s->weight);
         if (k == 2 && turns(before, size, tolerance)) mbsri_stiff_note(s, MBSRI_SIGN_TURNS);
         small = size <= tolerance ? small + 1 : 0;

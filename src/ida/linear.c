@@ -50,8 +50,21 @@ static int choose_solver(mbsr_ida *ida, mbsr_error *error)
     return MBSR_OK;
 }
 
+/* Whether there are contacts, or other elements by pairs. */
+static bool has_pairs(const mbsr_model *m)
+{
+    bool any = false;
+    for (int k = 0; k < mbsr_model_forces(m); ++k) {
+        mbsr_force_def def;
+        any = any || (mbsr_force_definition(m, k, &def) == MBSR_OK &&
+                      (def.table->flags & MBSR_FORCE_BY_PAIRS) != 0);
+    }
+    return any;
+}
+
 /* Bodies in vector code make a matrix cheap, blocks and force elements across the tree dear,
- * flexible bodies and many elements too dear to be made without need. */
+ * flexible bodies and many elements too dear to be made without need. Contacts make it take as long
+ * as 15 residuals. */
 void mbsri_ida_judge_matrix(const mbsr_ida *ida)
 {
     enum { MANY = 8, SPACE = 6, KEPT = 5 };
@@ -68,7 +81,7 @@ void mbsri_ida_judge_matrix(const mbsr_ida *ida)
         if (dimension > largest) largest = dimension;
     }
     stiff->control.dear = info.across > MANY;
-    stiff->control.matrices.kept = info.method == MBSR_NEWTON_ELIMINATED ? KEPT : 0;
+    stiff->control.matrices.kept = has_pairs(ida->model) ? KEPT : 0;
     if (!ida->opt.renew_matrices || stiff->control.dear || largest > SPACE) return;
     stiff->control.matrices.share = info.across == 0 && MANY * info.blocks < bodies ? cheap : share;
 }
