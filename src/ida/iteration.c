@@ -39,22 +39,33 @@ static bool turns(double before, double size, double tolerance)
     return before > tolerance && size > 0.3 * before;
 }
 
-/* The coordinates of x in the norm of corrections. */
-static double coordinates(const mbsri_stiff *s, N_Vector x)
+/* The first n entries of x in the norm of corrections. */
+static double norm_of_first(const mbsri_stiff *s, N_Vector x, sunindextype n)
 {
     const double *value = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(s->weight);
     double sum = 0.0;
-    for (int k = 0; k < s->first; ++k) sum += value[k] * weight[k] * value[k] * weight[k];
+    for (sunindextype k = 0; k < n; ++k) sum += value[k] * weight[k] * value[k] * weight[k];
     return sqrt(sum / (double)N_VGetLength(x));
 }
 
-/* Whether the last correction, s->change, moves coordinates by their rounding alone. */
-static bool is_rounding(const mbsri_stiff *s)
+/* Where multipliers of closures begin: the length where there are none. */
+static sunindextype multipliers(const mbsri_stiff *s)
 {
-    static const double units = 4.0;
+    const sunindextype first = 2 * (sunindextype)s->last - s->first, all = N_VGetLength(s->change);
+    return first < all ? first : all;
+}
+
+/* Whether the last correction, s->change of norm `size`, moves coordinates by their rounding alone.
+ * Where rows of closures are near to depending on each other they multiply it, for multipliers most
+ * of all. */
+static bool is_rounding(const mbsri_stiff *s, double size)
+{
+    static const double few = 4.0, many = 1e4, share = 0.1;
+    const bool multiplied = norm_of_first(s, s->change, multipliers(s)) < share * size;
     N_Vector y = NULL;
     if (IDAGetCurrentY(s->memory, &y) < 0) return false;
-    return coordinates(s, s->change) <= units * DBL_EPSILON * coordinates(s, y);
+    return norm_of_first(s, s->change, s->first) <=
+           (multiplied ? many : few) * DBL_EPSILON * norm_of_first(s, y, s->first);
 }
 
 /* Whether the matrix at hand will do once more: it is young, and leaves much less of the momenta
@@ -111,7 +122,7 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
         still = size <= rounding ? still + 1 : 0;
         grows = still > 1 && (grows || size > before);
         if (size <= share * tolerance || small == 4 || (still > 3 && grows)) return SUN_NLS_SUCCESS;
-        if (k > 2 && size > 0.3 * before && is_rounding(s)) return SUN_NLS_SUCCESS;
+        if (k > 2 && size > 0.3 * before && is_rounding(s, size)) return SUN_NLS_SUCCESS;
         before = size;
     }
     ++s->now.failures;
@@ -247,6 +258,10 @@ int mbsri_stiff_iterate_plainly(mbsri_stiff *s, N_Vector predicted, N_Vector ee,
         mbsri_control_choose(&s->control, s->now.steps, set_up, s->set_up != NULL);
     const int status = iterate_with(s, matrix, predicted, ee, tolerance);
     learn(s);
+    if (status == SUN_NLS_CONV_RECVR && multipliers(s) < N_VGetLength(ee)) { /* rounding? */
+        N_VConst(0.0, ee);
+        return SUN_NLS_CONTINUE;
+    }
     if (status) return status;
     if (!mbsri_stiff_wrong_matrix(s, predicted, ee)) return verify(s, ee, tolerance);
     mbsri_stiff_note(s, MBSRI_SIGN_WRONG_QUOTIENTS);

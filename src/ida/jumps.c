@@ -104,11 +104,10 @@ static int inertia(mbsri_stiff *s, N_Vector v, double *power)
     return status;
 }
 
-/* By how much w has to be longer for a difference along it to be one: its coordinates are to be 1e4
- * times the rounding of theirs, and 1e-5 tolerances. */
-static double above_rounding(const mbsri_stiff *s, N_Vector w)
+/* By how much w has to be longer to move coordinates by `units` of their rounding, and by `least`
+ * tolerances. */
+static double above_rounding(const mbsri_stiff *s, N_Vector w, double units, double least)
 {
-    static const double digits = 1e4, least = 1e-5;
     const double *move = N_VGetArrayPointer(w), *y = N_VGetArrayPointer(s->past.y);
     const double *weight = N_VGetArrayPointer(s->weight);
     double most = 0.0, rounding = 0.0;
@@ -116,27 +115,51 @@ static double above_rounding(const mbsri_stiff *s, N_Vector w)
         most = fmax(most, fabs(move[k]) * weight[k]);
         rounding = fmax(rounding, DBL_EPSILON * fabs(y[k]) * weight[k]);
     }
-    const double wanted = fmax(least, digits * rounding);
-    return most > 0.0 && most < wanted ? wanted / most : 1.0;
+    return most > 0.0 ? fmax(least, units * rounding) / most : 1.0;
+}
+
+/* The power along w of the change of forces from s->trial, `length` w on, over length; s->trial is
+ * left as it was. */
+static int difference(mbsri_stiff *s, N_Vector w, double length, double *power)
+{
+    int status = s->system(s->trial, s->change, s->memory);
+    if (status) return status;
+    N_VLinearSum(1.0, s->trial, length, w, s->trial);
+    status = s->system(s->trial, s->error, s->memory);
+    N_VLinearSum(1.0, s->trial, -length, w, s->trial);
+    N_VLinearSum(1.0 / length, s->error, -1.0 / length, s->change, s->error);
+    *power = mbsri_stiff_power(s, w, s->error);
+    return status;
+}
+
+/* The same at the end of the last step: the larger one of a difference that is well above rounding
+ * and of what acts at that very state, both ways within 64 times its rounding. A cable of 1e14 N/m
+ * is stretched by no more than some hundred times that, and lets go in a longer difference. */
+static int power_before(mbsri_stiff *s, N_Vector w, double enough, double *power)
+{
+    double there = 0.0, back = 0.0;
+    const double well = fmax(1.0, above_rounding(s, w, 1e4, 1e-5)),
+                 little = above_rounding(s, w, 64.0, 1e-11);
+    int status = difference(s, w, well, power);
+    if (status || *power > enough) return status;
+    status = difference(s, w, little, &there);
+    if (!status) status = difference(s, w, -little, &back);
+    *power = fmax(*power, fmin(there, back));
+    return status;
 }
 
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)
 {
     static const double least = 0.5;
     N_Vector w = s->filtered, y = NULL;
-    double always = 0.0;
+    double always = 0.0, before = 0.0;
     if (s->past.known == 0 || IDAGetCurrentY(s->memory, &y) < 0) return true;
     N_VLinearSum(1.0, x, -1.0, w, s->trial);
     if (mbsri_stiff_filter(s, s->trial, s->error) || inertia(s, w, &always)) return true;
-    const double now = mbsri_stiff_power(s, w, s->error) - always;
+    const double now = mbsri_stiff_power(s, w, s->error) - always, enough = least * now + always;
     N_VLinearSum(1.0, s->past.y, -1.0, y, s->trial);
     N_VLinearSum(1.0, s->trial, 1.0, x, s->trial);
-    int status = s->system(s->trial, s->change, s->memory);
-    const double longer = above_rounding(s, w);
-    N_VLinearSum(1.0, s->trial, longer, w, s->trial);
-    if (!status) status = s->system(s->trial, s->error, s->memory);
-    N_VLinearSum(1.0 / longer, s->error, -1.0 / longer, s->change, s->error);
-    const double before = mbsri_stiff_power(s, w, s->error) - always;
+    const int status = power_before(s, w, enough, &before);
     s->system(x, s->change, s->memory); /* IDA's y and y' are what they were */
-    return status || before > least * now;
+    return status || before > enough;
 }

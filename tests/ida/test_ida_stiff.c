@@ -417,7 +417,8 @@ static void an_ida_of_ones_own_gets_the_same(void **state)
 
 /* ---- GMRES whose preconditioner knows nothing of the springs ---- */
 
-/* With the accuracy that IDA asks of it this ended 20 rad off, or after 10^4 steps. */
+/* With the accuracy that IDA asks of it this ended 20 rad off, or after 10^4 steps. By difference
+ * quotients the steps are 790 to 890 at 1e10 N/m, if tolerances differ in their ninth digit. */
 static void gmres_solves_what_its_preconditioner_leaves_out(void **state)
 {
     (void)state;
@@ -438,7 +439,7 @@ static void gmres_solves_what_its_preconditioner_leaves_out(void **state)
             const mbsr_ida_stats stats = problem_stats(ida);
             print_message("1e%d N/m: %ld steps, %ld residuals, %ld of GMRES, phi %.5f\n", k,
                           stats.steps, stats.residuals, stats.krylov_iterations, y[0]);
-            assert_in_range(stats.steps, 300, 800);
+            assert_in_range(stats.steps, 300, 1000);
             assert_close(y[0], phi_end, 6e-3);
             residuals[products] = stats.residuals;
             mbsr_ida_destroy(ida);
