@@ -12,7 +12,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#if defined(__GNUC__)
+#if defined(__MINGW_PRINTF_FORMAT) /* that of C, where stdio.h has another, too */
+#define MBSRI_FORMAT(a, b) __attribute__((format(__MINGW_PRINTF_FORMAT, a, b)))
+#elif defined(__GNUC__)
 #define MBSRI_FORMAT(a, b) __attribute__((format(printf, a, b)))
 #else
 #define MBSRI_FORMAT(a, b)
