@@ -258,7 +258,8 @@ int mbsri_stiff_iterate_plainly(mbsri_stiff *s, N_Vector predicted, N_Vector ee,
         mbsri_control_choose(&s->control, s->now.steps, set_up, s->set_up != NULL);
     const int status = iterate_with(s, matrix, predicted, ee, tolerance);
     learn(s);
-    if (status == SUN_NLS_CONV_RECVR && multipliers(s) < N_VGetLength(ee)) { /* rounding? */
+    const bool loops = multipliers(s) < N_VGetLength(ee) && !s->control.iterates;
+    if (status == SUN_NLS_CONV_RECVR && loops && s->now.steps > 0) { /* by rounding, perhaps */
         N_VConst(0.0, ee);
         return SUN_NLS_CONTINUE;
     }
