@@ -57,7 +57,7 @@ MBSR_API int mbsr_completion_solve(mbsr_completion *completion, mbsr_data *data,
 /* The state completed last in joint coordinates: q (nq), u, u' (nu) and loop forces (m numbers),
  * each may be NULL. The data is at mbsr_stage_accelerations of it: poses, twists, accelerations and
  * reactions can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE where the
- * last call failed, or there was none. */
+ * last call failed, or there was none: the text is the data's. */
 MBSR_API int mbsr_completion_motion(const mbsr_completion *completion, mbsr_data *data, double *q,
                                     double *u, double *udot, double *lambda);
 

@@ -341,7 +341,10 @@ int mbsr_completion_motion(const mbsr_completion *completion, mbsr_data *data, d
     const mbsr_completion *w = completion;
     if (!w || !data) return MBSR_ERR_NULL;
     if (data->model != w->m) return MBSR_ERR_MISMATCH;
-    if (!w->last.found) return MBSR_ERR_SEQUENCE;
+    if (!w->last.found)
+        return mbsri_fail(
+            &data->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+            "mbsr_completion_motion: no state has been completed, or the last one failed");
     const size_t nq = (size_t)w->m->nq, nu = (size_t)w->m->nu;
     leave(w, data);
     if (q) mbsri_copy(nq, w->y, q);

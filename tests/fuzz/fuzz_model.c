@@ -457,7 +457,10 @@ static int completes(input *in, objects *o)
     if (!o->completion) return mbsr_completion_create(in->m, NULL, &o->completion, NULL);
     switch (below(in, 3)) {
     case 0: return mbsr_completion_solve(o->completion, o->d, MBSR_DAE_MOMENTUM, 0.1, o->y, o->yp);
-    case 1: return mbsr_completion_motion(o->completion, o->d, o->q, o->u, NULL, NULL);
+    case 1:
+        said(mbsr_completion_motion(o->completion, o->d, o->q, o->u, NULL, NULL),
+             mbsr_data_error(o->d));
+        return MBSR_OK;
     default:
         return mbsr_completion_dynamics(o->completion, o->d, 0.1, o->q, o->u, NULL, o->x,
                                         o->x + o->nu);

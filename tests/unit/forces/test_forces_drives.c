@@ -255,8 +255,8 @@ static void branches_of_a_gear(void **state)
     }
 }
 
-/* A characteristic changes where its table has a corner: the next one is its branch, zero behind
- * the last. */
+/* A characteristic changes where its table has a corner: the next one is its branch, infinity
+ * behind the last. */
 static void branches_of_a_characteristic(void **state)
 {
     (void)state;
@@ -266,7 +266,7 @@ static void branches_of_a_characteristic(void **state)
         const double u = k == 0 ? 0.5 : 2.0;
         const mbsr_force_body body = {.id = 0, .n = 1, .nq = 1, .u = &u};
         const mbsr_force_args args = {.force = &def, .bodies = 1, .body = &body};
-        assert_true(def.table->side(&args) == (k == 0 ? 1.0 : 0.0));
+        assert_true(def.table->side(&args) == (k == 0 ? 1.0 : INFINITY));
     }
     mbsr_table_destroy(straight);
 }
