@@ -582,7 +582,7 @@ static void give(caller *x)
 
 #define CALL(name) FUNCTION(x->l, name)
 
-static int changes_mode(caller *x)
+static fmi3Status changes_mode(caller *x)
 {
     bool a, b, d, e, f;
     switch (test_integer(&x->rng, 0, 40) % 13) {
@@ -600,7 +600,7 @@ static int changes_mode(caller *x)
     }
 }
 
-static int reads_or_writes(caller *x)
+static fmi3Status reads_or_writes(caller *x)
 {
     fmi3String text[4] = {"", "", "", ""};
     switch (test_integer(&x->rng, 0, 6)) {
@@ -614,7 +614,7 @@ static int reads_or_writes(caller *x)
     }
 }
 
-static int moves(caller *x)
+static fmi3Status moves(caller *x)
 {
     bool a, b, d;
     size_t states = 0;
@@ -635,7 +635,7 @@ static int moves(caller *x)
     }
 }
 
-static int keeps_or_derives(caller *x)
+static fmi3Status keeps_or_derives(caller *x)
 {
     const size_t n = x->n, m = 3 - n;
     switch (test_integer(&x->rng, 0, 6)) {
@@ -656,8 +656,8 @@ static int keeps_or_derives(caller *x)
 /* Any call at any time ends with a status of the standard; what is fatal does not come. */
 static void calls_in_any_order(void **state)
 {
-    static int (*const act[])(caller * x) = {changes_mode, reads_or_writes, moves,
-                                             keeps_or_derives};
+    static fmi3Status (*const act[])(caller * x) = {changes_mode, reads_or_writes, moves,
+                                                    keeps_or_derives};
     static void (*const make[])(unit_model * m) = {make_arm, make_beam};
     static caller all;
     (void)state;
@@ -674,7 +674,7 @@ static void calls_in_any_order(void **state)
             assert_non_null(x->c);
             for (int calls = 0; calls < 60; ++calls) {
                 give(x);
-                int status;
+                fmi3Status status;
                 if (calls == 0 && seed % 3)
                     status = CALL(fmi3EnterInitializationMode)(x->c, false, 0, 0, false, 0);
                 else if (calls == 1 && seed % 3)
@@ -690,7 +690,7 @@ static void calls_in_any_order(void **state)
     }
 }
 
-static int changes_mode2(caller *x)
+static fmi2Status changes_mode2(caller *x)
 {
     fmi2EventInfo info;
     fmi2Boolean a, b;
@@ -709,7 +709,7 @@ static int changes_mode2(caller *x)
     }
 }
 
-static int reads_or_writes2(caller *x)
+static fmi2Status reads_or_writes2(caller *x)
 {
     fmi2String text[4] = {"", "", "", ""};
     fmi2Integer number[4] = {0, 1, 2, 0};
@@ -733,7 +733,7 @@ static int reads_or_writes2(caller *x)
     }
 }
 
-static int moves2(caller *x)
+static fmi2Status moves2(caller *x)
 {
     const fmi2Integer order[4] = {1, 1, test_integer(&x->rng, 0, 2), 1};
     switch (test_integer(&x->rng, 0, 8)) {
@@ -749,7 +749,7 @@ static int moves2(caller *x)
     }
 }
 
-static int keeps_or_derives2(caller *x)
+static fmi2Status keeps_or_derives2(caller *x)
 {
     size_t size;
     switch (test_integer(&x->rng, 0, 5)) {
@@ -767,8 +767,8 @@ static int keeps_or_derives2(caller *x)
 /* The same of version 2. */
 static void calls_of_version_2_in_any_order(void **state)
 {
-    static int (*const act[])(caller * x) = {changes_mode2, reads_or_writes2, moves2,
-                                             keeps_or_derives2};
+    static fmi2Status (*const act[])(caller * x) = {changes_mode2, reads_or_writes2, moves2,
+                                                    keeps_or_derives2};
     static const fmi2CallbackFunctions functions = {note2, calloc, free, NULL, NULL};
     static caller all;
     (void)state;
@@ -786,7 +786,7 @@ static void calls_of_version_2_in_any_order(void **state)
                                      0, 1);
         assert_non_null(x->c);
         for (int calls = 0; calls < 60; ++calls) {
-            int status;
+            fmi2Status status;
             give(x);
             if (calls == 0 && seed % 3)
                 status = CALL(fmi2EnterInitializationMode)(x->c);
