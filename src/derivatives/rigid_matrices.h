@@ -364,6 +364,19 @@ typedef struct passage {
     double *x, *row, *column;
 } passage;
 
+/* To a row or column by u, `step` numbers from one to the next: what is behind the joint. */
+MBSRI_INLINE void put_four(const mbsri_rigid *r, const passage *p, double *to, size_t step, v4 x)
+{
+    const int *u = r->order.u + p->k, first = p->from - p->k, end = p->end - p->k;
+    if (first <= 0 && end >= 4) {
+        for (int l = 0; l < 4; ++l) to[(size_t)u[l] * step] = x[l];
+        return;
+    }
+    for (int l = 0; l < 4; ++l) {
+        if (l >= first && l < end) to[(size_t)u[l] * step] = x[l];
+    }
+}
+
 /* Column j of the joint: a row of the matrix. Packed, what is zero goes where zeros are or are
  * written over later. */
 MBSRI_INLINE void put_row(const mbsri_rigid *r, const passage *p, const results *to, int which,
@@ -374,10 +387,8 @@ MBSRI_INLINE void put_row(const mbsri_rigid *r, const passage *p, const results 
         store3(p->row + ((size_t)j * p->down + (size_t)part * p->part), x);
         return;
     }
-    for (int l = 0; l < 4; ++l) {
-        if (p->k + l >= p->from && p->k + l < p->end)
-            put(r, to, which, p->place + j, p->k + l, x[l]);
-    }
+    if (to->matrix[which])
+        put_four(r, p, to->matrix[which] + r->order.u[p->place + j], (size_t)r->model->nu, x);
 }
 
 /* A column of it. */
@@ -393,10 +404,8 @@ MBSRI_INLINE void put_column(const mbsri_rigid *r, const passage *p, const resul
         at[3 * down] = x[3];
         return;
     }
-    for (int l = 0; l < 4; ++l) {
-        if (p->k + l >= p->from && p->k + l < p->end)
-            put(r, to, which, p->k + l, p->place + j, x[l]);
-    }
+    const size_t u = (size_t)r->order.u[p->place + j];
+    if (to->matrix[which]) put_four(r, p, to->matrix[which] + u * (size_t)r->model->nu, 1, x);
 }
 
 /* -D^-1 t of the joint's column j. */
