@@ -71,6 +71,21 @@ MBSRI_INLINE v4 nothing_of(size_t n, const double *x)
     return sum;
 }
 
+/* Rows of one matrix that begins at `part`. */
+static v4 rows_as_they_are(const mbsri_rigid *r, size_t part, double *matrix)
+{
+    const mbsri_rigid_order *o = &r->order;
+    const int nu = r->model->nu;
+    v4 check = splat(0.0);
+    for (int u = 0; u < nu; u += 4) {
+        const double *row[4];
+        for (int l = 0; l < 4; ++l)
+            row[l] = o->rows + ((size_t)o->place[u + l < nu ? u + l : u] * o->down + part);
+        check = hand_out(r, row, u, 0, nu, matrix, check);
+    }
+    return check;
+}
+
 /* ---- by Lambda ---- */
 
 /* A row of `rows`, `width` times four columns: its own Y and, of each row on the way to the root,

@@ -198,12 +198,22 @@ typedef struct results {
     bool packed, forward;
 } results;
 
+/* Parts of the rows. dtau / du' stands in that of Lambda, which is read above the diagonal alone:
+ * D^-1 L^-1 has zeros below it that nothing writes over. */
+enum { BY_Q, BY_U, BY_LOAD, LAMBDA };
+
+MBSRI_INLINE int part_of(int which, bool forward)
+{
+    return which == BY_LOAD && !forward ? LAMBDA : which;
+}
+
 /* Row j, column k. */
 MBSRI_INLINE void put(const mbsri_rigid *r, const results *to, int which, int j, int k, double x)
 {
     const mbsri_rigid_order *o = &r->order;
+    const size_t part = (size_t)part_of(which, to->forward);
     if (to->packed)
-        o->rows[(size_t)j * o->down + (size_t)which * o->part + (size_t)k] = x;
+        o->rows[(size_t)j * o->down + part * o->part + (size_t)k] = x;
     else if (to->matrix[which])
         to->matrix[which][(size_t)o->u[k] * (size_t)r->model->nu + (size_t)o->u[j]] = x;
 }
@@ -322,10 +332,10 @@ MBSRI_INLINE void start_columns(const mbsri_rigid *r, int i, const int n, const 
         t.of_w = by_w[k];
         meet_own(first, n, k, &t, t_q, t_u);
         for (int j = 0; j < n; ++j) {
-            put(r, to, 0, place + j, place + k, to->forward ? pushed(r, b, n, j, t_q) : t_q[j]);
-            put(r, to, 1, place + j, place + k, to->forward ? pushed(r, b, n, j, t_u) : t_u[j]);
+            put(r, to, BY_Q, place + j, place + k, to->forward ? pushed(r, b, n, j, t_q) : t_q[j]);
+            put(r, to, BY_U, place + j, place + k, to->forward ? pushed(r, b, n, j, t_u) : t_u[j]);
             const double armature = j == k ? c->armature : 0.0;
-            put(r, to, 2, place + j, place + k,
+            put(r, to, BY_LOAD, place + j, place + k,
                 to->forward ? inverse_row(r, b, n, j)[k]
                             : dot(load_pair(first[j].S), t.of_A) + armature);
         }
@@ -354,19 +364,31 @@ typedef struct passage {
     double *x, *row, *column;
 } passage;
 
+/* To a row or column by u, `step` numbers from one to the next: what is behind the joint. */
+MBSRI_INLINE void put_four(const mbsri_rigid *r, const passage *p, double *to, size_t step, v4 x)
+{
+    const int *u = r->order.u + p->k, first = p->from - p->k, end = p->end - p->k;
+    if (first <= 0 && end >= 4) {
+        for (int l = 0; l < 4; ++l) to[(size_t)u[l] * step] = x[l];
+        return;
+    }
+    for (int l = 0; l < 4; ++l) {
+        if (l >= first && l < end) to[(size_t)u[l] * step] = x[l];
+    }
+}
+
 /* Column j of the joint: a row of the matrix. Packed, what is zero goes where zeros are or are
  * written over later. */
 MBSRI_INLINE void put_row(const mbsri_rigid *r, const passage *p, const results *to, int which,
                           int j, v4 x)
 {
     if (to->packed) {
-        store3(p->row + ((size_t)j * p->down + (size_t)which * p->part), x);
+        const int part = part_of(which, to->forward);
+        store3(p->row + ((size_t)j * p->down + (size_t)part * p->part), x);
         return;
     }
-    for (int l = 0; l < 4; ++l) {
-        if (p->k + l >= p->from && p->k + l < p->end)
-            put(r, to, which, p->place + j, p->k + l, x[l]);
-    }
+    if (to->matrix[which])
+        put_four(r, p, to->matrix[which] + r->order.u[p->place + j], (size_t)r->model->nu, x);
 }
 
 /* A column of it. */
@@ -374,18 +396,16 @@ MBSRI_INLINE void put_column(const mbsri_rigid *r, const passage *p, const resul
                              int j, v4 x)
 {
     if (to->packed) {
-        const size_t down = p->down;
-        double *at = p->column + ((size_t)which * p->part + (size_t)j);
+        const size_t down = p->down, part = (size_t)part_of(which, to->forward);
+        double *at = p->column + (part * p->part + (size_t)j);
         at[0] = x[0];
         at[down] = x[1];
         at[2 * down] = x[2];
         at[3 * down] = x[3];
         return;
     }
-    for (int l = 0; l < 4; ++l) {
-        if (p->k + l >= p->from && p->k + l < p->end)
-            put(r, to, which, p->k + l, p->place + j, x[l]);
-    }
+    const size_t u = (size_t)r->order.u[p->place + j];
+    if (to->matrix[which]) put_four(r, p, to->matrix[which] + u * (size_t)r->model->nu, 1, x);
 }
 
 /* -D^-1 t of the joint's column j. */
@@ -411,7 +431,7 @@ MBSRI_INLINE void pass_forces(const mbsri_rigid *r, const passage *p, const int 
             v4 y = less * t[h][j];
             if (n != 1 && to->forward) y = row_of(r, p->b, n, j, t[h]);
             put_row(r, p, to, which + h, j, y);
-            if (to->packed && which == 2) put_row(r, p, to, 3, j, -t[h][j]);
+            if (to->packed && which == BY_LOAD) put_row(r, p, to, LAMBDA, j, -t[h][j]);
         }
     }
     if (p->b->parent == 0) return;
@@ -437,12 +457,12 @@ MBSRI_INLINE void pass_gradients(const mbsri_rigid *r, const passage *p, const i
     load_many(p->x + OF_W, 3, w);
     for (int j = 0; j < n; ++j) {
         const mbsri_rigid_column *c = p->c + j;
-        put_column(r, p, to, 0, j, add_dot3(dot_many(c->Q, A), c->T, w));
-        put_column(r, p, to, 1, j, add_dot3(dot_many(c->U, A), c->S, w));
+        put_column(r, p, to, BY_Q, j, add_dot3(dot_many(c->Q, A), c->T, w));
+        put_column(r, p, to, BY_U, j, add_dot3(dot_many(c->U, A), c->S, w));
         if (to->forward) continue;
         const v4 mass = dot_many(c->S, A);
-        put_row(r, p, to, 2, j, mass);
-        put_column(r, p, to, 2, j, mass);
+        put_row(r, p, to, BY_LOAD, j, mass);
+        put_column(r, p, to, BY_LOAD, j, mass);
     }
     if (b->parent == 0) return;
     const double *omega = r->body[b->parent].omega, *rho = b->r,
@@ -481,8 +501,8 @@ MBSRI_INLINE void pass_joint(const mbsri_rigid *r, int i, const int n, const res
             p.row = rows + ((size_t)p.place * p.down + (size_t)p.k);
             p.column = rows + ((size_t)p.k * p.down + (size_t)p.place);
         }
-        pass_forces(r, &p, n, 2, p.x + OF_Q, 0, to);
-        if (to->forward) pass_forces(r, &p, n, 1, p.x + OF_G, 2, to);
+        pass_forces(r, &p, n, 2, p.x + OF_Q, BY_Q, to);
+        if (to->forward) pass_forces(r, &p, n, 1, p.x + OF_G, BY_LOAD, to);
         pass_gradients(r, &p, n, to);
     }
 }
@@ -510,10 +530,16 @@ MBSRI_INLINE void sweep_to_root(const mbsri_rigid *r, const results *to)
     }
 }
 
-/* Forward dynamics, to the rows: the sweep that is called most. */
+/* To the rows. */
 MBSRI_OUTLINE void sweep_rows(const mbsri_rigid *r)
 {
     const results to = {{NULL, NULL, NULL}, true, true};
+    sweep_to_root(r, &to);
+}
+
+MBSRI_OUTLINE void sweep_inverse_rows(const mbsri_rigid *r)
+{
+    const results to = {{NULL, NULL, NULL}, true, false};
     sweep_to_root(r, &to);
 }
 
@@ -545,15 +571,18 @@ static bool rigid_matrices(mbsri_rigid *r, double *by_q, double *by_u, double *b
             half = half && u == place;
         }
     }
-    const bool packed = forward && o->down > 0;
-    if (packed)
+    const bool packed = o->down > 0;
+    if (!packed)
+        sweep_matrices(r, all, forward);
+    else if (forward)
         sweep_rows(r);
     else
-        sweep_matrices(r, all, forward);
+        sweep_inverse_rows(r);
     for (int k = 0; k < 3; ++k) {
         if (!all[k]) continue;
         if (!forward)
-            check += nothing_of(nu * nu, all[k]);
+            check += packed ? rows_as_they_are(r, (size_t)part_of(k, false) * o->part, all[k])
+                            : nothing_of(nu * nu, all[k]);
         else if (!packed)
             check += matrix_to_leaves(r, half && k == 2, all[k]);
         else if (o->path)
