@@ -91,9 +91,9 @@ static double number_at(study_reader *r, int k)
 static double count_at(study_reader *r, int k, double most)
 {
     const double value = number_at(r, k);
-    if (!r->status && !(value >= 1.0 && value <= most && floor(value) == value))
-        refuse_line(r, "this is no whole number in its range:", r->word[k]);
-    return value;
+    const bool whole = value >= 1.0 && value <= most && floor(value) == value;
+    if (!r->status && !whole) refuse_line(r, "this is no whole number in its range:", r->word[k]);
+    return whole ? value : 1.0;
 }
 
 static uint64_t seed_at(study_reader *r, int k)
