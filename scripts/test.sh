@@ -140,10 +140,7 @@ first() {
     else
         echo "==== web: left out, its packages or sources cannot be had"
     fi
-    # what runs on old processors takes 70 s of compiling with -O3, 30 s with -O1
-    local base=-O1
-    if [ "$long" = ON ]; then base=; fi
-    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -DMBSR_BASE_KERNEL_FLAGS="$base" \
+    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON \
         "${linker[@]}" "${web[@]}" -- "${no_packages[@]}"
     other_lapacks
 }
