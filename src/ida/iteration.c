@@ -10,7 +10,7 @@
  * iteration in which the residual r of the momenta, r / c, shows that something is still strained,
  * and the last correction has to be small itself, not by a rate of convergence. Where there
  * are contacts, matrices of the last steps come first, and each goes on as long as an iteration
- * leaves less than a fifth of r / c; these count for nothing until r / c shows that nothing is
+ * leaves less than a twentieth of r / c; these count for nothing until r / c shows that nothing is
  * strained. (Of a Krylov method it is the preconditioner that would be new, in each step is enough.
  * Where momenta do not show all that is strained it is new in each iteration.) Other steps are left
  * to the solver of SUNDIALS, or begin with a new matrix (renewal.c).
@@ -72,7 +72,7 @@ static bool is_rounding(const mbsri_stiff *s, double size)
  * r / c than there was; *left: what there is now. */
 static bool serves(const mbsri_stiff *s, bool young, double *left)
 {
-    static const double rate = 0.2;
+    static const double rate = 0.05;
     const double before = *left;
     if (s->control.matrices.kept == 0 || !s->control.looks) return false;
     *left = mbsri_stiff_left(s);

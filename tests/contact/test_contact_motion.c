@@ -366,7 +366,7 @@ static void counts(void **unused)
     print_message("%ld steps, %ld residuals, %ld matrices, %ld error tests failed\n", stats.steps,
                   stats.residuals, stats.factorisations, stats.error_test_failures);
     assert_true(stats.steps < 800);
-    assert_true(stats.residuals < 6 * stats.steps);
+    assert_true(stats.residuals < 5 * stats.steps);
     assert_true(stats.factorisations < stats.steps);
     assert_true(5 * stats.error_test_failures < stats.steps);
     end(&r);
