@@ -4,6 +4,7 @@
  * A slider-crank, crank 0.2 m and 2 kg, rod 0.6 m and 1 kg, slider 1.5 kg on the x axis, whose rod
  * is tied to the slider by springs k and dampers d. It falls from phi = 1 at rest. With rigid pins
  * phi is -1.590430257 after 3 s, by a Runge-Kutta method for the one equation of that motion. */
+#include "duration.h"
 #include "problems.h"
 #include "reference_runs.h"
 
@@ -439,7 +440,7 @@ static void gmres_solves_what_its_preconditioner_leaves_out(void **state)
             const mbsr_ida_stats stats = problem_stats(ida);
             print_message("1e%d N/m: %ld steps, %ld residuals, %ld of GMRES, phi %.5f\n", k,
                           stats.steps, stats.residuals, stats.krylov_iterations, y[0]);
-            assert_in_range(stats.steps, 300, 1000);
+            assert_in_range(stats.steps, 300, test_seeds(1000, 800));
             assert_close(y[0], phi_end, 6e-3);
             residuals[products] = stats.residuals;
             mbsr_ida_destroy(ida);
