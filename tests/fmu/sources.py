@@ -70,6 +70,18 @@ def compile_unit(path, work, *options):
     return to, shared
 
 
+def only_of_c11(base):
+    """Headers that the sources include whatever is defined are those of C11."""
+    c11 = set("assert complex ctype errno fenv float inttypes limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef "
+              "stdint stdio stdlib stdnoreturn string time uchar wchar wctype".split())
+    depth, seen = 0, set()
+    for line in (base / "sources" / "mbsrank_set.h").read_text().splitlines():
+        depth += line.startswith("#if") - line.startswith("#endif")
+        if line.startswith("#include <") and depth == 1:  # the guard's
+            seen.add(line[len("#include <"):line.index(".h>")])
+    assert seen and seen <= c11, f"{seen - c11} are not of C11"
+
+
 def prefixed(base, work):
     """Functions of the standard begin with the identifier where nothing else is said: by a macro, or by the header of an
     importer, which declares and names them."""
@@ -139,6 +151,7 @@ with tempfile.TemporaryDirectory() as name:
             by_error = run is co_simulate and path.stem.startswith("arm")
             assert worst < (1e-4 if by_error else 1e-9), f"{path.stem}, {run.__name__}: differs by {worst}"
             runs += 1
+    only_of_c11(work / "arm_sources3")
     prefixed(work / "arm_sources3", work)
     assert runs == 8 * len(ways)
 print(f"{runs} runs, {len(objects)} sources compiled")
