@@ -46,14 +46,10 @@ set(conditional)
 foreach(source IN LISTS sources)
     set_read("${source}" "" text)
     string(REPLACE "/" "_" name "${source}")
-    set(first)
-    if(text MATCHES "#include <complex.h>") # whose macro I others have as a name
-        set(first "#include <complex.h>\n")
-    endif()
     if(source MATCHES "kernels_base[.]c$")
         set(text "#ifndef MBSR_WITHOUT_VECTORS\n${text}#else\nextern int mbsri_nothing;\n#endif\n")
     endif()
-    set_put("${name}" "${first}#include \"mbsrank_set.h\"\n${text}")
+    set_put("${name}" "#include \"mbsrank_set.h\"\n${text}")
 endforeach()
 
 set(done)
@@ -70,7 +66,7 @@ while(headers)
 endwhile()
 
 list(REMOVE_DUPLICATES standard)
-list(REMOVE_ITEM standard complex.h pthread.h)
+list(REMOVE_ITEM standard pthread.h stdatomic.h) # of threads, which the set has not
 list(SORT standard)
 set(text "/* What is chosen for a set of sources; every source includes this first.
  * SPDX-License-Identifier: BSD-3-Clause

@@ -10,7 +10,7 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
        liblapack-dev libblas-dev libsundials-dev libexpat1-dev libsuitesparse-dev)
 # libomp-dev: the CMake package of Debian's SUNDIALS asks for OpenMP, which clang has apart.
 test=(build-essential:g++ clang:clang libomp-dev lld:ld.lld clang-format:clang-format binutils:objdump
-      libcmocka-dev valgrind:valgrind libhdf5-dev doxygen:doxygen python3:python3
+      libcmocka-dev valgrind:valgrind tcc:tcc libhdf5-dev doxygen:doxygen python3:python3
       python3-dev python3-cffi python3-numpy python3-scipy python3-setuptools)
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
 page=(nodejs:node npm:npm zlib1g-dev)

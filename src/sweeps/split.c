@@ -6,9 +6,12 @@
 #include "base/memory.h"
 #include "base/threads.h"
 
-#include <stdatomic.h>
 #include <stdint.h>
 #include <string.h>
+
+#if !defined(__STDC_NO_ATOMICS__)
+#include <stdatomic.h>
+#endif
 
 /* Subtrees of fewer bodies are left to the trunk, those of more do not fit into a core's cache;
  * tasks of fewer are not worth a thread. */
@@ -42,12 +45,19 @@ struct mbsr_split {
     void *block;         /* memory of these arrays */
 };
 
+/* What tasks raise and look at beside each other: no result depends on when they see it. */
+#if !defined(__STDC_NO_ATOMICS__)
+typedef atomic_bool flag;
+#else
+typedef volatile bool flag;
+#endif
+
 /* A sweep that is shared out. */
 typedef struct sweep {
     const mbsri_sweep_run *run;
     mbsr_split *split;
     bool velocity, exact;
-    atomic_bool *unclear; /* some rank: the others need not go on */
+    flag *unclear; /* some rank: the others need not go on */
 } sweep;
 
 /* ---- where a tree is cut ---- */
@@ -307,13 +317,13 @@ static void backward_task(void *arg, int k)
     for (int l = t->first; l <= t->last; ++l) {
         cut *c = w->split->cut + l;
         if (!w->exact) c->known = 0; /* exact sweeps come second */
-        if (atomic_load_explicit(w->unclear, memory_order_relaxed)) {
+        if (*w->unclear) {
             t->status = t->status > 1 ? t->status : 1;
             continue;
         }
         open_stacks(w->split, k, &c->state);
         const int status = backward_of(w, c);
-        if (status) atomic_store_explicit(w->unclear, true, memory_order_relaxed);
+        if (status) *w->unclear = true;
         if (status > t->status) t->status = status;
     }
 }
@@ -365,7 +375,7 @@ static void trunk_momentum(const mbsri_sweep_run *run, mbsr_split *s, mbsri_part
 static int back(const sweep *w)
 {
     mbsr_split *s = w->split;
-    atomic_store(w->unclear, false);
+    *w->unclear = false;
     const int status = run_parts(w, backward_task);
     if (status) return status;
     mbsri_part_state *trunk = &s->cut[s->cuts].state;
@@ -377,7 +387,7 @@ static int back(const sweep *w)
 
 int mbsri_split_backward(const mbsri_sweep_run *run, mbsr_split *split, bool velocity)
 {
-    atomic_bool unclear;
+    flag unclear;
     sweep w = {run, split, velocity, false, &unclear};
     int status = back(&w);
     w.exact = true;

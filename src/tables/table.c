@@ -153,11 +153,11 @@ int mbsr_table_create(const mbsr_table_def *def, mbsr_table **table, mbsr_error 
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_table_create: no memory for %d points", def->points);
     }
-    *t = (mbsr_table){.allocator = def->allocator,
-                      .points = def->points,
-                      .columns = def->columns,
-                      .kind = def->kind,
-                      .beyond = def->beyond};
+    t->allocator = def->allocator;
+    t->points = def->points;
+    t->columns = def->columns;
+    t->kind = def->kind;
+    t->beyond = def->beyond;
     t->x = t->number;
     t->value = t->x + n;
     t->slope = t->value + entries;
