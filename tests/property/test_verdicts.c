@@ -264,6 +264,15 @@ static void balances_of_moments(void **state)
     check_seeds(3, seed);
 }
 
+/* Velocities of 1e32 rad/s at which nothing but rounding balances; what nothing determines at the
+ * state given and springs do elsewhere. */
+static void balances_out_of_reach(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {311328, 310100};
+    check_seeds(2, seed);
+}
+
 /* ---- rich models ---- */
 
 /* A start, what report and Newton's matrix say of where it leads, and that the report says so
@@ -330,6 +339,16 @@ static void springs_beside_redundant_rows(void **state)
     static const uint64_t seed[] = {44961, 45295, 49563, 56989, 58845};
     for (size_t k = 0; k < sizeof seed / sizeof seed[0]; ++k)
         assert_true(check_rich(seed[k], true));
+}
+
+/* Stops that let go where what they push balances; balances at 1e51 rad/s; directions that nothing
+ * determines at the state given. */
+static void stops_that_let_go(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {410032, 430151, 430410, 420088, 410142};
+    const size_t count = test_long() ? 5 : 3;
+    for (size_t k = 0; k < count; ++k) assert_true(check_rich(seed[k], true));
 }
 
 /* Ranks at the state that the states around it do not have: nothing goes on from there, and a start
@@ -418,6 +437,7 @@ int main(void)
         cmocka_unit_test(weights_that_do_not_move), cmocka_unit_test(masses_without_radius),
         cmocka_unit_test(nothing_left_to_move),     cmocka_unit_test(loops_without_load),
         cmocka_unit_test(balances_of_moments),      cmocka_unit_test(a_mass_close_to_axes),
+        cmocka_unit_test(balances_out_of_reach),    cmocka_unit_test(stops_that_let_go),
         cmocka_unit_test(rich_verdicts_agree),      cmocka_unit_test(springs_beside_redundant_rows),
         cmocka_unit_test(ranks_of_one_state_alone)};
     return cmocka_run_group_tests(tests, NULL, NULL);
