@@ -203,11 +203,12 @@ static int keep_balance(mbsr_completion *w)
  * first time, when loop forces may still have a share of c in them, from impulses. *loaded: by how
  * much of all forces loop forces have changed that the matrices are of. exactly: forces balance to
  * the last digit at the state, and do afterwards; where u is settled to fewer digits F_u is what u
- * lacks, and no loop force takes it up. */
-static int solve_rates(mbsr_completion *w, bool exactly, double *loaded)
+ * lacks, and no loop force takes it up. Refused where the part that decays is more than `decays`.
+ */
+static int solve_rates(mbsr_completion *w, bool exactly, double decays, double *loaded)
 {
     enum { MOST = 40 };
-    static const double enough = 1e-11, near = 1e-6, decays = 1e-3;
+    static const double enough = 1e-11, near = 1e-6;
     const bool aims = w->kind.elastic || w->m->rows == 0, keeps = exactly && w->m->rows > 0;
     const int count = w->kind.elastic || !aims ? 2 : 1;
     double *const r[2] = {w->r, w->further}, *const x[2] = {w->x, w->other};
@@ -313,18 +314,23 @@ int mbsri_completion_forward(mbsr_completion *w)
     return status || !left ? status : MBSR_UNDETERMINED;
 }
 
-/* Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
+/* Of closed models, where solutions do not aim at q', what is missing falls with c^2: where it is
+ * more than rounding of forces, farther out. */
 static int solve_farther(mbsr_completion *w, bool exactly, double *loaded)
 {
-    static const double farther = 100.0;
+    static const struct {
+        double farther, decays;
+    } way[] = {{1e2, 1e-5}, {1e4, 1e-5}, {1e2, 1e-3}};
+    enum { WAYS = sizeof way / sizeof way[0] };
     const double c = w->solver.c;
-    if (w->m->rows > 0 && w->kind.deficient && !w->kind.elastic) {
-        w->solver.c = farther * c;
-        const int status = solve_rates(w, exactly, loaded);
+    const bool closed = w->m->rows > 0 && w->kind.deficient && !w->kind.elastic;
+    for (int k = 0; k < WAYS && closed; ++k) {
+        w->solver.c = way[k].farther * c;
+        const int status = solve_rates(w, exactly, way[k].decays, loaded);
         w->solver.c = c;
         if (status <= 0) return status;
     }
-    return solve_rates(w, exactly, loaded);
+    return solve_rates(w, exactly, 1e-3, loaded);
 }
 
 int mbsri_completion_rates(mbsr_completion *w, bool exactly)

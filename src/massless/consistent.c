@@ -150,10 +150,7 @@ static int refuse(start *s, int status)
     if (refused || !status) return refused;
     s->d->error = w->error;
     if (status != MBSR_UNDETERMINED || !verdict.made) return status;
-    return mbsri_fail(&s->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-                      "%s: forces determine all directions without mass at the state given, but "
-                      "not where these forces balance",
-                      function);
+    return mbsri_refuse_elsewhere(s->d, function);
 }
 
 /* From s->q_begun, s->u_begun to a state in s->q, s->u, s->udot, some directions without mass. */

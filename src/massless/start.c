@@ -87,17 +87,32 @@ static int settle_dampers(mbsri_start *s)
 }
 
 /* Velocities at the positions found. Impulses of loops are told from loop forces, where these are
- * not known yet, but for a share of 1/c^2 of them: with what is known then they are found anew. */
+ * not known yet, but for a share of 1/c^2 of them: with what is known then they are found anew,
+ * until that changes no velocity. */
 static int find_velocities(mbsri_start *s)
 {
+    enum { PASSES = 4 };
+    static const double enough = 1e-12, near = 1e-9;
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
+    const size_t nu = (size_t)m->nu;
+    const double *u = w->y + w->rates;
+    double *before = s->columns, last = 1.0;
     int status = mbsri_start_momenta(s);
     if (status || !(w->kind.deficient || m->rows > 0)) return status;
     status = mbsri_start_velocities(s, true);
-    if (status || m->rows == 0 || !w->kind.deficient) return status;
-    mbsri_zero((size_t)m->rows, s->impulse);
-    return mbsri_start_velocities(s, true);
+    if (m->rows == 0 || !w->kind.deficient) return status;
+    for (int pass = 0; pass < PASSES && !status; ++pass) {
+        mbsri_copy(nu, u, before);
+        mbsri_zero((size_t)m->rows, s->impulse);
+        status = mbsri_start_velocities(s, true);
+        for (size_t k = 0; k < nu; ++k) before[k] -= u[k];
+        const double change =
+            mbsri_completion_speed(w, before) / (w->span.least + mbsri_completion_speed(w, u));
+        if (mbsri_completion_converged(change, last, enough, near)) break;
+        last = change;
+    }
+    return status;
 }
 
 /* Positions and velocities in turn, where the former depend on the latter; `again`: close to both.

@@ -40,7 +40,7 @@ typedef struct mbsri_start {
     double *impulse_before, *load_before; /* rows: impulses and loop forces before it */
     double *step;                         /* size: the correction of a state */
     double *load_step;                    /* rows: the correction of loop forces */
-    double *columns;                      /* scratch of start_return.c */
+    double *columns;                      /* scratch of start_return.c, and nu numbers of start.c */
     double *found;                        /* 2 (size + 3 rows): the last balance, and the first */
     double *ways;                         /* 2 MBSRI_WAYS x nu: scratch of start_return.c */
     double c_balanced; /* 1/s, c of the first balance from which no way led on; 0: none */
