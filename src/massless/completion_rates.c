@@ -154,19 +154,25 @@ static double take_up(mbsr_completion *w, const double *x, double *forces)
 }
 
 /* Whether what loop forces have changed by at last, in w->x, is nothing beside what all forces
- * change by while the motion does: where no forces act, or each element balances itself, there are
- * no others to tell rounding by. F is that at the state, and is again. */
+ * change by while the motion does, or a slow one where nothing moves: where no forces act, or each
+ * element balances itself, there are no others to tell rounding by. F is that at the state, and is
+ * again. */
 static int ask_rounding(mbsr_completion *w, bool *rounding)
 {
     static const double share = 1e-3, nothing = 1e-10;
     const mbsr_model *m = w->m;
-    const double time = mbsri_completion_time(w), *udot = w->rate + w->rates;
+    const double time = mbsri_completion_time(w), *udot = w->rate + w->rates,
+                 least = 1e-3 / (time * time);
+    const bool moves = mbsri_completion_speed(w, udot) >= least;
     double left = 0.0, most = 0.0;
     mbsri_closure_transpose(m, w->d, w->x + w->loops, w->form.q);
     for (int k = 0; k < m->nu; ++k) left = fmax(left, fabs(w->form.q[k]) / w->span.per[k]);
     mbsri_copy((size_t)w->size, w->y, w->ahead.y);
     mbsri_copy((size_t)w->size, w->F, w->other);
-    for (int k = 0; k < m->nu; ++k) w->ahead.y[w->rates + k] += share * time * udot[k];
+    for (int k = 0; k < m->nu; ++k) {
+        const double slow = (1.0 + 0.5 * sin(12.9898 * k)) * least / w->span.per[k];
+        w->ahead.y[w->rates + k] += share * time * (moves ? udot[k] : slow);
+    }
     int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->yp);
     for (int k = w->rates; k < w->loops; ++k)
         most = fmax(most, fabs(w->F[k] - w->other[k]) / (share * w->span.per[k - w->rates]));
