@@ -228,23 +228,33 @@ static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
     }
 }
 
-/* A length typical of the tree: the mean distance between neighbours. */
-static double mean_length(const mbsri_sweeps *tree)
+/* The mean distance of bodies from their predecessors, with those on the root or without; 0: there
+ * is none. */
+static double mean_distance(const mbsri_sweeps *tree, bool rooted)
 {
     double sum = 0.0;
     int count = 0;
     for (int i = 1; i <= tree->bodies; ++i) {
         const double length = mbsri_norm3(tree->body[i].x);
+        if (!(length > 0.0) || (tree->body[i].parent == 0 && !rooted)) continue;
         sum += length;
-        count += length > 0.0;
+        ++count;
     }
-    return count > 0 ? sum / count : 1.0;
+    return count > 0 ? sum / count : 0.0;
+}
+
+/* A length typical of the tree. Nothing passes on to the root, so where mechanisms stand on it does
+ * not count if there is something else. */
+static double typical_length(const mbsri_sweeps *tree)
+{
+    const double inner = mean_distance(tree, false), all = mean_distance(tree, true);
+    return inner > 0.0 ? inner : all > 0.0 ? all : 1.0;
 }
 
 /* In the plane from here to the root and to the leaves, errors about x and y do not matter. */
 static void measure_planes(mbsri_sweeps *tree)
 {
-    tree->length = mean_length(tree);
+    tree->length = typical_length(tree);
     tree->area = tree->length * tree->length;
     tree->per_area = 1.0 / tree->area;
     for (int k = 0; k < 3; ++k) {

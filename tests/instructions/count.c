@@ -21,7 +21,7 @@ enum {
     INVERSE_BATCH,
     ALL_CALLS,
     TREES = 7,
-    LOOPS = 25,
+    LOOPS = 26,
     STATES = 16 /* of a batch: a multiple of all kernels' lanes */
 };
 
@@ -140,7 +140,8 @@ enum {
     GEARS,
     GEARS_OPEN,
     HANDS,
-    HANDS_OPEN
+    HANDS_OPEN,
+    BARS
 };
 static const struct {
     const char *name;
@@ -170,12 +171,15 @@ static const struct {
                   {"open_gears", GEARS_OPEN, 100, BENCH_HINGE},
                   {"hands10", HANDS, 10, BENCH_HINGE},
                   {"hands100", HANDS, 100, BENCH_HINGE},
-                  {"open_hands", HANDS_OPEN, 100, BENCH_HINGE}};
+                  {"open_hands", HANDS_OPEN, 100, BENCH_HINGE},
+                  {"bars300", BARS, 300, BENCH_HINGE}};
 
 static void make_loops(bench_model *tree, int k)
 {
     const int kind = loops[k].kind, number = loops[k].count;
-    if (kind >= GEARS)
+    if (kind == BARS)
+        bench_make_crowd(tree, BENCH_BARS, number);
+    else if (kind >= GEARS)
         bench_make_gearing(tree, kind < HANDS ? BENCH_GEARS : BENCH_HANDS, number,
                            kind == GEARS || kind == HANDS ? BENCH_RIGID : BENCH_OPEN);
     else if (kind == RING)
