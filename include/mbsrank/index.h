@@ -62,8 +62,9 @@ typedef struct mbsr_index_report {
  * which neither mass nor a rigid row resists. Loop forces lambda are those of the motion at the
  * state, [M -C^T; C 0] (u'; lambda) = (forces; -bias); held, they stiffen or soften directions
  * along which they turn. Stiff rows are springs and dampers. Which rows are redundant
- * mbsr_closures_report says. Dense linear algebra of joint rates and rows then (closure.h), and
- * statuses of mbsr_forward_dynamics.
+ * mbsr_closures_report says. Linear algebra of joint rates and rows is dense then where the model
+ * is small or has stiff rows, or where loops leave a direction without mass free, and goes front by
+ * front elsewhere; statuses of mbsr_forward_dynamics.
  *
  * Force elements with derivatives of their own are asked for these, the others differenced. Their
  * forces are then also evaluated at states far from the given one (up to 10 times q, 1e6 times u);

@@ -76,17 +76,19 @@ static int ask_springs(mbsr_completion *w, const double *push, bool *some)
     return status;
 }
 
-/* Whether the motion that a push makes grows with c: twice the solution is known. */
+/* Whether the motion that a push makes grows with c, or faster: twice the solution is known. */
 static int ask_growth(mbsr_completion *w, bool *grows)
 {
     static const double much = 5.0, rounding = 1e-9;
     const int status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->other);
     if (status) return status;
     const double largest = mbsri_completion_speed(w, w->other + w->rates);
-    *grows = false;
+    *grows = w->kind.faster = false;
     for (int k = w->rates; k < w->loops; ++k) {
         const double now = fabs(w->x[k]), then = fabs(w->other[k]);
-        if (then > much * now && then > rounding * largest) *grows = true;
+        if (!(then > much * now && then > rounding * largest)) continue;
+        *grows = true;
+        w->kind.faster = w->kind.faster || then > much * ratio * now;
     }
     return MBSR_OK;
 }

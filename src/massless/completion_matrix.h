@@ -58,6 +58,7 @@ struct mbsr_completion {
     struct {
         bool deficient; /* some direction moves no mass */
         bool elastic;   /* springs alone hold some */
+        bool faster;    /* or neither these: a push moves some by more than c times a number */
     } kind;
     struct {
         bool found;   /* whether the last call has succeeded */

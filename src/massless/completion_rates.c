@@ -154,19 +154,25 @@ static double take_up(mbsr_completion *w, const double *x, double *forces)
 }
 
 /* Whether what loop forces have changed by at last, in w->x, is nothing beside what all forces
- * change by while the motion does: where no forces act, or each element balances itself, there are
- * no others to tell rounding by. F is that at the state, and is again. */
+ * change by while the motion does, or a slow one where nothing moves: where no forces act, or each
+ * element balances itself, there are no others to tell rounding by. F is that at the state, and is
+ * again. */
 static int ask_rounding(mbsr_completion *w, bool *rounding)
 {
     static const double share = 1e-3, nothing = 1e-10;
     const mbsr_model *m = w->m;
-    const double time = mbsri_completion_time(w), *udot = w->rate + w->rates;
+    const double time = mbsri_completion_time(w), *udot = w->rate + w->rates,
+                 least = 1e-3 / (time * time);
+    const bool moves = mbsri_completion_speed(w, udot) >= least;
     double left = 0.0, most = 0.0;
     mbsri_closure_transpose(m, w->d, w->x + w->loops, w->form.q);
     for (int k = 0; k < m->nu; ++k) left = fmax(left, fabs(w->form.q[k]) / w->span.per[k]);
     mbsri_copy((size_t)w->size, w->y, w->ahead.y);
     mbsri_copy((size_t)w->size, w->F, w->other);
-    for (int k = 0; k < m->nu; ++k) w->ahead.y[w->rates + k] += share * time * udot[k];
+    for (int k = 0; k < m->nu; ++k) {
+        const double slow = (1.0 + 0.5 * sin(12.9898 * k)) * least / w->span.per[k];
+        w->ahead.y[w->rates + k] += share * time * (moves ? udot[k] : slow);
+    }
     int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->yp);
     for (int k = w->rates; k < w->loops; ++k)
         most = fmax(most, fabs(w->F[k] - w->other[k]) / (share * w->span.per[k - w->rates]));
@@ -203,11 +209,12 @@ static int keep_balance(mbsr_completion *w)
  * first time, when loop forces may still have a share of c in them, from impulses. *loaded: by how
  * much of all forces loop forces have changed that the matrices are of. exactly: forces balance to
  * the last digit at the state, and do afterwards; where u is settled to fewer digits F_u is what u
- * lacks, and no loop force takes it up. */
-static int solve_rates(mbsr_completion *w, bool exactly, double *loaded)
+ * lacks, and no loop force takes it up. Refused where the part that decays is more than `decays`.
+ */
+static int solve_rates(mbsr_completion *w, bool exactly, double decays, double *loaded)
 {
     enum { MOST = 40 };
-    static const double enough = 1e-11, near = 1e-6, decays = 1e-3;
+    static const double enough = 1e-11, near = 1e-6;
     const bool aims = w->kind.elastic || w->m->rows == 0, keeps = exactly && w->m->rows > 0;
     const int count = w->kind.elastic || !aims ? 2 : 1;
     double *const r[2] = {w->r, w->further}, *const x[2] = {w->x, w->other};
@@ -313,18 +320,23 @@ int mbsri_completion_forward(mbsr_completion *w)
     return status || !left ? status : MBSR_UNDETERMINED;
 }
 
-/* Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
+/* Of closed models, where solutions do not aim at q', what is missing falls with c^2: where it is
+ * more than rounding of forces, farther out. */
 static int solve_farther(mbsr_completion *w, bool exactly, double *loaded)
 {
-    static const double farther = 100.0;
+    static const struct {
+        double farther, decays;
+    } way[] = {{1e2, 1e-5}, {1e4, 1e-5}, {1e2, 1e-3}};
+    enum { WAYS = sizeof way / sizeof way[0] };
     const double c = w->solver.c;
-    if (w->m->rows > 0 && w->kind.deficient && !w->kind.elastic) {
-        w->solver.c = farther * c;
-        const int status = solve_rates(w, exactly, loaded);
+    const bool closed = w->m->rows > 0 && w->kind.deficient && !w->kind.elastic;
+    for (int k = 0; k < WAYS && closed; ++k) {
+        w->solver.c = way[k].farther * c;
+        const int status = solve_rates(w, exactly, way[k].decays, loaded);
         w->solver.c = c;
         if (status <= 0) return status;
     }
-    return solve_rates(w, exactly, loaded);
+    return solve_rates(w, exactly, 1e-3, loaded);
 }
 
 int mbsri_completion_rates(mbsr_completion *w, bool exactly)

@@ -136,12 +136,28 @@ static void close_search(start *s)
     mbsr_completion_destroy(s->completion);
 }
 
+/* Refuses a state found, or why none was, where nothing determines a direction there or at the
+ * state given. */
+static int refuse(start *s, int status)
+{
+    const mbsr_model *m = s->m;
+    const mbsr_completion *w = s->completion;
+    mbsri_verdict verdict = {.made = false};
+    int refused = MBSR_OK;
+    if (!status) refused = mbsri_refuse_open(m, s->d, s->t, s->q, s->u, function, &verdict);
+    if (!refused && (status || s->search.doubtful))
+        refused = mbsri_refuse_open(m, s->d, s->t, s->q_begun, s->u_begun, function, &verdict);
+    if (refused || !status) return refused;
+    s->d->error = w->error;
+    if (status != MBSR_UNDETERMINED || !verdict.made) return status;
+    return mbsri_refuse_elsewhere(s->d, function);
+}
+
 /* From s->q_begun, s->u_begun to a state in s->q, s->u, s->udot, some directions without mass. */
 static int search(start *s, mbsr_consistent_info *info)
 {
     const mbsr_model *m = s->m;
     mbsri_start *b = &s->search;
-    mbsri_verdict verdict;
     bool clear = false;
     int status = open_search(s);
     if (status) return status;
@@ -151,20 +167,14 @@ static int search(start *s, mbsr_consistent_info *info)
     b->u_given = s->u_begun;
     status = mbsri_start_find(b, s->d, s->t, &clear);
     const mbsr_completion *w = s->completion;
-    const double *q = status ? s->q_begun : w->y, *u = status ? s->u_begun : w->y + w->rates;
     if (!status) {
-        mbsri_copy((size_t)m->nq, q, s->q);
-        mbsri_copy((size_t)m->nu, u, s->u);
+        mbsri_copy((size_t)m->nq, w->y, s->q);
+        mbsri_copy((size_t)m->nu, w->y + w->rates, s->u);
         mbsri_copy((size_t)m->nu, w->rate + w->rates, s->udot);
     }
-    if (status < 0 || clear) {
-        if (status) s->d->error = w->error;
-        return status;
-    }
-    /* which direction nothing determines */
-    const int refused = mbsri_refuse_open(m, s->d, s->t, q, u, function, &verdict);
-    if (status && !refused) s->d->error = w->error;
-    return refused ? refused : status;
+    if (status >= 0 && !(clear && !b->doubtful)) return refuse(s, status);
+    if (status) s->d->error = w->error;
+    return status;
 }
 
 /* From s->q and s->u to a state, with u': where all directions move mass that of forward dynamics.

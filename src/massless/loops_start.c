@@ -171,16 +171,20 @@ static int deliver(start *s, double *y, double *yp)
     return MBSR_OK;
 }
 
-/* No state was found: whether one given has a direction that nothing determines. */
-static int refuse_given(start *s, const double *y)
+/* No state was found, with that status: whether one given has a direction that nothing determines.
+ */
+static int refuse_given(start *s, const double *y, int found)
 {
     const mbsr_error before = s->w.d->error;
     int status = mbsri_unpack(s->form, s->w.m, s->w.d, s->t, y, s->q, s->u);
-    mbsri_verdict verdict;
+    mbsri_verdict verdict = {.made = false};
     if (!status)
         status = mbsri_refuse_open(s->w.m, s->w.d, s->t, s->q, s->u, s->w.function, &verdict);
-    if (!status) s->w.d->error = before;
-    return status;
+    if (status) return status;
+    s->w.d->error = before;
+    return found == MBSR_UNDETERMINED && verdict.made
+               ? mbsri_refuse_elsewhere(s->w.d, s->w.function)
+               : found;
 }
 
 /* A sum of all forces at time t, with weights that belong to no pattern. */
@@ -313,10 +317,8 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (!status && !served) status = find_by_matrices(s, y, opt, info);
     if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED ||
          status == MBSR_LOOP_SINGULAR) &&
-        info->null_directions > 0) {
-        const int refused = refuse_given(s, y);
-        return refused ? refused : status;
-    }
+        info->null_directions > 0)
+        return refuse_given(s, y, status);
     /* forces that are rounding do not determine directions, though differences of them are not zero
      */
     mbsri_verdict verdict;

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "loops/forward.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
 #include "recursion/rounding.h"
@@ -62,10 +63,41 @@ static void clear_rounded_springs(mbsri_null_space *w, const bool *left_out, con
     }
 }
 
+/* In O(bodies + rows), where forward dynamics has these forces, and ranks are had front by front;
+ * *served: whether. Stiff rows share what they bear by matrices. */
+static int loop_forces_by_fronts(mbsri_null_space *w, double t, const double *q, const double *u,
+                                 int *independent, bool *served)
+{
+    mbsri_dense fronts;
+    mbsri_ranks ranks = {.independent = 0};
+    *served = false;
+    if (w->m->nu + w->m->rows <= MBSRI_DENSE_MOST || mbsri_any_stiff(w->m)) return MBSR_OK;
+    int status = mbsri_dense_open_ranks(&fronts, w->m, w->d, true, w->function);
+    if (!status) {
+        const mbsr_error before = w->d->error;
+        mbsri_loops_leave_out(&fronts, false);
+        status = mbsri_loops_forward(w->m, w->d, t, q, u, NULL, fronts.left_out, fronts.out,
+                                     w->function);
+        *served = !status;
+        if (status > 0) w->d->error = before;
+    }
+    if (*served) {
+        mbsri_copy((size_t)fronts.rows, w->d->loop_lambda, w->loads.lambda);
+        status = mbsri_dense_rows(&fronts);
+        if (!status) status = mbsri_ranks_here(&fronts, fronts.other, &ranks);
+    }
+    *independent = ranks.independent;
+    mbsri_dense_close(&fronts);
+    return status < 0 || *served ? status : MBSR_OK;
+}
+
 int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,
                            int *independent)
 {
     mbsri_dense dense;
+    bool served = false;
+    const int faster = loop_forces_by_fronts(w, t, q, u, independent, &served);
+    if (faster || served) return faster;
     mbsri_ranks ranks = {.independent = 0};
     int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
     double *udot = dense.out, *lambda = NULL;

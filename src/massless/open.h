@@ -17,4 +17,8 @@ typedef struct mbsri_verdict {
 int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
                       const char *function, mbsri_verdict *verdict);
 
+/* MBSR_NO_CONVERGENCE of a start that met directions which nothing determines, though forces do at
+ * the state given. */
+int mbsri_refuse_elsewhere(mbsr_data *d, const char *function);
+
 #endif

@@ -165,6 +165,14 @@ int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double 
     return status;
 }
 
+int mbsri_refuse_elsewhere(mbsr_data *d, const char *function)
+{
+    return mbsri_fail(&d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                      "%s: forces determine all directions without mass at the state given, but "
+                      "not where these forces balance",
+                      function);
+}
+
 int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                              const double *u, mbsr_index_report **report)
 {

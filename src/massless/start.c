@@ -87,17 +87,32 @@ static int settle_dampers(mbsri_start *s)
 }
 
 /* Velocities at the positions found. Impulses of loops are told from loop forces, where these are
- * not known yet, but for a share of 1/c^2 of them: with what is known then they are found anew. */
+ * not known yet, but for a share of 1/c^2 of them: with what is known then they are found anew,
+ * until that changes no velocity. */
 static int find_velocities(mbsri_start *s)
 {
+    enum { PASSES = 4 };
+    static const double enough = 1e-12, near = 1e-9;
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
+    const size_t nu = (size_t)m->nu;
+    const double *u = w->y + w->rates;
+    double *before = s->columns, last = 1.0;
     int status = mbsri_start_momenta(s);
     if (status || !(w->kind.deficient || m->rows > 0)) return status;
     status = mbsri_start_velocities(s, true);
-    if (status || m->rows == 0 || !w->kind.deficient) return status;
-    mbsri_zero((size_t)m->rows, s->impulse);
-    return mbsri_start_velocities(s, true);
+    if (m->rows == 0 || !w->kind.deficient) return status;
+    for (int pass = 0; pass < PASSES && !status; ++pass) {
+        mbsri_copy(nu, u, before);
+        mbsri_zero((size_t)m->rows, s->impulse);
+        status = mbsri_start_velocities(s, true);
+        for (size_t k = 0; k < nu; ++k) before[k] -= u[k];
+        const double change =
+            mbsri_completion_speed(w, before) / (w->span.least + mbsri_completion_speed(w, u));
+        if (mbsri_completion_converged(change, last, enough, near)) break;
+        last = change;
+    }
+    return status;
 }
 
 /* Positions and velocities in turn, where the former depend on the latter; `again`: close to both.
@@ -122,12 +137,27 @@ static int alternate(mbsri_start *s, bool again)
     return status;
 }
 
+/* Whether the state found is so far from what is typical of the model that the squares of its
+ * velocities, or its places, have a rounding like forces that act: what balances there is rounding.
+ */
+static bool ran_away(mbsri_start *s)
+{
+    static const double far = 1e8;
+    const mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    const double *u = w->y + w->rates,
+                 speed = fmax(w->span.least, mbsri_completion_speed(w, s->u_given));
+    for (int k = 0; k < m->nq; ++k) w->form.q[k] = w->y[k] - s->q_given[k];
+    return mbsri_completion_speed(w, u) > far * speed || mbsri_start_extent(s, w->form.q) > far;
+}
+
 /* Springs held what nothing else seemed to hold, or not, also at the state found: friction that
  * slips holds little. */
 static int stays_as_it_is(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     const bool elastic = w->kind.elastic;
+    if (ran_away(s)) return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "a state within reach");
     const int status = w->kind.deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
     if (status || w->kind.elastic == elastic) return status;
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
@@ -222,6 +252,54 @@ static int compare_push(mbsri_start *s, const double *push, double step, bool *c
     return status < 0 ? status : MBSR_OK;
 }
 
+/* The longest of ways, of rates in the time in which the state changes much and of positions, that
+ * the solution in w->x goes. */
+static double longest_way(const mbsri_start *s)
+{
+    const mbsr_completion *w = s->w;
+    return fmax(mbsri_completion_speed(w, w->x + w->rates) * s->time, mbsri_start_extent(s, w->x));
+}
+
+/* Whether matrices a short way beside the state found, along the solution for a push in w->x,
+ * determine what they do there: not where a stop or a cable lets go. Status. */
+static int check_sides(mbsri_start *s, const double *push, bool *holds)
+{
+    static const double way = 1e-6, much = 1e6;
+    mbsr_completion *w = s->w;
+    const size_t size = (size_t)w->size, rows = (size_t)w->m->rows;
+    const double longest = longest_way(s), step = way / longest;
+    int status = MBSR_OK;
+    mbsri_copy(size, w->y, s->before);
+    mbsri_copy(size, w->x, s->step);
+    mbsri_copy(rows, w->yp + w->loops, s->load_before);
+    mbsri_copy(rows, w->other + w->loops, s->load_step);
+    for (int side = -1; side <= 1 && *holds && status >= 0; side += 2) {
+        for (int k = 0; k < w->loops; ++k) w->y[k] = s->before[k] + side * step * s->step[k];
+        for (size_t k = 0; k < rows; ++k)
+            w->yp[(size_t)w->loops + k] = s->load_before[k] + side * step * s->load_step[k];
+        status = mbsri_completion_residual(w, w->t, w->y, w->yp);
+        if (!status) status = mbsri_start_factor(s);
+        mbsri_zero(size, w->r);
+        mbsri_copy((size_t)w->m->nu, push, w->r + w->rates);
+        if (!status) status = mbsri_start_solve(s, NULL);
+        *holds = !status && longest_way(s) <= much * longest;
+    }
+    mbsri_copy(size, s->before, w->y);
+    mbsri_copy(rows, s->load_before, w->yp + w->loops);
+    mbsri_completion_forget(w);
+    return status < 0 ? status : MBSR_OK;
+}
+
+/* Whether the state found is another one than that given. */
+static bool has_moved(const mbsri_start *s)
+{
+    static const double little = 1e-6;
+    const mbsr_completion *w = s->w;
+    const double *u = w->y + w->rates;
+    for (int k = 0; k < w->m->nu; ++k) w->form.u[k] = u[k] - s->u_given[k];
+    return s->displaced || mbsri_completion_speed(w, w->form.u) > little * w->span.least;
+}
+
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but
  * rounding determines a direction they do not, over ways of any length. */
 static int check_clear(mbsri_start *s, bool *clear)
@@ -234,14 +312,19 @@ static int check_clear(mbsri_start *s, bool *clear)
     mbsri_copy((size_t)w->m->nu, push, w->r + w->rates);
     int status = mbsri_start_solve(s, NULL);
     if (status) return status;
-    const double longest =
-        fmax(mbsri_completion_speed(w, w->x + w->rates) * s->time, mbsri_start_extent(s, w->x));
+    const double longest = longest_way(s);
+    bool holds = true;
     *clear = isfinite(1.0 / longest);
     if (!*clear) return MBSR_OK;
     *clear = false;
     for (size_t k = 0; k < sizeof way / sizeof way[0] && !status && !*clear; ++k)
         status = compare_push(s, push, way[k] / longest, clear);
-    return status;
+    if (!status && !*clear && has_moved(s)) status = check_sides(s, push, &holds);
+    if (status || holds) return status;
+    return mbsri_fail(&w->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                      "%s: forces that determine directions without mass let go at the state that "
+                      "balances them, as those of a stop do: what moves beyond is not determined",
+                      function);
 }
 
 /* Whether ranks at the state found are those of the states around it: *clear. */
@@ -318,6 +401,7 @@ static int climb(mbsri_start *s, int rungs, climbed *all)
         mbsri_completion_forget(w);
         status = begin_start(s);
         if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
+        if (!status && s->from == MBSRI_FROM_GIVEN && w->kind.faster) s->doubtful = true;
         if (!status) status = balance(s);
         if (!status) status = stays_as_it_is(s);
         s->info->elastic = w->kind.elastic;
@@ -348,11 +432,13 @@ static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const
 {
     int status = MBSR_NO_CONVERGENCE;
     s->c_balanced = 0.0;
+    s->doubtful = false;
     for (int from = MBSRI_FROM_GIVEN;
          from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c_balanced > 0.0); ++from) {
         s->from = (mbsri_start_from)from;
         status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, all);
         if (from > MBSRI_FROM_GIVEN) continue;
+        s->doubtful = s->doubtful || all->singular;
         *first = s->w->error;
         *sought = s->sought;
     }
@@ -374,10 +460,12 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     if (status) return status;
     status = climb_from_all(s, &all, &first, &sought);
     if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
-    if (!status && w->kind.deficient) status = check_clear(s, clear);
-    if (!status && *clear) status = compare_ranks(s, clear);
-    *clear = *clear && all.regular;
-    if (status <= 0) return status;
+    if (status <= 0) {
+        if (!status && w->kind.deficient) status = check_clear(s, clear);
+        if (!status && *clear) status = compare_ranks(s, clear);
+        *clear = *clear && all.regular;
+        return status;
+    }
     if (!all.singular && !all.dependent) return refuse_imbalance(s, sought);
     w->error = first; /* nothing was sought */
     if (!all.dependent) w->error.status = MBSR_UNDETERMINED;

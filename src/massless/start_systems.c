@@ -17,7 +17,7 @@
 /* How many numbers s->columns needs. */
 static size_t columns_size(const mbsr_model *m)
 {
-    size_t most = 0;
+    size_t most = (size_t)m->nu;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const size_t own = (size_t)((b->nq + b->n + 1) * b->n);

@@ -29,17 +29,18 @@ typedef struct mbsri_start {
     mbsri_start_from from;           /* where velocities of what has no mass begin */
     const char *sought;              /* name of the part of a state found last or in vain */
     bool displaced;                  /* whether positions have left q_given */
-    mbsri_masses masses;             /* of the state given */
-    double *per_place;               /* nq: 1 over the span of each coordinate */
-    double *target;  /* nu: momenta of the velocities given, at the positions reached */
-    double *beyond;  /* nu: their excess over those of u_given there */
-    double *missing; /* nu: target and impulses of loops, less the momenta */
-    double *impulse; /* rows: of loops */
-    double *before;  /* size: the state before a step */
+    bool doubtful;       /* whether some direction may be undetermined at the state given */
+    mbsri_masses masses; /* of the state given */
+    double *per_place;   /* nq: 1 over the span of each coordinate */
+    double *target;      /* nu: momenta of the velocities given, at the positions reached */
+    double *beyond;      /* nu: their excess over those of u_given there */
+    double *missing;     /* nu: target and impulses of loops, less the momenta */
+    double *impulse;     /* rows: of loops */
+    double *before;      /* size: the state before a step */
     double *impulse_before, *load_before; /* rows: impulses and loop forces before it */
     double *step;                         /* size: the correction of a state */
     double *load_step;                    /* rows: the correction of loop forces */
-    double *columns;                      /* scratch of start_return.c */
+    double *columns;                      /* scratch of start_return.c, and nu numbers of start.c */
     double *found;                        /* 2 (size + 3 rows): the last balance, and the first */
     double *ways;                         /* 2 MBSRI_WAYS x nu: scratch of start_return.c */
     double c_balanced; /* 1/s, c of the first balance from which no way led on; 0: none */

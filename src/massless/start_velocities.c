@@ -156,7 +156,8 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
         if (w->kind.elastic && drift) {
             status = mbsri_completion_drift(w, &drifted);
             if (status) return status;
-            change = fmax(change, drifted / size);
+            /* it is known to the rounding of differences in a thousandth of the model's time */
+            change = fmax(change, drifted / (w->span.least + mbsri_completion_speed(w, u)));
         }
         /* the first loop forces are those of a wrong state */
         const bool known = step > 0 || w->m->rows == 0;

@@ -124,13 +124,17 @@ static void add_near(scene *s, int count)
     }
 }
 
-/* Bytes a body beside model and data, of a start or of a report. */
-static double measure(void (*add)(scene *, int), int count, bool report)
+typedef enum call { START, REPORT, INDEX, CALLS } call;
+
+/* Bytes a body beside model and data, of a start, or of a report of rows or of the index: all
+ * bodies have mass, and what loops leave free are dynamic directions. */
+static double measure(void (*add)(scene *, int), int count, call of)
 {
     scene s = {.bytes = {0, 0}};
     mbsr_model_def def = mbsr_default_model_def();
     mbsr_data *d;
     mbsr_closure_report found;
+    mbsr_index_report *index = NULL;
     def.allocator = (mbsr_allocator){take, give, &s.bytes};
     assert_ok(mbsr_model_create(&def, &s.m, NULL), NULL);
     add(&s, count);
@@ -142,12 +146,20 @@ static double measure(void (*add)(scene *, int), int count, bool report)
     for (size_t k = 0; k < nq; ++k) q[k] = 0.01 * (double)(k % 7);
     assert_ok(mbsr_dae_pack(s.m, d, MBSR_DAE_MOMENTUM, 0.0, q, q + nq, y), mbsr_data_error(d));
     const size_t before = s.bytes.peak = s.bytes.live;
-    if (report)
+    if (of == REPORT)
         assert_ok(mbsr_closures_report(s.m, d, 0.0, q, &found, NULL, NULL), mbsr_data_error(d));
+    else if (of == INDEX)
+        assert_ok(mbsr_index_report_create(s.m, d, 0.0, q, q + nq, &index), mbsr_data_error(d));
     else
         assert_ok(mbsr_dae_consistent(s.m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
                   mbsr_data_error(d));
     const double bytes = (double)(s.bytes.peak - before) / mbsr_model_bodies(s.m);
+    if (of == INDEX) {
+        assert_ok(mbsr_closures_report(s.m, d, 0.0, q, &found, NULL, NULL), mbsr_data_error(d));
+        assert_int_equal(index->dynamic, mbsr_model_nu(s.m) - found.independent);
+        assert_int_equal(index->directions, 0);
+        mbsr_index_report_destroy(s.m, index);
+    }
     free(y);
     mbsr_data_destroy(d);
     mbsr_model_destroy(s.m);
@@ -160,9 +172,8 @@ static void bytes_of_many_loops(void **state)
     (void)state;
     void (*const add[])(scene *, int) = {add_row, add_chain, add_carrier, add_near};
     for (int kind = 0; kind < 4; ++kind) {
-        for (int report = 0; report < 2; ++report) {
-            const double few = measure(add[kind], 100, report),
-                         many = measure(add[kind], 400, report);
+        for (call of = START; of < CALLS; ++of) {
+            const double few = measure(add[kind], 100, of), many = measure(add[kind], 400, of);
             /* what must wait for pivots is in memory that doubles */
             if (add[kind] != add_near) assert_true(many <= 1.05 * few);
             assert_true(many < 5000.0);
