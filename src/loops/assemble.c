@@ -11,7 +11,7 @@
  *
  *   W x = C_h^T lambda,    C_h x + mu |A|^2 S^-2 lambda = -g
  *
- * mu falls tenfold with each step that makes the gaps
+ * mu begins with the size of the gaps, 1e-3 at most, falls tenfold with each step that makes them
  * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest
  * lever or the gaps, whichever is more. It ends
  *
@@ -266,6 +266,7 @@ static int search_closed(search *s, double *q, mbsr_assembly_info *info)
     double limit;
     int status = measure_gaps(s, q, info, &limit);
     info->gap_before = info->gap;
+    s->mu = fmin(s->mu, s->norm);
     if (!status && info->closure != MBSR_NONE) status = look(s, q);
     while (!status && info->closure != MBSR_NONE) {
         bool better = false;

@@ -100,12 +100,13 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                               &w->y,
                               &w->q,
                               &w->q_beside,
+                              &w->free,
                               &w->b,
                               &w->out,
                               &w->span,
                               &w->offset.missing,
                               &w->offset.missed};
-    const size_t length[] = {N, N, N, N, N, N, nq, nq, gaps + n + n, N, n, gaps, gaps};
+    const size_t length[] = {N, N, N, N, N, N, nq, nq, 3 * n, gaps + n + n, N, n, gaps, gaps};
     const int count = (int)(sizeof length / sizeof length[0]);
     w->memory = mbsri_allocate(&m->allocator, sum_of(count, length) * sizeof(double) +
                                                   (N + 1) * sizeof(int) + 4 * rows * sizeof(bool));

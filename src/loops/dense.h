@@ -38,6 +38,7 @@ typedef struct mbsri_dense {
     double *g, *x, *y; /* N */
     double *q;         /* nq */
     double *q_beside;  /* nq: near a singular position (ranks.c) */
+    double *free;      /* 3 n: directions that loops leave free (ranks.c) */
     double *A, *b;     /* (position_rows + n) x n, and one column: least squares */
     double *work;
     int lwork;

@@ -243,12 +243,13 @@ static void ranks_of_matrix(mbsri_dense *w, const bool *without, bool *dropped, 
 }
 
 /* The ranks on fronts or, without these, by matrices; *found counts for nothing where they are lost
- * then. */
-static int find_ranks(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
+ * then. near: see row_fronts.h. */
+static int find_ranks(mbsri_dense *w, const bool *without, const bool *near, bool *dropped,
+                      mbsri_ranks *found)
 {
     int status = MBSR_OK;
     if (w->fronts)
-        status = mbsri_row_fronts_rank(w->fronts, without, dropped, found);
+        status = mbsri_row_fronts_rank(w->fronts, without, near, dropped, found);
     else
         ranks_of_matrix(w, without, dropped, found);
     if (status) return status;
@@ -264,11 +265,11 @@ static bool is_lost(const mbsri_dense *w)
 
 int mbsri_ranks_without(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
 {
-    int status = find_ranks(w, without, dropped, found);
+    int status = find_ranks(w, without, NULL, dropped, found);
     if (status || !is_lost(w)) return status;
     status = mbsri_dense_leave_fronts(w);
     if (!status) status = mbsri_dense_rows(w);
-    return status ? status : find_ranks(w, without, dropped, found);
+    return status ? status : find_ranks(w, without, NULL, dropped, found);
 }
 
 int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
@@ -279,8 +280,8 @@ int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 enum { DIRECTIONS = 3 };
 
 /* One of some directions of joint rates that the rows leave free, the same in every run, from the
- * vectors that mbsri_ranks_here has left: into w->x. False where there is none. */
-static bool free_direction(mbsri_dense *w, int independent, int number)
+ * vectors that the ranks have left: into x. All zero where there is none. */
+static void free_direction(mbsri_dense *w, int independent, int number, double *x)
 {
     static const double least[DIRECTIONS] = {0.3, -0.5, -0.5},
                         stride[DIRECTIONS] = {0.6180339887498949, 0.4142135623730951,
@@ -288,27 +289,34 @@ static bool free_direction(mbsri_dense *w, int independent, int number)
     const size_t n = (size_t)w->n;
     double largest = 0.0;
     for (size_t j = 0; j < n; ++j)
-        w->x[j] = least[number] + fmod(stride[number] * (double)(j + 1), 1.0);
-    if (w->fronts) mbsri_row_fronts_allow(w->fronts, w->x);
+        x[j] = least[number] + fmod(stride[number] * (double)(j + 1), 1.0);
+    if (w->fronts) mbsri_row_fronts_allow(w->fronts, x);
     for (int pass = 0; pass < 2 && !w->fronts; ++pass) {
         for (int k = 0; k < independent; ++k) {
             const double *q = w->A + (size_t)k * n;
-            const double part = mbsri_dot(w->n, q, w->x);
-            for (size_t j = 0; j < n; ++j) w->x[j] -= part * q[j];
+            const double part = mbsri_dot(w->n, q, x);
+            for (size_t j = 0; j < n; ++j) x[j] -= part * q[j];
         }
     }
-    for (size_t j = 0; j < n; ++j) largest = fmax(largest, fabs(w->x[j]));
-    if (!(largest > 1e-8)) return false;
-    for (size_t j = 0; j < n; ++j) w->x[j] *= w->span[j] / largest;
-    return true;
+    for (size_t j = 0; j < n; ++j) largest = fmax(largest, fabs(x[j]));
+    const double by = largest > 1e-8 ? 1.0 / largest : 0.0;
+    for (size_t j = 0; j < n; ++j) x[j] *= w->span[j] * by;
 }
 
-/* At the positions q, with the vectors of the ranks there. */
-static int ranks_at(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *found)
+/* All of them. */
+static void free_directions(mbsri_dense *w, int independent)
+{
+    for (int k = 0; k < DIRECTIONS; ++k)
+        free_direction(w, independent, k, w->free + (size_t)(k * w->n));
+}
+
+/* At the positions q, with the vectors of the ranks there. near: see row_fronts.h. */
+static int ranks_at(mbsri_dense *w, double t, const double *q, const bool *near, bool *dropped,
+                    mbsri_ranks *found)
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(w);
-    return status ? status : find_ranks(w, NULL, dropped, found);
+    return status ? status : find_ranks(w, NULL, near, dropped, found);
 }
 
 static int count_of(const mbsri_ranks *ranks)
@@ -331,18 +339,18 @@ static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
     return closed;
 }
 
-/* Positions w->q a step (of what joint rates span) from q, where the rows that are independent at q
- * close loops, and the ranks there, into w->other; *found is false without such a position. */
-static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *dropped, int number,
-                        mbsri_ranks *there, bool *found)
+/* Positions w->q a step along x (of what joint rates span; n) from q, where the rows that are
+ * independent at q close loops, and the ranks there, into w->other; *found is false without such a
+ * position. */
+static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
+                        const double *x, mbsri_ranks *there, bool *found)
 {
     static const double step = 1e-3;
     *found = false;
-    int status = ranks_at(w, t, q, w->other, there);
-    if (status || !free_direction(w, there->independent, number)) return status;
-    status = mbsri_displace(w->m, w->d, q, step, w->x, w->q);
+    if (mbsri_is_zero((size_t)w->n, x)) return MBSR_OK;
+    const int status = mbsri_displace(w->m, w->d, q, step, x, w->q);
     *found = !status && close_beside(w, t, dropped);
-    return *found ? ranks_at(w, t, w->q, w->other, there) : status;
+    return *found ? ranks_at(w, t, w->q, dropped, w->other, there) : status;
 }
 
 /* The most rows that are independent beside q, where those of `dropped` may open: into w->beside.
@@ -354,7 +362,8 @@ static int widest_beside(mbsri_dense *w, double t, const double *q, const bool *
     for (int n = 0; n < DIRECTIONS && !status && count_of(widest) < w->rows; ++n) {
         mbsri_ranks there;
         bool found;
-        status = ranks_beside(w, t, q, dropped, n, &there, &found);
+        const double *along = w->free + (size_t)(n * w->n);
+        status = ranks_beside(w, t, q, dropped, along, &there, &found);
         if (status || !found || there.independent < widest->independent ||
             count_of(&there) <= count_of(widest))
             continue;
@@ -374,13 +383,16 @@ static int closed_beside(mbsri_dense *w, double t, const double *q, const bool *
     int status = MBSR_OK;
     *found = false;
     for (int n = 0; n < DIRECTIONS && !status && !*found; ++n) {
-        status = ranks_beside(w, t, q, dropped, n, there, found);
+        const double *along = w->free + (size_t)(n * w->n);
+        status = ranks_beside(w, t, q, dropped, along, there, found);
         if (status || !*found) continue;
         *found = close_beside(w, t, NULL);
         if (!*found) continue;
         mbsri_copy((size_t)w->m->nq, w->q, w->q_beside);
-        status = ranks_at(w, t, w->q_beside, rows, there);
-        if (!status) status = ranks_beside(w, t, w->q_beside, rows, n, &around, found);
+        status = ranks_at(w, t, w->q_beside, NULL, rows, there);
+        if (status) return status;
+        free_direction(w, there->independent, n, w->x);
+        status = ranks_beside(w, t, w->q_beside, rows, w->x, &around, found);
         *found = *found && count_of(&around) <= count_of(there);
     }
     for (int k = 0; k < w->rows && *found; ++k) w->beside[k] = rows[k];
@@ -392,8 +404,9 @@ static int look_around(mbsri_dense *w, double t, const double *q, bool *dropped,
 {
     mbsri_ranks widest, closed;
     bool found = false;
-    int status = ranks_at(w, t, q, dropped, here);
+    int status = ranks_at(w, t, q, NULL, dropped, here);
     if (status || is_lost(w)) return status;
+    if (count_of(here) < w->rows) free_directions(w, here->independent);
     *nearby = here->independent;
     widest = *here;
     status = widest_beside(w, t, q, dropped, &widest);

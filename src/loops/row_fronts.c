@@ -302,18 +302,26 @@ static int mend(mbsri_row_fronts *w, const bool *without, bool *dropped, double 
     return MBSR_OK;
 }
 
-int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *dropped,
-                          mbsri_ranks *found)
+/* The rows that depend on others by factors of all, but for digits that get lost. */
+static int drop_idle(mbsri_row_fronts *w, const bool *without, bool *dropped)
 {
     const int rows = w->m->rows;
-    bool changed = true;
     for (int k = 0; k < rows; ++k) w->system.left_out[k] = without && without[k];
-    w->careful = false;
-    find_scales(w);
     int status = mbsri_fronts_factor(&w->system, w->metric, w->function);
     if (!status) status = find_idle(w, w->shared);
+    for (int k = 0; k < rows && !status; ++k) dropped[k] = w->more[k] || (without && without[k]);
+    return status;
+}
+
+int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, const bool *near, bool *dropped,
+                          mbsri_ranks *found)
+{
+    bool changed = true;
+    w->careful = false;
+    find_scales(w);
+    for (int k = 0; k < w->m->rows && near; ++k) dropped[k] = near[k];
+    int status = near ? MBSR_OK : drop_idle(w, without, dropped);
     if (status) return status;
-    for (int k = 0; k < rows; ++k) dropped[k] = w->more[k] || (without && without[k]);
     *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
     for (int turn = 0; turn < TURNS && changed; ++turn) {
         status = mend(w, without, dropped, &found->largest_dropped, &changed);

@@ -32,8 +32,10 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
 void mbsri_row_fronts_close(mbsri_row_fronts *w);
 
 /* As mbsri_ranks_here, but that distances are those from the span of all others that are kept.
- * After the derivatives. without (rows; NULL: none): rows that are dropped from the beginning. */
-int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *dropped,
+ * After the derivatives. without (rows; NULL: none): rows that are dropped from the beginning. near
+ * (rows; NULL: nothing is known): those that were dropped in a position nearby: one begins with
+ * them, and takes back what does not depend on others here. */
+int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, const bool *near, bool *dropped,
                           mbsri_ranks *found);
 
 /* Whether digits got lost in ranks since the opening: rows that were dropped are not in the span of
@@ -41,7 +43,7 @@ int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, bool *droppe
 bool mbsri_row_fronts_lost(const mbsri_row_fronts *w);
 
 /* Rows on which others depend, and these: their forces are not determined one by one. After the
- * ranks. */
+ * ranks without `near`. */
 const bool *mbsri_row_fronts_shared(const mbsri_row_fronts *w);
 
 /* The part of x (nu, in spans) that the rows kept allow; after the ranks, at their position. */

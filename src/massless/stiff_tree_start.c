@@ -126,7 +126,7 @@ static int find_loose_ranks(const mbsr_model *m, mbsr_data *d, double t, const d
     int status = mbsri_tree_start_open(&s, m, d);
     if (!status) status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_row_fronts_rank(s.w.fronts, NULL, d->dropped, &ranks);
+    if (!status) status = mbsri_row_fronts_rank(s.w.fronts, NULL, NULL, d->dropped, &ranks);
     *found = !status && !mbsri_row_fronts_lost(s.w.fronts);
     mbsri_tree_start_close(&s);
     return status;

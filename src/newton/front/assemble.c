@@ -242,17 +242,13 @@ static void list_all(build *b)
 
 /* ---- what is known over x ---- */
 
-/* All to zero that is added to. */
+/* All to zero that is added to: column by column, few numbers at a time. */
 static void clear(build *b)
 {
     const int first = b->f->columns.at[b->at.x],
               behind = first + mbsri_linear_motions(b->f->linear, b->i);
-    if (!b->plain) {
-        mbsri_zero((size_t)b->all_rows * (size_t)b->all_columns, b->M);
-        return;
-    }
     for (int j = 0; j < b->all_columns; ++j) {
-        const bool motion = j >= first && j < behind;
+        const bool motion = b->plain && j >= first && j < behind;
         const int row = motion ? b->f->rows.at[b->at.y] : 0,
                   rows = motion ? mbsri_linear_actions(b->f->linear, b->i) : b->all_rows;
         mbsri_zero((size_t)rows, M_at(b, row, j));

@@ -131,14 +131,18 @@ MBSRI_INLINE void hand_down(const passing *p, const sizes s, const double *y, do
     if (s.above) subtract_turned(s.d, s.dp, p->H, y + 2 * s.d, NULL, NULL, below + 2 * s.dp);
 }
 
-/* What eta makes of the joint's places, and of the loads above. */
-static void push_places(const passing *p, double *M)
+/* What eta makes of the joint's places, and of the loads above: nothing in most columns. */
+MBSRI_INLINE void push_places(const passing *p, const sizes s, double *M)
 {
     const mbsri_front_build *b = p->b;
     const mbsri_terms *k = &b->terms;
-    const int d = b->b->d, n = b->b->n, nq = b->b->nq;
+    const int d = s.d, n = b->b->n, nq = b->b->nq;
     const double *kappa = M + p->kappa, *push = M + p->push,
                  *qdot = k->qdot + (size_t)((variables(b) - n) * nq);
+    bool none = true;
+    for (int l = 0; l < d; ++l) none = none && kappa[l] == 0.0;
+    for (int l = 0; l < n; ++l) none = none && push[l] == 0.0;
+    if (none) return;
     for (int l = 0; l < n; ++l) {
         const double moved = b->f->model->typical.weight[b->b->iu + l] *
                              (push[l] - mbsri_dot(d, k->J + l * d, kappa));
@@ -191,7 +195,7 @@ MBSRI_INLINE void make_rows(const passing *p, const sizes s, double *M, double *
     }
     if (N) add_sizes(p, s, N);
     if (p->below >= 0) hand_down(p, s, y, M + p->below);
-    if (p->kappa >= 0) push_places(p, M);
+    if (p->kappa >= 0) push_places(p, s, M);
 }
 
 /* (a) of a column. */

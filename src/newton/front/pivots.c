@@ -229,13 +229,25 @@ static bool adjust_rows(pivots *p, int rows, int columns, bool exactly)
     return even;
 }
 
+/* The largest of n products. Four at a time: one alone would wait for the last. */
+static double largest_product(int n, const double *x, const double *y)
+{
+    double most[4] = {0.0};
+    int i = 0;
+    for (; i + 4 <= n; i += 4) {
+        for (int l = 0; l < 4; ++l) most[l] = larger(x[i + l] * y[i + l], most[l]);
+    }
+    for (; i < n; ++i) most[0] = larger(x[i] * y[i], most[0]);
+    return larger(larger(most[0], most[1]), larger(most[2], most[3]));
+}
+
 static bool adjust_columns(pivots *p, int rows, int columns, bool exactly)
 {
+    const int done = p->done;
     bool even = true;
-    for (int j = p->done; j < columns; ++j) {
-        const double *N = entry(p, p->N, 0, j);
-        double largest = 0.0;
-        for (int i = p->done; i < rows; ++i) largest = larger(N[i] * p->row_scale[i], largest);
+    for (int j = done; j < columns; ++j) {
+        const double *N = entry(p, p->N, done, j);
+        const double largest = largest_product(rows - done, N, p->row_scale + done);
         even = adjust(p->column_scale + j, largest, exactly) && even;
     }
     return even;

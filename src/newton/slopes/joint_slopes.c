@@ -18,6 +18,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/joint_turns.h"
 #include "newton/slopes/move.h"
+#include "newton/slopes/planar_slopes.h"
 #include "newton/slopes/steady_joint.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
@@ -403,6 +404,45 @@ static void add_armature(const mbsri_body *b, bool accelerated, mbsri_joint_slop
     }
 }
 
+/* The columns of the predecessor's pose and V, of q and u, one after the other. */
+static int all_columns(column *c, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = c->b;
+    const mbsr_data *d = c->d;
+    mbsri_flex_view view;
+    c->args = mbsri_joint_args(c->m, c->d, c->i, true);
+    if (mbsri_marker_of(b->joint.table, b->joint.user)) {
+        mbsri_marker_see(&c->args, &view);
+        c->view = &view;
+    }
+    c->move.table = b->joint.table;
+    c->move.space = b->joint.space;
+    c->move.np_pred = c->pred->np;
+    c->spans = mbsri_spans_of(c->m, &b->joint.table->scales);
+    c->move.speed = fmax(mbsri_span_rate(&c->spans),
+                         fmax(mbsri_twist_rate(&c->spans, b, d->V + b->v),
+                              mbsri_twist_rate(&c->spans, c->pred, d->V + b->pred.v)));
+    if (!unit_K(b)) {
+        const int status =
+            mbsri_joint_move_Kdot(&c->move, &c->args, c->Kdot, c->second.H, c->second.J);
+        if (status) return mbsri_joint_failed(c->m, c->d, c->i, status, "rates");
+    }
+    c->turns = mbsri_joint_turns_serve(b);
+    if (c->turns) mbsri_joint_turns(c->m, d, c->i, c->accelerated, c->udot, s->x, s->below, s->own);
+    int status = MBSR_OK;
+    if (mbsri_steady_joint_serves(b)) {
+        const size_t rows = (size_t)(s->e + 2 * b->d), nq = (size_t)b->nq;
+        double *const x_own[] = {s->x + (size_t)s->q * rows, s->x + (size_t)s->u * rows},
+                      *const rate[] = {s->qdot + (size_t)s->q * nq, s->qdot + (size_t)s->u * nq};
+        mbsri_steady_joint(b, d, c->args.q, c->args.u, x_own, rate);
+    } else {
+        status = pose_columns(c, s);
+        if (!status) status = rate_columns(c, s);
+    }
+    for (int k = 0; k < b->n && b->flexible.upright; ++k) steady_column(c, k, s);
+    return status;
+}
+
 int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool accelerated,
                           const double *udot, mbsri_joint_slopes *s)
 {
@@ -421,40 +461,17 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     s->own = s->below + below;
     s->qdot = s->own + own;
     s->work = s->qdot + qdot;
-    mbsri_zero(x + below + own + qdot, s->x);
-    lay_out(m, b, s->work, &c);
+    mbsri_zero(x, s->x);
+    mbsri_zero(below + own + qdot, s->below);
     c.accelerated = accelerated;
     c.udot = udot;
-    c.args = mbsri_joint_args(m, d, i, true);
-    mbsri_flex_view view;
-    if (mbsri_marker_of(b->joint.table, b->joint.user)) {
-        mbsri_marker_see(&c.args, &view);
-        c.view = &view;
-    }
-    c.move.table = b->joint.table;
-    c.move.space = b->joint.space;
-    c.move.np_pred = c.pred->np;
-    c.spans = mbsri_spans_of(m, &b->joint.table->scales);
-    c.move.speed =
-        fmax(mbsri_span_rate(&c.spans), fmax(mbsri_twist_rate(&c.spans, b, d->V + b->v),
-                                             mbsri_twist_rate(&c.spans, c.pred, d->V + b->pred.v)));
-    if (!unit_K(b)) {
-        const int status = mbsri_joint_move_Kdot(&c.move, &c.args, c.Kdot, c.second.H, c.second.J);
-        if (status) return mbsri_joint_failed(m, d, i, status, "rates");
-    }
-    c.turns = mbsri_joint_turns_serve(b);
-    if (c.turns) mbsri_joint_turns(m, d, i, accelerated, udot, s->x, s->below, s->own);
     int status = MBSR_OK;
-    if (mbsri_steady_joint_serves(b)) {
-        const size_t rows = (size_t)(s->e + 2 * b->d), nq = (size_t)b->nq;
-        double *const x_own[] = {s->x + (size_t)s->q * rows, s->x + (size_t)s->u * rows},
-                      *const rate[] = {s->qdot + (size_t)s->q * nq, s->qdot + (size_t)s->u * nq};
-        mbsri_steady_joint(b, d, c.args.q, c.args.u, x_own, rate);
+    if (mbsri_planar_slopes_serve(b)) {
+        mbsri_planar_slopes(b, d, accelerated, udot, s->x, s->below, s->own, s->qdot);
     } else {
-        status = pose_columns(&c, s);
-        if (!status) status = rate_columns(&c, s);
+        lay_out(m, b, s->work, &c);
+        status = all_columns(&c, s);
     }
-    for (int k = 0; k < b->n && b->flexible.upright; ++k) steady_column(&c, k, s);
     if (!status) acceleration_columns(&c, s);
     if (!status) add_armature(b, accelerated, s);
     return status;

@@ -1,12 +1,14 @@
 /* Derivatives of joints that are sequences of axes, in formulas, against those of joints of any
  * kind, which go through the joint's functions `tangent` and `rate_tangent`; and which joints are
- * taken for such. Free bodies likewise.
+ * taken for such. Free bodies and joints in the plane likewise.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/linear/linear.h"
 #include "newton/slopes/axes.h"
 #include "newton/slopes/joint_slopes.h"
+#include "newton/slopes/planar_slopes.h"
 #include "newton/slopes/steady_joint.h"
 #include "newton_scene.h"
+#include "recursion/inverse.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -165,12 +167,102 @@ static void free_bodies_have_constant_axes(void **state)
     mbsr_model_destroy(m);
 }
 
+/* ---- in the plane ---- */
+
+enum { LINKS = 5 };
+
+static int drive(void *user, double t, double *value, double *rate, double *acceleration)
+{
+    (void)user;
+    for (int k = 0; k < 2; ++k) {
+        value[k] = 0.3 * sin(t + k);
+        rate[k] = 0.9 * cos(t + k);
+        acceleration[k] = 1.1 * (1 - k);
+    }
+    return 0;
+}
+
+/* A chain, and behind it a twin whose joints have a table of its own. */
+static mbsr_model *two_chains(test_rng *rng, mbsr_joint_table *copy)
+{
+    mbsr_model *m = NULL;
+    mbsr_body_def link[LINKS];
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), 0);
+    for (int k = 0; k < 2 * LINKS; ++k) {
+        double a[8];
+        mbsr_body_def *body = link + k % LINKS;
+        test_fill(rng, 8, a);
+        const int free = k == LINKS - 1 ? MBSR_ANGLE : test_integer(rng, 1, 7),
+                  driven = test_integer(rng, 0, 2) ? 0 : (7 ^ free) & test_integer(rng, 0, 6);
+        if (k < LINKS) {
+            *body = mbsr_default_body_def();
+            body->joint = mbsr_joint_planar((mbsr_planar_frame){a[0], a[1], 3.0 * a[2]},
+                                            (mbsr_planar_frame){a[3], a[4], 3.0 * a[5]}, free,
+                                            driven, driven ? drive : NULL, NULL);
+            body->inertia = mbsr_inertia_planar(1.5, a + 6, 0.4);
+        } else {
+            *copy = *body->joint.table;
+            body->joint.table = copy;
+        }
+        body->parent = k % LINKS ? k - 1 : MBSR_GROUND;
+        assert_ok(mbsr_model_add_body(m, body, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+/* The slopes of both twins of a link. */
+static void check_link(const mbsr_model *m, mbsr_data *d, int i, const double *udot)
+{
+    const size_t size = mbsri_joint_slopes_size(m);
+    double *memory = malloc(2 * size * sizeof *memory);
+    mbsri_joint_slopes s[2];
+    for (int k = 0; k < 2; ++k) {
+        const mbsri_body *b = m->body + i + k * LINKS;
+        assert_true(mbsri_planar_slopes_serve(b) == (k == 0));
+        mbsri_joint_slopes_place(s + k, memory + (size_t)k * size);
+        assert_int_equal(mbsri_joint_slopes_of(m, d, i + k * LINKS, true, udot + b->iu, s + k), 0);
+    }
+    const int count = (int)(s[0].work - s[0].x);
+    assert_int_equal(count, s[1].work - s[1].x);
+    compare("in the plane", count, 1, s[0].x, count, 0, s[1].x, count);
+    free(memory);
+}
+
+static void joints_in_the_plane(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 40; ++seed) {
+        double q[6 * LINKS], u[6 * LINKS], udot[6 * LINKS], spare[12 * LINKS];
+        test_rng rng = test_seed(seed);
+        mbsr_joint_table copy;
+        mbsr_data *d = NULL;
+        test_newton_state s;
+        mbsr_model *m = two_chains(&rng, &copy);
+        const int n = m->nu / 2;
+        double *const vector[] = {q, u, udot};
+        for (int k = 0; k < 3; ++k) {
+            test_fill(&rng, n, vector[k]);
+            memcpy(vector[k] + n, vector[k], (size_t)n * sizeof q[0]);
+        }
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        assert_ok(test_newton_start(&s, m, d, 0.7, q, u, NULL), mbsr_data_error(d));
+        assert_int_equal(mbsri_linear_state(m, d, s.t, s.y, s.yp, spare), MBSR_OK);
+        mbsri_inverse(m, d, udot);
+        for (int i = 1; i <= LINKS; ++i) check_link(m, d, i, udot);
+        test_newton_free(&s);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(formulas_are_those_of_the_joint),
         cmocka_unit_test(joints_of_six_axes),
         cmocka_unit_test(free_bodies_have_constant_axes),
+        cmocka_unit_test(joints_in_the_plane),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
