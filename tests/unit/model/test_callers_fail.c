@@ -355,7 +355,7 @@ static void each_fails(scene *s, const struct act *a, const char *what)
     assert_ok(a->act(s), mbsr_data_error(s->data));
     memcpy(good, s->out, sizeof good);
     const long calls = asked, slow = calls > 100000;
-    for (long k = 1; k <= calls; k += slow ? 100 * k : 1 + k / 8) {
+    for (long k = 1; k <= calls; k += slow ? 100 * k : 1 + k / 4) {
         one_fails(s, a, what, k, true);
         one_fails(s, a, what, k, false);
         if (calls > 1000 && k < calls / 2) continue;
