@@ -16,7 +16,10 @@ typedef union header {
     max_align_t align;
 } header;
 
-enum { BLOCK = 1 << 16 };
+/* Bytes; 0: each piece has a block of its own, so that in tests every piece may be refused. */
+#if !defined(MBSRI_ARENA_BLOCK)
+#define MBSRI_ARENA_BLOCK (1 << 16)
+#endif
 
 static void *take_memory(const mbsr_allocator *a, size_t size)
 {
@@ -69,7 +72,7 @@ void *mbsri_arena_take(mbsri_arena *arena, size_t size)
     }
     const size_t need = (size + unit - 1) / unit * unit;
     if (!arena->block || arena->block->size - arena->block->used < need) {
-        if (!add_block(arena, need > BLOCK ? need : BLOCK)) return NULL;
+        if (!add_block(arena, need > MBSRI_ARENA_BLOCK ? need : MBSRI_ARENA_BLOCK)) return NULL;
     }
     unsigned char *place = (unsigned char *)((header *)(void *)arena->block + 1);
     place += arena->block->used;

@@ -101,8 +101,10 @@ static const char *own_name(mbsri_file_writer *w, mbsri_names *names, const char
                             const char *instead, int number)
 {
     const char *name = given;
-    for (int k = 0; !name || !*name || mbsri_names_find(names, name) >= 0; ++k)
+    for (int k = 0; !name || !*name || mbsri_names_find(names, name) >= 0; ++k) {
         name = mbsri_write_print(w, k > 0 ? "%s_%d_%d" : "%s_%d", instead, number, k);
+        if (w->arena->failed) return "";
+    }
     mbsri_names_add(w->arena, names, name, number);
     return name;
 }

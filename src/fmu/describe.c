@@ -160,7 +160,7 @@ void mbsri_describe_common(mbsri_text *t, const mbsri_described *d)
 
 /* Numbers of the states q that a variable depends on, at most `most`; -1: on more than these. */
 static int list_dependencies(const mbsri_described *d, const mbsri_variable *v, int first,
-                             double *list)
+                             mbsri_arena *arena, double *list)
 {
     const mbsri_unit_plan *p = d->plan;
     const bool states = d->variables->p_at >= 0;
@@ -170,7 +170,7 @@ static int list_dependencies(const mbsri_described *d, const mbsri_variable *v, 
     }
     if (v->kind != MBSRI_SITE || p->motions > 0) return -1;
     int count = 0, body = p->site[v->of].body;
-    bool *found = mbsri_arena_take((mbsri_arena *)&p->arena, (size_t)p->nq + 1);
+    bool *found = mbsri_arena_take(arena, (size_t)p->nq + 1);
     if (!found) return -1;
     for (; body >= 0; body = p->body[body].def.parent) {
         int at, nq;
@@ -186,7 +186,7 @@ void mbsri_put_dependencies(mbsri_text *t, const mbsri_described *d, const mbsri
                             int first)
 {
     double *list = mbsri_arena_take(t->arena, ((size_t)d->plan->nq + 1) * sizeof *list);
-    const int count = list ? list_dependencies(d, v, first, list) : -1;
+    const int count = list ? list_dependencies(d, v, first, t->arena, list) : -1;
     if (count < 0) return;
     mbsri_set_numbers(t, "dependencies", count, list);
     if (v->kind == MBSRI_Q && count > 0) mbsri_set_attribute(t, "dependenciesKind", "constant");

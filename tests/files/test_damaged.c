@@ -162,8 +162,7 @@ static void each_allocation_fails(void **state)
         const reading r = {
             .text = (const char *)good, .name = all[file], .size = read_corpus(all[file], good)};
         if (reads((void *)&r) != MBSR_OK) continue; /* what the corpus has that is refused */
-        const long count =
-            test_scarce_each(reads, (void *)&r, MBSR_ERR_NO_MEMORY, test_long() ? 1 : 5);
+        const long count = test_scarce_each(reads, (void *)&r, MBSR_ERR_NO_MEMORY, 1);
         if (count == -2)
             fail_msg("%s: allocation %ld: %ld are left", all[file], test_memory.fail_at,
                      test_memory.live);

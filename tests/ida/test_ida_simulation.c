@@ -454,8 +454,22 @@ typedef struct linkage {
     int massless, closed, stiff;
 } linkage;
 
+/* From the call `says_at` on a spring's law says `with`; 0: never. */
+static long asked, says_at;
+static int with;
+
+static int law(void *user, double x, double v, double *force, double *energy, double *power)
+{
+    (void)user;
+    *force = 5.0 * (x - 0.3) + 0.1 * v;
+    if (energy) *energy = 2.5 * (x - 0.3) * (x - 0.3);
+    if (power) *power = 0.1 * v * v;
+    return ++asked >= says_at && says_at > 0 ? with : 0;
+}
+
 static int build(mbsr_simulation *s, const linkage *l, test_counting *counting)
 {
+    static const mbsr_spring own = {.function = law};
     static const double end[3] = {1.0, 0.0, 0.0}, there[3] = {1.0, 1.0, 0.0}, com[2] = {0.5, 0.0};
     mbsr_model_def def = mbsr_default_model_def();
     int body = MBSR_GROUND;
@@ -469,6 +483,7 @@ static int build(mbsr_simulation *s, const linkage *l, test_counting *counting)
     }
     mbsr_simulation_add_force(s, mbsr_force_gravity(0.0, -9.81, 0.0));
     mbsr_simulation_add_force(s, mbsr_force_joint_spring(1, 0, 10.0, 1.0, 0.0));
+    mbsr_simulation_add_force(s, mbsr_force_spring(MBSR_GROUND, there, 2, end, &own));
     if (l->stiff) {
         mbsr_force_def spring = mbsr_force_joint_spring(2, 0, 1e7, 0.0, 0.0);
         spring.as_closure = MBSR_SPRING_SETTLED;
@@ -515,11 +530,33 @@ static int differentiates(const linkage *l, test_counting *counting)
     return status;
 }
 
+static int (*const act[])(const linkage *l, test_counting *counting) = {runs, differentiates};
+static const linkage all[] = {{0, 1, 0}, {1, 0, 0}, {1, 1, 1}};
+
+/* A function of the caller's fails from one of its calls on: a run ends with its status. */
+static void each_call_of_a_law_fails(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 6; ++k) {
+        test_counting counting = {0};
+        asked = says_at = 0;
+        assert_int_equal(act[k % 2](all + k / 2, &counting), MBSR_OK);
+        const long count = asked;
+        assert_true(count > 50);
+        for (long at = 1; at <= count; at += 1 + at / 8) {
+            asked = 0, says_at = at, with = at % 2 ? -41 : 41;
+            const int status = act[k % 2](all + k / 2, &counting);
+            if (status != with || counting.live != 0)
+                fail_msg("%d: call %ld of %ld says %d: %s (%d), %ld are left", k, at, count, with,
+                         mbsr_status_name(status), status, counting.live);
+        }
+        says_at = 0;
+    }
+}
+
 /* Each allocation of a run fails in turn, and of its derivatives: it is said, nothing is lost. */
 static void each_allocation_fails(void **state)
 {
-    static int (*const act[])(const linkage *l, test_counting *counting) = {runs, differentiates};
-    static const linkage all[] = {{0, 1, 0}, {1, 0, 0}, {1, 1, 1}};
     (void)state;
     for (int k = 0; k < 6; ++k) {
         test_counting counting = {0};
@@ -550,6 +587,7 @@ int main(void)
         cmocka_unit_test(a_crank_turns_as_told),
         cmocka_unit_test(the_first_failure_stays),
         cmocka_unit_test(each_allocation_fails),
+        cmocka_unit_test(each_call_of_a_law_fails),
         cmocka_unit_test(momenta_have_the_masses_of_their_joints),
         cmocka_unit_test(events_pass_and_failures_keep_the_last_state),
         cmocka_unit_test(runs_go_on_from_the_last_good_state),

@@ -313,12 +313,35 @@ static void random_models(void **state)
     (void)refused;
 }
 
+/* At the start nothing has a stiffness, so that the model has no rate of its own: it falls into a
+ * cable that is slack there, x = l + m g / k. */
+static void a_mass_falls_into_a_slack_cable(void **state)
+{
+    static const double along[3] = {1, 0, 0};
+    const mbsr_spring cable = {.stiffness = 400.0, .free_length = 1.0, .one_sided = 1};
+    const double start = 0.2;
+    double rest;
+    mbsr_error error;
+    (void)state;
+    mbsr_model *m = empty();
+    add_body(m, MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
+             mbsr_inertia_particle(2.0));
+    add_force(m, mbsr_force_spring(MBSR_GROUND, NULL, 0, NULL, &cable));
+    add_force(m, mbsr_force_gravity(10.0, 0, 0));
+    mbsr_data *d = finish(m);
+    assert_ok(mbsr_equilibrium(m, d, 0.0, &start, NULL, &rest, NULL, NULL, &error), &error);
+    assert_close(rest, 1.05, 1e-9);
+    free_both(m, d);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_pendulum_on_a_spring), cmocka_unit_test(a_chain),
-        cmocka_unit_test(a_rod_and_a_spring), cmocka_unit_test(what_nothing_holds_is_named),
-        cmocka_unit_test(random_models)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_falls_into_a_slack_cable),
+                                       cmocka_unit_test(a_pendulum_on_a_spring),
+                                       cmocka_unit_test(a_chain),
+                                       cmocka_unit_test(a_rod_and_a_spring),
+                                       cmocka_unit_test(what_nothing_holds_is_named),
+                                       cmocka_unit_test(random_models)};
     (void)x_axis;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

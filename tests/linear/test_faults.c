@@ -1,4 +1,5 @@
-/* Every allocation of calls that make something fails in turn: it is said, and nothing is lost.
+/* Every allocation of calls that make something fails in turn, and every function of the caller's:
+ * it is said, and nothing is lost.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The linker puts the functions below in the place of malloc, calloc and realloc (--wrap). */
@@ -52,6 +53,34 @@ void __wrap_free(void *memory)
     live -= memory != NULL;
     __real_free(memory);
 }
+
+/* ---- functions of the caller's: the k-th call says `with`, and those behind it, too ---- */
+
+static long asked, says_at, all_asked;
+static int with;
+
+static int says(void)
+{
+    return ++asked >= says_at && says_at > 0 ? with : 0;
+}
+
+static int law(void *user, double x, double v, double *force, double *energy, double *power)
+{
+    (void)user;
+    *force = 5.0 * (x - 0.4) + 0.1 * v;
+    if (energy) *energy = 2.5 * (x - 0.4) * (x - 0.4);
+    if (power) *power = 0.1 * v * v;
+    return says();
+}
+
+static int stay(void *user, double t, double *s, double *sdot, double *sddot)
+{
+    (void)user, (void)t;
+    for (int k = 0; k < 2; ++k) s[k] = sdot[k] = sddot[k] = 0.0;
+    return says();
+}
+
+static const mbsr_spring own = {.function = law};
 
 enum { RATES = 5 };
 
@@ -177,8 +206,22 @@ static void let_each_fail(scene *s, const char *name, action act)
         assert_int_equal(live, kept);
     }
     fail_at = 0;
+    asked = 0;
     assert_ok(act(s, &error), &error);
     assert_int_equal(live, kept);
+    const long last = asked;
+    all_asked += last;
+    for (long k = 1; k <= last; k += 1 + k / 8) {
+        with = k % 2 ? 41 : -41;
+        asked = 0, says_at = k;
+        const int status = act(s, &error);
+        if (status != with)
+            fail_msg("%s: call %ld of %ld says %d: %s (%d): %s", name, k, last, with,
+                     mbsr_status_name(status), status, error.text);
+        assert_int_equal(live, kept);
+    }
+    says_at = 0;
+    assert_ok(act(s, &error), &error);
 }
 
 static mbsr_joint hinge(double x)
@@ -221,11 +264,14 @@ static void a_linkage(void **state)
     add_body(s.model, MBSR_GROUND, "follower", hinge(1.2), mbsr_inertia_planar(2.0, middle, 0.1));
     add_force(s.model, mbsr_force_point_spring(MBSR_GROUND, NULL, 2, tip, 60.0, 2.0, 1.0));
     add_force(s.model, mbsr_force_gravity(0, -9.81, 0));
-    const mbsr_closure_def pin = mbsr_closure_ball(1, end, 2, tip);
+    add_force(s.model, mbsr_force_spring(MBSR_GROUND, NULL, 1, tip, &own));
+    mbsr_closure_def pin = mbsr_closure_ball(1, end, 2, tip);
+    pin.motion = stay;
     assert_ok(mbsr_model_add_closure(s.model, &pin, NULL), mbsr_model_error(s.model));
     ready(&s);
     for (size_t k = 0; k < sizeof acts / sizeof *acts; ++k)
         let_each_fail(&s, acts[k].name, acts[k].act);
+    assert_true(all_asked > 400);
     done(&s);
 }
 
@@ -240,11 +286,13 @@ static void a_string(void **state)
                 {"takes_part", takes_part},
                 {"is_an_equation", is_an_equation},
                 {"has_derivatives", has_derivatives}};
+    static const double wall[3] = {5.0, 0, 0};
     (void)state;
     scene s = {.model = empty(), .u = {0.1, 0.2, 0.3, 0.4, 0.5}};
     add_string(s.model, RATES, 0.7, 120.0);
     for (int k = 0; k < RATES; k += 2)
         add_force(s.model, mbsr_force_joint_spring(k, 0, 0.0, 1.0, 0.0));
+    add_force(s.model, mbsr_force_spring(RATES - 1, NULL, MBSR_GROUND, wall, &own));
     ready(&s);
     for (size_t k = 0; k < sizeof acts / sizeof *acts; ++k)
         let_each_fail(&s, acts[k].name, acts[k].act);
