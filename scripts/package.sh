@@ -96,7 +96,7 @@ for step in $steps; do
     source) make_source ;;
     build) build_in "$work/built" ;;
     again) compare ;;
-    lint) lintian --allow-root --fail-on error,warning --info --show-overrides "$work"/built/libmbsrank_*.dsc "$work"/built/*.deb ;;
+    lint) lintian --allow-root --fail-on error,warning --info "$work"/built/libmbsrank_*.dsc "$work"/built/*.deb ;;
     root) try_in_root ;;
     *) echo "usage: package.sh [recipes | source | build | again | lint | root]..." >&2; exit 2 ;;
     esac
