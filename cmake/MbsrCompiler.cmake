@@ -26,6 +26,20 @@ if(MBSR_I386)
     add_compile_options(-msse2 -mfpmath=sse)
 endif()
 
+# Refusals count on NaN and infinities, sums in twofold precision on their order: also in a project that compiles with
+# -Ofast, the library of it included.
+if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+    string(TOUPPER "${CMAKE_BUILD_TYPE}" build_type)
+    get_directory_property(given_options COMPILE_OPTIONS)
+    if("${CMAKE_C_FLAGS} ${CMAKE_C_FLAGS_${build_type}} ${given_options}" MATCHES
+       "-(Ofast|ffast-math|ffinite-math-only|funsafe-math-optimizations|fassociative-math)")
+        add_compile_options(-fno-fast-math -fno-finite-math-only -fno-unsafe-math-optimizations -fno-associative-math)
+    endif()
+    if(NOT MBSR_FMA)
+        add_compile_options(-ffp-contract=off)
+    endif()
+endif()
+
 function(mbsr_set_warnings target)
     if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
         target_compile_options(${target} PRIVATE

@@ -5,6 +5,9 @@
 # on a busy one it may take ten times as long. ctest runs them side by side, so that none may take
 # several processors for linear algebra.
 set(mbsr_test_timeout 300)
+if(CMAKE_CROSSCOMPILING_EMULATOR)
+    set(mbsr_test_timeout 3000)
+endif()
 set(mbsr_test_environment "OPENBLAS_NUM_THREADS=1")
 if(MBSR_TEST_LONG)
     set(mbsr_test_timeout 6000)

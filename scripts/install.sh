@@ -2,7 +2,7 @@
 # Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
 # apt-get). On other systems it says what to install.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: install.sh build|test|demo|page|docs|package|emulation|web|wheel...
+# Usage: install.sh build|test|demo|page|docs|package|emulation|musl|mingw|lapacks|web|wheel...
 set -eu
 
 # Packages by purpose; "package:command" counts as there when the command is.
@@ -17,6 +17,9 @@ page=(nodejs:node npm:npm zlib1g-dev)
 package=(debhelper:dh lintian:lintian debootstrap:debootstrap zlib1g-dev libhdf5-dev libomp-dev xz-utils:xz)
 emulation=(qemu-user-static:qemu-aarch64-static gcc-aarch64-linux-gnu:aarch64-linux-gnu-gcc gcc-i686-linux-gnu:i686-linux-gnu-gcc
            gcc-s390x-linux-gnu:s390x-linux-gnu-gcc)
+lapacks=(liblapack3 libblas3 libopenblas0-pthread libopenblas0-serial libblis4-pthread)
+musl=(musl-tools:musl-gcc)
+mingw=(gcc-mingw-w64-x86-64:x86_64-w64-mingw32-gcc)
 docs=(doxygen:doxygen python3-sphinx python3-myst-parser python3-sphinx-rtd-theme libjs-mathjax)
 web=(clang:clang lld:wasm-ld llvm:llvm-ar wasi-libc libclang-rt-14-dev-wasm32 nodejs:node ninja-build:ninja cmake:cmake)
 wheel=(python3-dev python3-cffi python3-numpy python3-setuptools python3-wheel python3-pip python3-venv patchelf:patchelf pkg-config)
@@ -31,6 +34,9 @@ for purpose; do
     docs) wanted+=("${docs[@]}") ;;
     package) wanted+=("${package[@]}") ;;
     emulation) wanted+=("${emulation[@]}") ;;
+    lapacks) wanted+=("${lapacks[@]}") ;;
+    musl) wanted+=("${musl[@]}") ;;
+    mingw) wanted+=("${mingw[@]}") ;;
     web) wanted+=("${web[@]}") ;;
     wheel) wanted+=("${wheel[@]}") ;;
     *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;

@@ -3,8 +3,9 @@
 # and its relatives: their folders come first where the dynamic loader looks. Nothing is installed
 # or switched.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: lapack.sh reference|openblas COMMAND...
-#        lapack.sh reference|openblas --for PROGRAM
+# Usage: lapack.sh reference|openblas|openblas-serial|blis COMMAND...
+#        lapack.sh reference|openblas|openblas-serial|blis --for PROGRAM
+# blis: with the reference LAPACK, since BLIS is a BLAS alone.
 # The second form says whether that changes what PROGRAM is run with: 0 yes, 1 it has that one by
 # itself, 3 there is none, or PROGRAM does not take it.
 set -eu
@@ -14,6 +15,8 @@ shift
 case $name in
 reference) choices=(lapack:blas) ;;
 openblas) choices=(openblas-pthread openblas-serial openblas-openmp) ;;
+openblas-serial) choices=(openblas-serial) ;;
+blis) choices=(lapack:blis-pthread lapack:blis-openmp lapack:blis-serial) ;;
 *) echo "lapack.sh: unknown LAPACK '$name'" >&2; exit 2 ;;
 esac
 

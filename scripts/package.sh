@@ -2,17 +2,31 @@
 # Builds the Debian packages from the committed tree, twice, and compares them; runs lintian; installs them into an empty
 # root, where debian/tests/consumer runs, and takes them out again. Results are in build/package.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: package.sh [source | build | again | lint | root]...   all of them without an argument; each needs those before it
+# Usage: package.sh [recipes | source | build | again | lint | root]...   all of them without an argument; each needs
+#     those before it, but for recipes: version, options and syntax of what packaging/ has
 #     source: the tarballs   build: the packages   again: once more elsewhere, the same bytes   root: needs to be root
 set -eu
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 project=$PWD
 work=$project/build/package
-steps=${*:-source build again lint root}
+steps=${*:-recipes source build again lint root}
 bash scripts/install.sh build page package
 version=$(awk '/^#define MBSR_VERSION_(MAJOR|MINOR|PATCH) /{ printf "%s%s", dot, $3; dot = "." }' include/mbsrank/base.h)
 name=libmbsrank-$version
 stamp=$(git log -1 --format=%ct)
+
+lint_recipes() {
+    local recipe option
+    for recipe in conda-forge/meta.yaml homebrew/libmbsrank.rb spack/package.py vcpkg/vcpkg.json; do
+        grep -qF "\"$version\"" "packaging/$recipe" || { echo "$recipe: another version than $version"; exit 1; }
+    done
+    for option in $(grep -rhoE 'MBSR_[A-Z0-9]+' packaging --include='*.*' --exclude=README.md | sort -u); do
+        grep -qE "(option|set)\($option " CMakeLists.txt src/CMakeLists.txt || { echo "no option $option"; exit 1; }
+    done
+    python3 -m json.tool packaging/vcpkg/vcpkg.json >/dev/null
+    python3 -c 'import ast, sys; ast.parse(sys.stdin.read())' <packaging/spack/package.py
+    if command -v ruby >/dev/null; then ruby -c packaging/homebrew/libmbsrank.rb; else echo "no ruby: the formula is not read"; fi
+}
 
 # pack FOLDER TO: the folder as a tarball that depends on nothing but its files.
 pack() {
@@ -78,11 +92,12 @@ try_in_root() {
 for step in $steps; do
     echo "==== $step"
     case $step in
+    recipes) lint_recipes ;;
     source) make_source ;;
     build) build_in "$work/built" ;;
     again) compare ;;
-    lint) lintian --allow-root --fail-on error,warning --info --show-overrides "$work"/built/libmbsrank_*.dsc "$work"/built/*.deb ;;
+    lint) lintian --allow-root --fail-on error,warning --info "$work"/built/libmbsrank_*.dsc "$work"/built/*.deb ;;
     root) try_in_root ;;
-    *) echo "usage: package.sh [source | build | again | lint | root]..." >&2; exit 2 ;;
+    *) echo "usage: package.sh [recipes | source | build | again | lint | root]..." >&2; exit 2 ;;
     esac
 done

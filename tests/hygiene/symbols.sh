@@ -1,5 +1,5 @@
 #!/bin/sh
-# A shared library exports exactly the MBSR_API functions of its headers.
+# A shared library exports exactly the MBSR_API functions of its headers, and debian/ lists them.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: symbols.sh LIBRARY HEADER... (names in include/mbsrank without .h), run in the source tree
 set -eu
@@ -30,6 +30,10 @@ for header; do
         status=1
     fi
 done
+package=$(basename "$library" | sed 's/\.so.*//; s/_/-/')
+sed -n 's/^ \(mbsr_[a-z0-9_]*\)@.*/\1/p' debian/"$package"[0-9]*.symbols | sort -u >"$work/packaged"
+unlisted=$(comm -3 "$work/declared" "$work/packaged")
+[ -z "$unlisted" ] || { printf 'declared, or in debian/%s*.symbols, alone:\n%s\n' "$package" "$unlisted"; status=1; }
 [ -z "$missing" ] || { printf 'declared but not exported:\n%s\n' "$missing"; status=1; }
 [ -z "$extra" ] || { printf 'exported but not declared:\n%s\n' "$extra"; status=1; }
 exit $status

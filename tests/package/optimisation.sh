@@ -73,5 +73,10 @@ expect debug none none none -DCMAKE_BUILD_TYPE=Debug
 expect flags -O1 -O3 -O1 "-DCMAKE_C_FLAGS=-g -O1"
 echo 'add_compile_options(-O1)' >"$work/options.cmake"
 expect options -O1 -O3 -O1 -DCMAKE_PROJECT_consumer_INCLUDE="$work/options.cmake"
+expect fast -Ofast -O3 -Ofast "-DCMAKE_C_FLAGS=-Ofast -flto"
+# NaN stays NaN in the library, whatever the project does.
+awk -v failed=0 '/^ *"command":/ && (/mbsrank_[a-z_]*objects/ || /package\/consumer/) {
+    if ((/ -fno-finite-math-only/ != 0) != (/mbsrank_[a-z_]*objects/ != 0)) { print "fast:", $0; failed = 1 }
+} END { exit failed }' "$work/tree/compile_commands.json" || failed=1
 expect off none -O3 none -DMBSR_DEFAULT_O2=OFF
 exit $failed

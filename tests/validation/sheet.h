@@ -40,5 +40,6 @@ void sheet_modelica(sheet *s);
 void sheet_modelica_more(sheet *s);
 void sheet_exudyn(sheet *s);
 void sheet_flight(sheet *s);
+void sheet_iltis(sheet *s);
 
 #endif

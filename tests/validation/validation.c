@@ -88,6 +88,7 @@ int main(int count, char **argument)
     sheet_exudyn(&s);
     sheet_flight(&s);
     sheet_bicycle(&s);
+    sheet_iltis(&s);
     if (count == 2 && strcmp(argument[1], "--table") == 0) {
         print_table(&s);
         return 0;

@@ -15,6 +15,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static double largest(int n, const double *x)
 {
@@ -29,6 +30,25 @@ static double distance(int n, const double *a, const double *b)
     for (int k = 0; k < n; ++k) most = fmax(most, fabs(a[k] - b[k]));
     return most;
 }
+
+#if defined(TEST_SAME_BITS)
+static uint64_t bits; /* of all accelerations, one after the other */
+
+/* From all kernels the same bits; the first of them leave theirs in `first`. */
+static void compare_bits(int kernel, int n, const double *udot, double *first)
+{
+    if (kernel > 0) {
+        assert_memory_equal(udot, first, (size_t)n * sizeof *udot);
+        return;
+    }
+    memcpy(first, udot, (size_t)n * sizeof *udot);
+    for (int k = 0; k < n; ++k) {
+        uint64_t one;
+        memcpy(&one, udot + k, sizeof one);
+        bits = (bits ^ one) * 1099511628211u;
+    }
+}
+#endif
 
 /* Forward dynamics by the sweeps and by the stages; returns whether the sweeps served. */
 static bool compare(test_rigid_tree *s, double tolerance)
@@ -48,6 +68,9 @@ static bool compare(test_rigid_tree *s, double tolerance)
         assert_true(distance(s->nu, s->udot, s->expected) <=
                     tolerance * (1.0 + largest(s->nu, s->expected)));
         for (int i = 1; i <= s->model->bodies; ++i) assert_int_equal(s->data->rank[i], rank[i]);
+#if defined(TEST_SAME_BITS)
+        compare_bits(k, s->nu, s->udot, s->expected);
+#endif
     }
     free(rank);
     return fast;
@@ -70,6 +93,9 @@ static void regular_trees_agree_with_the_stages(void **state)
         test_rigid_tree_free(&s);
     }
     print_message("%d of 200 trees served\n", served);
+#if defined(TEST_SAME_BITS)
+    print_message("bits %016llx\n", (unsigned long long)bits);
+#endif
     assert_int_equal(served, 200);
 }
 
