@@ -1,7 +1,9 @@
 /* Contact: errors against closed forms, and what they cost.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_contact [CASE [largest number of spheres in a box]]      CSV on standard output
+ *   bench_contact [CASE [largest number of spheres in a box [seconds [least number]]]]
+ *
+ * CSV on standard output.
  *
  * CASE is one of those below; all without. Each line: what ran, with which tolerance, its error,
  * CPU time, simulated time, steps.
@@ -101,26 +103,32 @@ static double energy_of(const world *w)
     return kinetic + potential;
 }
 
-/* Runs to t in 1000 parts; the mean of `error` at their ends. */
-static void run_world(world *w, const char *name, double tolerance, double t,
-                      double (*error)(const world *w, const void *user), const void *user)
+/* Runs to t in so many parts; the mean of `error` at their ends. */
+static void run_in_parts(world *w, const char *name, double tolerance, double t, int parts,
+                         double (*error)(const world *w, const void *user), const void *user)
 {
     double sum = 0.0;
     const double began = bench_now();
-    for (int k = 1; k <= SAMPLES; ++k) {
-        bench_check(mbsr_simulation_to(&w->s, t * k / SAMPLES), name, w->s.error.text);
+    for (int k = 1; k <= parts; ++k) {
+        bench_check(mbsr_simulation_to(&w->s, t * k / parts), name, w->s.error.text);
         sum += error(w, user);
     }
     const double cost = bench_now() - began;
     mbsr_ida_stats stats;
     bench_check(mbsr_simulation_get_stats(&w->s, &stats), "stats", NULL);
-    printf("%s,libmbsrank,%g,%.3g,%.3g,%g,%ld\n", name, tolerance, sum / SAMPLES, cost, t,
+    printf("%s,libmbsrank,%g,%.3g,%.3g,%g,%ld\n", name, tolerance, sum / parts, cost, t,
            stats.steps);
     fflush(stdout);
     mbsr_simulation_end(&w->s);
     mbsr_contacts_destroy(w->contacts);
     free(w->q);
     free(w->u);
+}
+
+static void run_world(world *w, const char *name, double tolerance, double t,
+                      double (*error)(const world *w, const void *user), const void *user)
+{
+    run_in_parts(w, name, tolerance, t, SAMPLES, error, user);
 }
 
 /* ---- cases of SimBenchmark ---- */
@@ -280,7 +288,7 @@ static void sledges(const char *name, double tolerance)
 }
 
 /* side^3 spheres fall into a box and come to rest. */
-static void box_of_spheres(int side, double tolerance)
+static void box_of_spheres(int side, double tolerance, double t)
 {
     const mbsr_contact_law law = {
         .stiffness = 1e4, .exponent = 1.5, .damping = 2.0, .friction = 0.3, .slip = 1e-3};
@@ -304,7 +312,7 @@ static void box_of_spheres(int side, double tolerance)
     }
     snprintf(name, sizeof name, "box_of_%d", side * side * side);
     start_world(&w, tolerance);
-    run_world(&w, name, tolerance, 1.0, nothing_known, NULL);
+    run_in_parts(&w, name, tolerance, t, 1, nothing_known, NULL);
 }
 
 int main(int argc, char **argv)
@@ -320,7 +328,8 @@ int main(int argc, char **argv)
                  {"stack", stack, {1e-4, 1e-6, 0.0}},
                  {"sledges", sledges, {1e-4, 1e-6, 0.0}}};
     const char *only = argc > 1 && strcmp(argv[1], "all") != 0 ? argv[1] : NULL;
-    const int most = argc > 2 ? atoi(argv[2]) : 125;
+    const int most = argc > 2 ? atoi(argv[2]) : 125, least = argc > 4 ? atoi(argv[4]) : 8;
+    const double time = argc > 3 ? atof(argv[3]) : 1.0;
     if (only && argc > 2)
         while (elastic_side < 6 &&
                (elastic_side + 1) * (elastic_side + 1) * (elastic_side + 1) <= most)
@@ -333,6 +342,7 @@ int main(int argc, char **argv)
                 cases[k].run(cases[k].name, cases[k].tolerance[l]);
     }
     for (int side = 2; side * side * side <= most; ++side)
-        if (!only || strcmp(only, "box") == 0) box_of_spheres(side, 1e-3);
+        if (side * side * side >= least && (!only || strcmp(only, "box") == 0))
+            box_of_spheres(side, 1e-3, time);
     return 0;
 }

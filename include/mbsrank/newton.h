@@ -57,6 +57,10 @@ typedef struct mbsr_newton_opt {
     int transposes; /* 1: mbsr_newton_solve_transposed and _adjoint serve. Models with elements
                  across or bodies of several kinds are passed by the front, as with by_blocks; not
                  lean; default 0 */
+    int together;   /* n > 0: where joints, elements and pairs of elements by pairs tie more than n
+                       bodies to each other, forces in those pairs that load no joints are found by
+                       GMRES, to 1e-5 of their size, in a number of operations that grows as bodies
+                       and pairs; not with transposes; default 0, that of the driver 64 */
 } mbsr_newton_opt;
 
 MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
@@ -101,7 +105,8 @@ MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, 
 
 /* Solves for delta (mbsr_dae_size numbers) from r; they may be the same. MBSR_ERR_NULL,
  * MBSR_ERR_SEQUENCE without a factorisation, MBSR_NOT_FINITE for an r that is not finite and for a
- * delta that would not be; delta is not written then. */
+ * delta that would not be, MBSR_NO_CONVERGENCE, recoverable, where GMRES does not converge (the
+ * next ten plans eliminate all then); delta is not written in these cases. */
 MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta);
 
 /* Solves A^T x = v, A = dF/dy + c dF/dy' of the last factorisation, from the same factors: x and v

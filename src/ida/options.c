@@ -13,6 +13,9 @@ enum { COOKIE = 0x6d696461, MAX_ORDER = 5 };
 
 mbsr_ida_opt mbsr_default_ida_opt(void)
 {
+    enum { CROWD = 64 };
+    mbsr_newton_opt newton = mbsr_default_newton_opt();
+    newton.together = CROWD;
     return (mbsr_ida_opt){
         .cookie = COOKIE,
         .form = MBSR_DAE_MOMENTUM,
@@ -21,7 +24,7 @@ mbsr_ida_opt mbsr_default_ida_opt(void)
         .suppress_algebraic = 1,
         .watch_ranks = 1,
         .renew_matrices = 1,
-        .newton = mbsr_default_newton_opt(),
+        .newton = newton,
         .krylov_size = 30,
         .progress_steps = 1,
         .max_order = MAX_ORDER,

@@ -56,6 +56,7 @@ static int check_options(const mbsr_model *m, mbsr_dae_form form, const mbsr_new
     if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_ELIMINATED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
+    if (opt->together < 0) return wrong(error, MBSR_ERR_VALUE, "together", opt->together);
     if (opt->lean && m->elements.pairs > 0)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver does not serve elements by pairs; lean",
                      opt->lean);
@@ -174,10 +175,10 @@ static bool place_sweeps(mbsr_newton *w)
 }
 
 /* What is not in vector code. */
-static bool place_front(mbsr_newton *w)
+static bool place_front(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     if (w->lean) return true;
-    w->front = mbsri_front_create(w->model, NULL);
+    w->front = mbsri_front_create(w->model, NULL, opt->transposes ? 0 : opt->together);
     if (w->front) w->info.bytes += w->front->bytes;
     return w->front != NULL;
 }
@@ -192,7 +193,7 @@ static bool place_mixed(mbsr_newton *w)
     if (!served) return false;
     for (int i = 0; i <= m->bodies; ++i)
         served[i] = i > 0 && i <= tree->bodies && tree->body[i].flags & MBSRI_BLOCK;
-    w->mixed = mbsri_front_create(m, served);
+    w->mixed = mbsri_front_create(m, served, 0);
     mbsri_release(&m->allocator, served);
     if (w->mixed) w->info.bytes += w->mixed->bytes;
     return w->mixed != NULL;
@@ -295,7 +296,7 @@ static bool place_parts(mbsr_newton *w, const mbsr_newton_opt *opt)
     list_across(w);
     if (!opt->by_blocks && m->elements.pairs == 0 && !(opt->transposes && needs_front(w)))
         w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
-    if (!place_front(w) || !place_loops(w)) return false;
+    if (!place_front(w, opt) || !place_loops(w)) return false;
     choose_method(w, opt);
     if (!place_mixed(w)) return false;
     layout l = {0};
@@ -448,16 +449,18 @@ static const double *add_torque(mbsr_newton *w, const double *r, const double *t
     return w->right;
 }
 
-void mbsri_newton_solution(mbsr_newton *w, const double *r, const double *tau)
+bool mbsri_newton_solution(mbsr_newton *w, const double *r, const double *tau)
 {
+    bool done = true;
     if (tau && w->by_sweeps) load_joints(w, tau);
     if (!w->by_sweeps)
-        mbsri_front_solve(w->front, tau ? add_torque(w, r, tau) : r, w->solution);
+        done = mbsri_front_solve(w->front, tau ? add_torque(w, r, tau) : r, w->solution);
     else if (w->corrected)
         mbsri_correction_solve(w, r, tau != NULL, w->solution);
     else
         mbsri_newton_sweeps_solve(w->sweeps, r, tau ? w->load : NULL, w->solution, NULL);
     ++w->info.solves;
+    return done;
 }
 
 void mbsri_newton_solution_transposed(mbsr_newton *w, const double *v, double *x, double *tau)
@@ -486,9 +489,14 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
         ++w->info.solves; /* no coordinates, and no arrays of them */
         return MBSR_OK;
     }
-    mbsri_newton_solution(w, r, NULL);
+    const bool done = mbsri_newton_solution(w, r, NULL);
     if (!mbsri_finite(size, w->solution))
         return refuse_call(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");
+    if (!done) {
+        return refuse_call(w, MBSR_NO_CONVERGENCE,
+                           "mbsr_newton_solve: the forces between bodies that are not eliminated "
+                           "together do not converge");
+    }
     mbsri_copy(size, w->solution, delta);
     return MBSR_OK;
 }

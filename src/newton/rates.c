@@ -183,7 +183,7 @@ int mbsr_newton_solve_sensitivity(mbsr_newton *newton, const double *tau, const 
     mbsri_zero(size, r);
     for (size_t k = 0; k < places + rates; ++k) r[k] = -history[k];
     visit_rows(newton, take_history, history, r);
-    mbsri_newton_solution(newton, r, tau);
+    (void)mbsri_newton_solution(newton, r, tau);
     visit_rows(newton, finish_history, history, newton->solution);
     return hand_out(newton, name, delta, size);
 }

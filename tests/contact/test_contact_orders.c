@@ -176,8 +176,11 @@ static void orders(void **unused)
     free(p);
 }
 
-/* A solve(r) = r, in a state where bodies touch each other or, `apart`, the ground alone. */
-static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, double c)
+/* A solve(r) = r to `error`, in a state where bodies touch each other or, `apart`, the ground
+ * alone.
+ */
+static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, double c,
+                           double error)
 {
     enum { SIZE = 19 * BODIES };
     uint64_t seed = 5;
@@ -196,10 +199,48 @@ static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, 
     assert_int_equal(mbsr_newton_linearise(newton, p->data[0], 0.0, y, yp, c), MBSR_OK);
     assert_int_equal(mbsr_newton_multiply(newton, delta, back), MBSR_OK);
     for (int k = 0; k < SIZE; ++k) largest = fmax(largest, c * fabs(delta[k]));
-    for (int k = 0; k < SIZE; ++k) assert_close(back[k], r[k], 1e-9 * largest);
+    for (int k = 0; k < SIZE; ++k) assert_close(back[k], r[k], error * largest);
+}
+
+/* together: of mbsr_newton_opt. */
+static void check_newton(int together, double off)
+{
+    int place[BODIES];
+    pile *p = malloc(sizeof *p);
+    mbsr_newton *newton = NULL;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    mbsr_error error;
+    assert_non_null(p);
+    find_places(place, 1);
+    open_pile(p, place);
+    opt.products = 1;
+    opt.together = together;
+    assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error),
+                     MBSR_OK);
+    for (int s = 0; s < STATES; ++s) {
+        check_solution(p, newton, s, false, 300.0, off);
+        check_solution(p, newton, s, true, s % 2 ? 300.0 : 20.0, 1e-9);
+    }
+    mbsr_newton_destroy(newton);
+    close_pile(p);
+    free(p);
 }
 
 static void newton_systems(void **unused)
+{
+    (void)unused;
+    check_newton(0, 1e-9);
+}
+
+/* Pairs that the elimination leaves out. */
+static void crowds(void **unused)
+{
+    (void)unused;
+    static const int together[] = {1, 2, 5, BODIES - 1};
+    for (int k = 0; k < 4; ++k) check_newton(together[k], 1e-5);
+}
+
+static void refused(void **unused)
 {
     (void)unused;
     int place[BODIES];
@@ -210,14 +251,10 @@ static void newton_systems(void **unused)
     assert_non_null(p);
     find_places(place, 1);
     open_pile(p, place);
-    opt.products = 1;
+    opt.together = -1;
     assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error),
-                     MBSR_OK);
-    for (int s = 0; s < STATES; ++s) {
-        check_solution(p, newton, s, false, 300.0);
-        check_solution(p, newton, s, true, s % 2 ? 300.0 : 20.0);
-    }
-    mbsr_newton_destroy(newton);
+                     MBSR_ERR_VALUE);
+    assert_non_null(strstr(error.text, "together is -1"));
     close_pile(p);
     free(p);
 }
@@ -225,6 +262,7 @@ static void newton_systems(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(threads), cmocka_unit_test(orders),
-                                       cmocka_unit_test(newton_systems)};
+                                       cmocka_unit_test(newton_systems), cmocka_unit_test(crowds),
+                                       cmocka_unit_test(refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,6 +8,7 @@
 
 #include "algebra/dense.h"
 #include "model/query.h"
+#include "newton/front/crowd.h"
 #include "newton/linear/groups.h"
 #include "newton/slopes/relation.h"
 #include "recursion/closures.h"
@@ -308,18 +309,19 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
 }
 
 /* Whether what body `on` feels by body `by` is for the step: all, or what stands between the body
- * and its predecessor, of whose joint nothing is. */
-static bool takes(const build *b, int on, int by)
+ * and its predecessor, of whose joint nothing is; of a pair apart what stands on the body alone. */
+static bool takes(const build *b, bool apart, int on, int by)
 {
     const mbsri_front *f = b->f;
     if (on == 0 || by == 0) return false;
+    if (apart) return on == b->i && by == b->i;
     if (!f->served) return true;
     const mbsri_relation relation = mbsri_relate(f->model, on, by);
     return relation != MBSRI_APART && (relation == MBSRI_ABOVE ? by : on) == b->i;
 }
 
-/* Element `element` in the call of a body or pair. */
-static int add_element(build *b, int element, int call)
+/* Element `element` in the call of a body or pair; apart: of a pair apart. */
+static int add_element(build *b, int element, int call, bool apart)
 {
     const mbsri_front *f = b->f;
     const mbsri_linear *w = f->linear;
@@ -331,6 +333,7 @@ static int add_element(build *b, int element, int call)
         w->whole ? MBSR_OK : mbsri_linear_force(f->linear, b->d, (size_t)element, call);
     if (status) return status;
     const double *matrix = mbsri_linear_element(w, (size_t)element, call, &rows, &columns);
+    if (apart) mbsri_front_crowd_keep(b->f, call, b->i, matrix, rows);
     for (int l = 0; l < count; ++l) {
         if (list[l] == 0) continue;
         const mbsri_body *by = f->model->body + list[l];
@@ -341,7 +344,7 @@ static int add_element(build *b, int element, int call)
             const bool above = f->served && list[j] != b->i, below = f->served && list[l] != b->i;
             const double *from = matrix + (size_t)column * (size_t)rows + row;
             if (list[j] == 0) continue;
-            if (takes(b, list[j], list[l])) {
+            if (takes(b, apart, list[j], list[l])) {
                 add_forces(b, list[j], joint && !above, from, rows, (span){at->x, x});
                 from += (size_t)x * (size_t)rows;
                 const int nq = joint && !below ? by->nq : 0, n = joint && !below ? by->n : 0;
@@ -464,7 +467,8 @@ static int add_elements(build *b)
     int status = MBSR_OK;
     for (int k = 0; k < f->model->elements.anywhere && !status; ++k) {
         const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
-        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) status = add_element(b, k, b->i);
+        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY)
+            status = add_element(b, k, b->i, false);
     }
     for (int l = 0; l < b->step->elements && !status; ++l) {
         const int element = f->plan.element[b->step->first_element + l],
@@ -472,9 +476,10 @@ static int add_elements(build *b)
         if (is_closure(f, element))
             add_closure(b, element);
         else if (pair >= 0)
-            status = add_element(b, f->linear->pairs.pair[pair].force, pair);
+            status = add_element(b, f->linear->pairs.pair[pair].force, pair,
+                                 f->crowd && f->crowd->apart[pair]);
         else
-            status = add_element(b, element, b->i);
+            status = add_element(b, element, b->i, false);
     }
     return status;
 }

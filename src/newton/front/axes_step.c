@@ -21,6 +21,7 @@
 #include "forces/gravity.h"
 #include "joints/chain.h"
 #include "model/query.h"
+#include "newton/front/crowd.h"
 #include "newton/slopes/axes.h"
 #include "recursion/elements.h"
 
@@ -72,12 +73,14 @@ static bool is_sequence(const mbsri_body *b)
            seen && b->n > 0 && b->n <= MOST && b->nq <= PLACES;
 }
 
-/* Whether an element of the plan acts on the body alone, or between it and the ground. */
+/* Whether an element of the plan acts on the body alone, between it and the ground, or is a pair
+ * apart. */
 static bool is_on_body(const mbsri_front *f, int element, int i)
 {
     const int *list, forces = (int)f->model->forces.count,
                      pair = element - forces - (int)f->model->closures.count;
     if (element >= forces && pair < 0) return false;
+    if (pair >= 0 && f->crowd && f->crowd->apart[pair]) return true;
     const int force = pair < 0 ? element : f->linear->pairs.pair[pair].force,
               count = mbsri_linear_bodies(f->linear, mbsri_force_at(f->model, (size_t)force),
                                           pair < 0 ? i : pair, &list);
@@ -166,8 +169,10 @@ static void add_along(const mbsri_linear *w, const mbsri_body *b, knowns *k)
     }
 }
 
-/* Element `element` in the call of the body or of a pair. */
-static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, int call, knowns *k)
+/* Element `element` in the call of the body or of a pair; apart: of a pair apart, of which what the
+ * body feels by its own motion is added. */
+static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, int call, bool apart,
+                       knowns *k)
 {
     const mbsri_force *force = mbsri_force_at(f->model, (size_t)element);
     const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT),
@@ -179,6 +184,11 @@ static int add_element(mbsri_front *f, mbsr_data *d, int i, int element, int cal
     int rows, all;
     if (status) return status;
     const double *matrix = mbsri_linear_element(f->linear, (size_t)element, call, &rows, &all);
+    if (apart) {
+        mbsri_front_crowd_keep(f, call, i, matrix, rows);
+        add_axis_forces(k->F, matrix + mbsri_front_crowd_own(f, call, i, rows), rows);
+        return MBSR_OK;
+    }
     for (int l = 0, column = 0; l < count; ++l) {
         if (list[l] == 0) continue;
         for (int j = 0, row = 0; j < count; ++j) {
@@ -216,7 +226,7 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
         const mbsri_force *force = mbsri_force_at(f->model, (size_t)e);
         if (!(force->def.table->flags & MBSR_FORCE_EVERY_BODY)) continue;
         if (!mbsri_is_gravity(&force->def))
-            status = add_element(f, d, i, e, i, k);
+            status = add_element(f, d, i, e, i, false, k);
         else if (!mbsri_force_off(f->model, d, force))
             add_gravity(force, d->M + s->b->dd, k->F);
     }
@@ -225,8 +235,11 @@ static int know(mbsri_front *f, mbsr_data *d, const axes_step *s, knowns *k)
     for (int l = 0; l < s->step->elements && !status; ++l) {
         const int e = f->plan.element[s->step->first_element + l], pair = e - behind;
         if (along && e >= others && e < forces) continue;
-        status = pair < 0 ? add_element(f, d, i, e, i, k)
-                          : add_element(f, d, i, f->linear->pairs.pair[pair].force, pair, k);
+        if (pair < 0)
+            status = add_element(f, d, i, e, i, false, k);
+        else
+            status = add_element(f, d, i, f->linear->pairs.pair[pair].force, pair,
+                                 f->crowd && f->crowd->apart[pair], k);
     }
     return status;
 }

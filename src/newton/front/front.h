@@ -52,8 +52,9 @@ typedef struct mbsri_front_arena {
 
 typedef struct mbsri_front {
     const mbsr_model *model;
-    mbsri_front_arena *arena; /* of a model with elements by pairs; else NULL */
-    mbsri_acting *planned;    /* the pairs that its plan is for */
+    mbsri_front_arena *arena;        /* of a model with elements by pairs; else NULL */
+    struct mbsri_front_crowd *crowd; /* of pairs apart (crowd.h); NULL: all are eliminated */
+    mbsri_acting *planned;           /* the pairs that its plan is for */
     int planned_count;
     bool *served; /* N + 1: bodies that it passes; NULL: all */
     mbsri_linear *linear;
@@ -86,8 +87,9 @@ typedef struct mbsri_front {
     "nothing determines its rates: give it inertia, a spring or a damper, or lock it "             \
     "(mbsr_index_report_create names all such directions)"
 
-/* served: see plan.h. NULL: there is no memory. */
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served);
+/* served: see plan.h. together: of bodies that elements by pairs tie, how many are eliminated
+ * together at most; 0: all. NULL: there is no memory. */
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together);
 void mbsri_front_destroy(mbsri_front *f);
 
 /* The plan of the pairs that act, as the linearised equations have them. A status, with a text in
@@ -99,8 +101,12 @@ int mbsri_front_replan(mbsri_front *f, mbsr_data *d);
 int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
                        double c);
 
-/* Solves for delta with right-hand side r, which do not overlap. */
-void mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
+/* Solves for delta with right-hand side r, which do not overlap; false: loads of pairs apart did
+ * not converge. */
+bool mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
+
+/* Both sweeps of a solution: unknowns, and the motion of bodies, in f->value. */
+void mbsri_front_sweep(mbsri_front *f, const double *r);
 
 /* ---- body by body ---- */
 

@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "model/query.h"
+#include "newton/front/crowd.h"
 #include "recursion/closure_view.h"
 #include "sweeps/bounded.h"
 
@@ -198,7 +199,7 @@ static size_t arena_size(const mbsri_front *f)
 /* Room that the plan has in which all that may act does. */
 static bool find_room(mbsri_front *f)
 {
-    const mbsri_front_source all = {f->model, NULL, &f->model->allocator};
+    const mbsri_front_source all = {f->model, NULL, NULL, &f->model->allocator};
     mbsri_front_plan plan;
     if (!mbsri_front_plan_create(&all, NULL, &plan)) return false;
     plan.matrices *= 2; /* there may be several at a time */
@@ -212,7 +213,8 @@ static bool find_room(mbsri_front *f)
 static bool plan_here(mbsri_front *f)
 {
     const mbsr_allocator allocator = {arena_take, arena_give, f->arena};
-    const mbsri_front_source now = {f->model, &f->linear->pairs, &allocator};
+    const mbsri_front_source now = {f->model, &f->linear->pairs, f->crowd ? f->crowd->apart : NULL,
+                                    &allocator};
     f->arena->used = 0;
     f->planned_count = -1;
     return mbsri_front_plan_create(&now, NULL, &f->plan) &&
@@ -224,6 +226,12 @@ static bool is_planned(const mbsri_front *f)
     const mbsri_pairs *now = &f->linear->pairs;
     return now->count == f->planned_count &&
            memcmp(now->pair, f->planned, (size_t)now->count * sizeof *now->pair) == 0;
+}
+
+/* Whether pairs that were apart are not to be so now. */
+static bool rests(const mbsri_front *f)
+{
+    return f->crowd && f->crowd->rest > 0 && f->crowd->count > 0;
 }
 
 static int too_many(const mbsri_front *f, mbsr_data *d)
@@ -247,7 +255,8 @@ static int too_many(const mbsri_front *f, mbsr_data *d)
 int mbsri_front_replan(mbsri_front *f, mbsr_data *d)
 {
     const mbsri_pairs *now = &f->linear->pairs;
-    if (!f->arena || is_planned(f)) return MBSR_OK;
+    if (!f->arena || (is_planned(f) && !rests(f))) return MBSR_OK;
+    if (f->crowd) mbsri_front_crowd_part(f);
     if (!plan_here(f)) return too_many(f, d);
     (void)place_plan(f, &f->plan, f->of_plan);
     memset(f->left, 0, ((size_t)f->model->bodies + 1) * sizeof *f->left);
@@ -263,7 +272,7 @@ int mbsri_front_replan(mbsri_front *f, mbsr_data *d)
 static bool plan(mbsri_front *f)
 {
     const mbsr_model *m = f->model;
-    const mbsri_front_source all = {m, NULL, &m->allocator};
+    const mbsri_front_source all = {m, NULL, NULL, &m->allocator};
     if (m->elements.pairs == 0 || f->served) {
         if (!mbsri_front_plan_create(&all, f->served, &f->plan)) return false;
         f->bytes += mbsri_front_plan_bytes(&all, &f->plan);
@@ -278,13 +287,23 @@ static bool plan(mbsri_front *f)
     return find_room(f) && plan_here(f);
 }
 
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served)
+/* Pairs may be apart where there are some, and `together` says so. */
+static bool place_crowd(mbsri_front *f, int together)
+{
+    const mbsr_model *m = f->model;
+    if (m->elements.pairs == 0 || f->served || together == 0 || together >= m->bodies) return true;
+    f->crowd = mbsri_front_crowd_create(m, together);
+    if (f->crowd) f->bytes += f->crowd->bytes;
+    return f->crowd != NULL;
+}
+
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together)
 {
     mbsri_front *f = mbsri_allocate(&m->allocator, sizeof *f);
     if (!f) return NULL;
     *f = (mbsri_front){.model = m, .served = served ? copy_of(m, served) : NULL};
     if (f->served || !served) f->linear = mbsri_linear_create(m, m->rows > 0, f->served);
-    if (f->linear && plan(f)) {
+    if (f->linear && place_crowd(f, together) && plan(f)) {
         number(f);
         const size_t size = place_fixed(f, NULL) + f->room;
         f->memory = mbsri_allocate(&m->allocator, size);
@@ -308,6 +327,7 @@ void mbsri_front_destroy(mbsri_front *f)
     if (!f) return;
     const mbsr_allocator allocator = f->model->allocator;
     mbsri_linear_destroy(f->linear);
+    mbsri_front_crowd_destroy(f->model, f->crowd);
     if (!f->arena) mbsri_front_plan_destroy(&allocator, &f->plan);
     if (f->arena) mbsri_release(&allocator, f->arena);
     if (f->memory) mbsri_release(&allocator, f->memory);

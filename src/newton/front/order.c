@@ -118,7 +118,7 @@ static bool begin_graph(graph *g)
         const int *list, count = mbsri_front_bodies(g->from, k, &list);
         const size_t first = g->members.count;
         ++g->mark;
-        for (int l = 0; l < count; ++l) {
+        for (int l = 0; l < count && !mbsri_front_is_apart(g->from, k); ++l) {
             if (!add_member(g, list[l])) return false;
         }
         if (!close_clique(g, first)) return false;

@@ -111,12 +111,13 @@ static int step_of(const mbsri_front_source *from, const mbsri_front_plan *plan,
     return first;
 }
 
-/* Whether an element is added in the step of its body l. */
+/* Whether an element is added in the step of its body l: of each, if it is apart. */
 static bool is_added(const draft *d, int element, int l)
 {
     const int *list;
     (void)mbsri_front_bodies(d->from, element, &list);
     if (list[l] == 0) return false;
+    if (mbsri_front_is_apart(d->from, element)) return true;
     if (!d->served) return d->plan->position[list[l]] == step_of(d->from, d->plan, element);
     return d->served[list[l]];
 }
@@ -193,8 +194,9 @@ static bool find_border(draft *d, int k)
     bool room = add_body(d, k, parent);
     d->impulse[parent] = k + 1;
     for (int l = 0; l < s->elements && room && !d->served; ++l) {
-        const int *list,
-            count = mbsri_front_bodies(d->from, plan->element[s->first_element + l], &list);
+        const int *list, element = plan->element[s->first_element + l],
+                         count = mbsri_front_bodies(d->from, element, &list);
+        if (mbsri_front_is_apart(d->from, element)) continue;
         for (int j = 0; j < count && room; ++j) room = add_body(d, k, list[j]);
     }
     for (int l = 0; l < s->children && room && !d->served; ++l) {
@@ -373,6 +375,7 @@ static bool crosses(const mbsri_front_source *from)
     const mbsr_model *m = from->model;
     for (int k = 0; k < mbsri_front_elements(from); ++k) {
         const int *list, count = mbsri_front_bodies(from, k, &list);
+        if (mbsri_front_is_apart(from, k)) continue;
         for (int l = 1; l < count; ++l) {
             const int a = list[0], b = list[l];
             if (a != b && a != 0 && b != 0 && m->body[a].parent != b && m->body[b].parent != a)

@@ -7,6 +7,7 @@
  * p, dp = d(M u) - w in the range of D, w = L (1 - P) r_u, and c dp = r_p + dP in its null space.
  */
 #include "newton/front/assemble.h"
+#include "newton/front/crowd.h"
 #include "newton/front/refine.h"
 
 #include "algebra/dense.h"
@@ -367,19 +368,28 @@ void mbsri_front_finish(mbsri_front *f, double *delta)
     }
 }
 
-static void solve_front(mbsri_front *f, const double *r, double *delta)
+void mbsri_front_sweep(mbsri_front *f, const double *r)
 {
     const mbsr_model *m = f->model;
-    const int closures = m->nq + 2 * m->nu;
     mbsri_front_start(f);
+    if (f->crowd && f->crowd->count > 0) mbsri_front_crowd_load(f);
     for (int i = m->bodies; i >= 1; --i) {
         if (mbsri_linear_leads(f->linear, i)) lift(f, i, r + m->nq + m->nu);
     }
-    load_closures(f, r + closures);
+    load_closures(f, r + m->nq + 2 * m->nu);
     for (int k = 0; k < f->plan.steps; ++k) reduce(f, f->plan.step[k].body, r);
     for (int k = f->plan.steps - 1; k >= 0; --k) mbsri_front_substitute(f, f->plan.step[k].body);
+}
+
+static bool solve_front(mbsri_front *f, const double *r, double *delta)
+{
+    const int closures = f->model->nq + 2 * f->model->nu;
+    bool done = true;
+    if (f->crowd && f->crowd->count > 0) done = mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
+    mbsri_front_sweep(f, r);
     mbsri_front_finish(f, delta);
     take_multipliers(f, r + closures, delta + closures);
+    return done;
 }
 
 /* What is left of r, at most, beside the diagonal terms of its rows, and beside the largest rate in
@@ -399,25 +409,26 @@ static double share(const mbsri_front *f, const double *r, const double *delta, 
     return most;
 }
 
-void mbsri_front_refine(mbsri_front *f, const mbsri_front_way *way, const double *r, double *delta)
+bool mbsri_front_refine(mbsri_front *f, const mbsri_front_way *way, const double *r, double *delta)
 {
     static const double enough = 1e-14, less = 0.5;
     const int size = mbsr_dae_size(f->model, MBSR_DAE_MOMENTUM);
     double *left = f->left_over, *change = left + size, before = HUGE_VAL;
-    way->solve(f, r, delta);
-    for (int step = 0; step < REFINEMENTS && f->linear->whole; ++step) {
+    bool done = way->solve(f, r, delta);
+    for (int step = 0; step < REFINEMENTS && f->linear->whole && done; ++step) {
         way->product(f->linear, delta, &f->vectors, left);
         for (int k = 0; k < size; ++k) left[k] = r[k] - left[k];
         const double now = way->share(f, r, delta, left);
-        if (!(now > enough && now < less * before)) return;
+        if (!(now > enough && now < less * before)) break;
         before = now;
-        way->solve(f, left, change);
+        done = way->solve(f, left, change);
         for (int k = 0; k < size; ++k) delta[k] += change[k];
     }
+    return done;
 }
 
-void mbsri_front_solve(mbsri_front *f, const double *r, double *delta)
+bool mbsri_front_solve(mbsri_front *f, const double *r, double *delta)
 {
     static const mbsri_front_way way = {solve_front, mbsri_product, share};
-    mbsri_front_refine(f, &way, r, delta);
+    return mbsri_front_refine(f, &way, r, delta);
 }

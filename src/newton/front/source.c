@@ -8,6 +8,12 @@ int mbsri_front_elements(const mbsri_front_source *from)
     return (int)(m->forces.count + m->closures.count) + (from->pairs ? from->pairs->count : 0);
 }
 
+bool mbsri_front_is_apart(const mbsri_front_source *from, int element)
+{
+    const int pair = element - (int)(from->model->forces.count + from->model->closures.count);
+    return from->apart && pair >= 0 && from->apart[pair];
+}
+
 int mbsri_front_bodies(const mbsri_front_source *from, int element, const int **list)
 {
     const mbsr_model *m = from->model;

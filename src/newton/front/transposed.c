@@ -256,7 +256,7 @@ static void load_closures(const mbsri_front *f, double *x)
     }
 }
 
-static void solve_transposed(mbsri_front *f, const double *v, double *x)
+static bool solve_transposed(mbsri_front *f, const double *v, double *x)
 {
     const mbsr_model *m = f->model;
     const int closures = m->nq + 2 * m->nu;
@@ -278,6 +278,7 @@ static void solve_transposed(mbsri_front *f, const double *v, double *x)
         if (mbsri_linear_leads(f->linear, i)) lift(f, i, x + m->nq + m->nu);
     }
     load_closures(f, x + closures);
+    return true;
 }
 
 /* ---- refinement ---- */
@@ -304,5 +305,5 @@ static double share(const mbsri_front *f, const double *v, const double *x, cons
 void mbsri_front_solve_transposed(mbsri_front *f, const double *v, double *x)
 {
     static const mbsri_front_way way = {solve_transposed, mbsri_product_transposed, share};
-    mbsri_front_refine(f, &way, v, x);
+    (void)mbsri_front_refine(f, &way, v, x);
 }
