@@ -221,7 +221,9 @@ static void elastic_balls(const char *name, double tolerance)
     }
     start_world(&w, tolerance);
     const double energy = energy_of(&w);
-    run_world(&w, name, tolerance, 2.0, energy_error, &energy);
+    char balls_of[40];
+    snprintf(balls_of, sizeof balls_of, "%s_%d", name, balls);
+    run_world(&w, balls_of, tolerance, 2.0, energy_error, &energy);
 }
 
 /* ---- others ---- */

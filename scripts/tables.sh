@@ -158,7 +158,7 @@ table_contact() {
     rows contact "$numbers"'
         BEGIN {
             n = split("rolling_y|slab under balls, along y (m²/s²);rolling_xy|the same, obliquely (m²/s²);bouncing|49 balls without loss (J²);" \
-                "elastic_balls|216 balls without loss (J²);stack|ten boxes, way from rest (m);sledges|20 bodies, 40 contacts", names, ";")
+                "elastic_balls_27|27 balls without loss (J²);elastic_balls_125|125 balls without loss (J²);elastic_balls_216|216 balls without loss (J²);stack|ten boxes, way from rest (m);sledges|20 bodies, 40 contacts", names, ";")
             for (k = 1; k <= n; ++k) { split(names[k], pair, "|"); name[pair[1]] = pair[2] }
         }
         function named(x) { if (x in name) return name[x]; sub(/^box_of_/, "", x); return x " spheres in a box" }

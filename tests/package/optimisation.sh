@@ -53,7 +53,7 @@ expect() {
         }
         {
             kind = $1 ~ /mbsrank_.*objects/ ? "library" : "program"
-            if ($1 ~ /kernels_|sweeps\/bounded\.|\/(derivatives\/(derivatives|products)|(fronts|newton\/(carried|front|linear))\/)|ida\/vectors|algebra\/(jacobi|pivots)|slopes\/(axes|joint_slopes|body_slopes)|joints\/chain\.|recursion\/(backward|errors|group|kinematics|rates)\./) kind = "kernels"
+            if ($1 ~ /kernels_|sweeps\/bounded\.|\/(derivatives\/(derivatives|products)|(fronts|newton\/(carried|front|linear))\/)|ida\/vectors|algebra\/(jacobi|pivots)|slopes\/(axes|joint_slopes|body_slopes|planar_slopes)|joints\/chain\.|recursion\/(backward|errors|group|kinematics|rates)\./) kind = "kernels"
             ++count[kind]
             if ($2 != wanted[kind]) {
                 print name ": " $1 " has " $2 " instead of " wanted[kind]
