@@ -128,7 +128,7 @@ static int condition(mbsri_report *r, int c, int rank, mbsr_index_report *report
     mbsri_scale_columns(c, r->C, r->values);
     if (mbsri_lapack_singular_values(c, r->C, r->values, r->work, r->lwork) != 0) {
         return mbsri_fail(&r->w.d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                          "mbsr_index_report_create: singular values did not converge");
+                          "%s: singular values did not converge", r->w.function);
     }
     report->conditioning = fmin(report->conditioning, r->values[rank - 1] / r->values[0]);
     return MBSR_OK;

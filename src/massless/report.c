@@ -66,7 +66,7 @@ static int allocate_report(mbsri_report *r)
     r->memory = mbsri_allocate(&m->allocator, (total + reduced) * sizeof(double) + tail);
     if (!r->memory) {
         return mbsri_fail(&r->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_index_report_create: no memory for %d null directions", r->w.k);
+                          "%s: no memory for %d null directions", r->w.function, r->w.k);
     }
     double *next = r->memory;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {

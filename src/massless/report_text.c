@@ -168,7 +168,7 @@ int mbsri_report_write(mbsri_report *r, mbsr_index_report result, mbsr_index_rep
         &m->allocator, first + terms * sizeof(mbsr_direction_term) + forces * sizeof(int) + text);
     if (!made) {
         return mbsri_fail(&r->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_index_report_create: no memory for %d directions", r->found);
+                          "%s: no memory for %d directions", r->w.function, r->found);
     }
     mbsr_direction *direction = (mbsr_direction *)(void *)(made + 1);
     mbsr_direction_term *term = (mbsr_direction_term *)(void *)(direction + r->found);
