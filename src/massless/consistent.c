@@ -136,16 +136,17 @@ static void close_search(start *s)
     mbsr_completion_destroy(s->completion);
 }
 
-/* Refuses a state found, or why none was, where nothing determines a direction there or at the
- * state given. */
-static int refuse(start *s, int status)
+/* Refuses a state found, or why none was, where nothing determines a direction there, if that is
+ * not clear, or at the state given. */
+static int refuse(start *s, int status, bool clear, bool doubtful)
 {
     const mbsr_model *m = s->m;
     const mbsr_completion *w = s->completion;
     mbsri_verdict verdict = {.made = false};
     int refused = MBSR_OK;
-    if (!status) refused = mbsri_refuse_open(m, s->d, s->t, s->q, s->u, function, &verdict);
-    if (!refused && (status || s->search.doubtful))
+    if (!status && !clear)
+        refused = mbsri_refuse_open(m, s->d, s->t, s->q, s->u, function, &verdict);
+    if (!refused && (status || doubtful))
         refused = mbsri_refuse_open(m, s->d, s->t, s->q_begun, s->u_begun, function, &verdict);
     if (refused || !status) return refused;
     s->d->error = w->error;
@@ -156,6 +157,7 @@ static int refuse(start *s, int status)
 /* From s->q_begun, s->u_begun to a state in s->q, s->u, s->udot, some directions without mass. */
 static int search(start *s, mbsr_consistent_info *info)
 {
+    enum { ASKED = 64 }; /* directions: a report of more costs more than all the rest */
     const mbsr_model *m = s->m;
     mbsri_start *b = &s->search;
     bool clear = false;
@@ -172,9 +174,12 @@ static int search(start *s, mbsr_consistent_info *info)
         mbsri_copy((size_t)m->nu, w->y + w->rates, s->u);
         mbsri_copy((size_t)m->nu, w->rate + w->rates, s->udot);
     }
-    if (status >= 0 && !(clear && !b->doubtful)) return refuse(s, status);
-    if (status) s->d->error = w->error;
-    return status;
+    const bool doubtful = b->doubtful && info->null_directions <= ASKED;
+    if (status < 0 || (clear && !doubtful)) {
+        if (status) s->d->error = w->error;
+        return status;
+    }
+    return refuse(s, status, clear, doubtful);
 }
 
 /* From s->q and s->u to a state, with u': where all directions move mass that of forward dynamics.

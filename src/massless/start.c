@@ -464,6 +464,8 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
         if (!status && w->kind.deficient) status = check_clear(s, clear);
         if (!status && *clear) status = compare_ranks(s, clear);
         *clear = *clear && all.regular;
+        /* of a state that stays as it is *clear tells */
+        s->doubtful = s->doubtful && (status || has_moved(s));
         return status;
     }
     if (!all.singular && !all.dependent) return refuse_imbalance(s, sought);

@@ -36,13 +36,30 @@ static void give_back(starts *s)
     free(s->q), free(s->u), free(s->y), free(s->yp);
 }
 
+/* Bytes that were asked for. */
+static size_t asked;
+
+static void *ask(void *user, size_t size)
+{
+    (void)user;
+    asked += size;
+    return malloc(size);
+}
+
+static void give(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
 /* A chain of carts without mass but for the last, each on a spring and a damper to the one before.
  * The dampers of carts `bare` and
  * the one after are left out: in series with others, one spring without damper would do. */
 static void make_carts(int count, int bare, mbsr_model **model, mbsr_data **data)
 {
     mbsr_error error;
-    const mbsr_model_def def = mbsr_default_model_def();
+    mbsr_model_def def = mbsr_default_model_def();
+    def.allocator = (mbsr_allocator){.allocate = ask, .release = give};
     assert_ok(mbsr_model_create(&def, model, &error), &error);
     int at = MBSR_GROUND, id;
     for (int k = 0; k < count; ++k) {
@@ -135,6 +152,30 @@ static void a_thousand_massless_carts_start(void **state)
     assert_close(acceleration, -force, 1e-6 * fabs(force));
     give_back(&s);
     carts_free(model, data);
+}
+
+/* No matrix of all directions is made. */
+static void memory_of_a_start_grows_with_the_carts(void **state)
+{
+    (void)state;
+    size_t bytes[2];
+    for (int k = 0; k < 2; ++k) {
+        mbsr_model *model;
+        mbsr_data *data;
+        starts s;
+        make_carts(400 << k, -1, &model, &data);
+        take(&s, model);
+        for (int l = 0; l < s.nu; ++l) s.q[l] = 0.1 * sin(l), s.u[l] = 1.0;
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y),
+                  mbsr_data_error(data));
+        asked = 0;
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, NULL, NULL),
+                  mbsr_data_error(data));
+        bytes[k] = asked;
+        give_back(&s);
+        carts_free(model, data);
+    }
+    assert_true((double)bytes[1] < 2.1 * (double)bytes[0]);
 }
 
 /* A carrier without mass turns to where its springs balance; the body that it carries, in SI and in
@@ -259,6 +300,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_direction_on_a_spring_alone_is_told),
         cmocka_unit_test(a_thousand_massless_carts_start),
+        cmocka_unit_test(memory_of_a_start_grows_with_the_carts),
         cmocka_unit_test(what_has_mass_stays),
         cmocka_unit_test(a_spring_beside_a_large_damper),
     };
