@@ -25,9 +25,11 @@ int mbsri_ida_make_outputs(mbsr_ida *ida, mbsr_error *error)
                                     "mbsr_ida_create: no memory for a state of size %d", ida->size);
         mbsri_ida_use_own_operations(*vector[k]);
     }
-    const mbsr_newton_opt *newton =
-        ida->opt.linear_solver == MBSR_IDA_DENSE ? NULL : &ida->opt.newton;
-    return mbsr_completion_create(ida->model, newton, &o->completion, error);
+    mbsr_newton_opt newton = ida->opt.newton;
+    newton.together = 0; /* accelerations come of one solution */
+    return mbsr_completion_create(ida->model,
+                                  ida->opt.linear_solver == MBSR_IDA_DENSE ? NULL : &newton,
+                                  &o->completion, error);
 }
 
 void mbsri_ida_free_outputs(mbsr_ida *ida)

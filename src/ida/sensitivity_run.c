@@ -238,6 +238,7 @@ static int make_solvers(mbsr_sensitivity *s)
         mbsr_newton_opt opt = s->opt.ida.newton;
         opt.method = opt.method == MBSR_NEWTON_TREE ? MBSR_NEWTON_AUTO : opt.method;
         opt.lean = 0;
+        opt.together = 0; /* a step has one solution, without iterations that mend it */
         opt.transposes = k == 1;
         mbsr_newton_destroy(*newton);
         *newton = NULL;

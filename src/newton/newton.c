@@ -401,7 +401,11 @@ static int factor_newton(mbsr_newton *w, mbsr_data *d, double t, const double *y
     w->info.blocks = blocks;
     if (w->by_sweeps) return status;
     if (w->sweeps) w->sweeps->last.marked = false;
-    if (!w->lean) return mbsri_front_factor(w->front, d, t, y, yp, c);
+    if (!w->lean) {
+        const int failed = mbsri_front_factor(w->front, d, t, y, yp, c);
+        w->info.exact = !mbsri_front_iterates(w->front);
+        return failed;
+    }
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
                       "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
                       "code do not serve %s",

@@ -183,7 +183,10 @@ int mbsr_newton_solve_sensitivity(mbsr_newton *newton, const double *tau, const 
     mbsri_zero(size, r);
     for (size_t k = 0; k < places + rates; ++k) r[k] = -history[k];
     visit_rows(newton, take_history, history, r);
-    (void)mbsri_newton_solution(newton, r, tau);
+    if (!mbsri_newton_solution(newton, r, tau))
+        return refuse_product(newton, MBSR_NO_CONVERGENCE, name,
+                              "the forces between bodies that are not eliminated together do not "
+                              "converge");
     visit_rows(newton, finish_history, history, newton->solution);
     return hand_out(newton, name, delta, size);
 }

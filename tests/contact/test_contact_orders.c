@@ -176,6 +176,8 @@ static void orders(void **unused)
     free(p);
 }
 
+static int iterated; /* systems whose solutions were no elimination's alone */
+
 /* A solve(r) = r to `error`, in a state where bodies touch each other or, `apart`, the ground
  * alone.
  */
@@ -185,6 +187,7 @@ static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, 
     enum { SIZE = 19 * BODIES };
     uint64_t seed = 5;
     double y[SIZE], yp[SIZE], r[SIZE], delta[SIZE], back[SIZE], largest = 1.0;
+    mbsr_newton_info info;
     for (int k = 0; k < BODIES && apart; ++k) {
         p->q[state][7 * k + 4] = k;
         p->q[state][7 * k + 6] = 0.05;
@@ -195,6 +198,9 @@ static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, 
         MBSR_OK);
     for (int k = 0; k < SIZE; ++k) yp[k] = 0.0, r[k] = draw(&seed);
     assert_int_equal(mbsr_newton_factor(newton, p->data[0], 0.0, y, yp, c), MBSR_OK);
+    assert_int_equal(mbsr_newton_get_info(newton, &info), MBSR_OK);
+    if (apart || error < 1e-6) assert_int_equal(info.exact, 1);
+    iterated += !info.exact;
     assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_OK);
     assert_int_equal(mbsr_newton_linearise(newton, p->data[0], 0.0, y, yp, c), MBSR_OK);
     assert_int_equal(mbsr_newton_multiply(newton, delta, back), MBSR_OK);
@@ -202,21 +208,25 @@ static void check_solution(pile *p, mbsr_newton *newton, int state, bool apart, 
     for (int k = 0; k < SIZE; ++k) assert_close(back[k], r[k], error * largest);
 }
 
-/* together: of mbsr_newton_opt. */
-static void check_newton(int together, double off)
+/* Of a pile that it opens; together: of mbsr_newton_opt. */
+static mbsr_newton *newton_of(pile *p, int together)
 {
     int place[BODIES];
-    pile *p = malloc(sizeof *p);
     mbsr_newton *newton = NULL;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
-    mbsr_error error;
-    assert_non_null(p);
     find_places(place, 1);
     open_pile(p, place);
     opt.products = 1;
     opt.together = together;
-    assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error),
-                     MBSR_OK);
+    assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), MBSR_OK);
+    return newton;
+}
+
+static void check_newton(int together, double off)
+{
+    pile *p = malloc(sizeof *p);
+    assert_non_null(p);
+    mbsr_newton *newton = newton_of(p, together);
     for (int s = 0; s < STATES; ++s) {
         check_solution(p, newton, s, false, 300.0, off);
         check_solution(p, newton, s, true, s % 2 ? 300.0 : 20.0, 1e-9);
@@ -237,7 +247,44 @@ static void crowds(void **unused)
 {
     (void)unused;
     static const int together[] = {1, 2, 5, BODIES - 1};
+    iterated = 0;
     for (int k = 0; k < 4; ++k) check_newton(together[k], 1e-5);
+    assert_true(iterated > 2 * STATES);
+}
+
+/* Steps far longer than the periods of contacts: no convergence; the next matrix eliminates all. */
+static void too_stiff(void **unused)
+{
+    (void)unused;
+    enum { SIZE = 19 * BODIES };
+    uint64_t seed = 5;
+    int failed = 0;
+    pile *p = malloc(sizeof *p);
+    assert_non_null(p);
+    mbsr_newton *newton = newton_of(p, 1);
+    for (int s = 0; s < STATES; ++s) {
+        double y[SIZE], yp[SIZE] = {0.0}, r[SIZE], delta[SIZE], zero[6 * BODIES] = {0.0};
+        for (int k = 0; k < SIZE; ++k) r[k] = draw(&seed), delta[k] = 7.0;
+        assert_int_equal(
+            mbsr_dae_pack(p->model, p->data[0], MBSR_DAE_MOMENTUM, 0.0, p->q[s], p->u[s], y),
+            MBSR_OK);
+        assert_int_equal(mbsr_newton_factor(newton, p->data[0], 0.0, y, yp, 1e-4), MBSR_OK);
+        const int status = mbsr_newton_solve(newton, r, delta);
+        if (status == MBSR_OK) continue;
+        ++failed;
+        assert_int_equal(status, MBSR_NO_CONVERGENCE);
+        assert_non_null(strstr(mbsr_newton_error(newton)->text, "do not converge"));
+        assert_int_equal(mbsr_newton_solve_sensitivity(newton, zero, r, delta),
+                         MBSR_NO_CONVERGENCE);
+        for (int k = 0; k < SIZE; ++k) assert_true(delta[k] == 7.0);
+        assert_int_equal(mbsr_newton_factor(newton, p->data[0], 0.0, y, yp, 1e-4), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_OK);
+    }
+    print_message("%d of %d solutions did not converge\n", failed, STATES);
+    assert_true(failed > 0);
+    mbsr_newton_destroy(newton);
+    close_pile(p);
+    free(p);
 }
 
 static void refused(void **unused)
@@ -261,8 +308,8 @@ static void refused(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(threads), cmocka_unit_test(orders),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(threads),        cmocka_unit_test(orders),
                                        cmocka_unit_test(newton_systems), cmocka_unit_test(crowds),
-                                       cmocka_unit_test(refused)};
+                                       cmocka_unit_test(too_stiff),      cmocka_unit_test(refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -213,11 +213,11 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
     int status = f->linear->whole ? mbsri_linear_at(f->linear, d, t, y, yp, c)
                                   : mbsri_linear_open(f->linear, d, t, y, yp, c);
     if (!status) status = mbsri_front_replan(f, d);
-    if (!status && f->crowd && f->crowd->count > 0) mbsri_front_crowd_begin(f, d);
+    if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_begin(f, d);
     for (int k = 0; k < f->plan.steps && f->plan.crowded; ++k)
         f->plan.step[k].room = MBSRI_FRONT_ROOM;
     for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
-    if (!status && f->crowd && f->crowd->count > 0) mbsri_front_crowd_finish(f, mbsri_front_sweep);
+    if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_finish(f, mbsri_front_sweep);
     if (!status && f->model->order.grouped) status = mbsri_backward(f->model, d);
     return status;
 }

@@ -105,6 +105,9 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
  * not converge. */
 bool mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
 
+/* Whether the last factorisation has left pairs apart, for which a solution iterates. */
+bool mbsri_front_iterates(const mbsri_front *f);
+
 /* Both sweeps of a solution: unknowns, and the motion of bodies, in f->value. */
 void mbsri_front_sweep(mbsri_front *f, const double *r);
 

@@ -231,7 +231,7 @@ static bool is_planned(const mbsri_front *f)
 /* Whether pairs that were apart are not to be so now. */
 static bool rests(const mbsri_front *f)
 {
-    return f->crowd && f->crowd->rest > 0 && f->crowd->count > 0;
+    return mbsri_front_iterates(f) && f->crowd->rest > 0;
 }
 
 static int too_many(const mbsri_front *f, mbsr_data *d)

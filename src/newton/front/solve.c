@@ -368,11 +368,16 @@ void mbsri_front_finish(mbsri_front *f, double *delta)
     }
 }
 
+bool mbsri_front_iterates(const mbsri_front *f)
+{
+    return f->crowd && f->crowd->count > 0;
+}
+
 void mbsri_front_sweep(mbsri_front *f, const double *r)
 {
     const mbsr_model *m = f->model;
     mbsri_front_start(f);
-    if (f->crowd && f->crowd->count > 0) mbsri_front_crowd_load(f);
+    if (mbsri_front_iterates(f)) mbsri_front_crowd_load(f);
     for (int i = m->bodies; i >= 1; --i) {
         if (mbsri_linear_leads(f->linear, i)) lift(f, i, r + m->nq + m->nu);
     }
@@ -385,7 +390,7 @@ static bool solve_front(mbsri_front *f, const double *r, double *delta)
 {
     const int closures = f->model->nq + 2 * f->model->nu;
     bool done = true;
-    if (f->crowd && f->crowd->count > 0) done = mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
+    if (mbsri_front_iterates(f)) done = mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
     mbsri_front_sweep(f, r);
     mbsri_front_finish(f, delta);
     take_multipliers(f, r + closures, delta + closures);
