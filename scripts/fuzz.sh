@@ -2,7 +2,7 @@
 # Every libFuzzer target for some minutes, with address and undefined-behaviour sanitizers. What it finds is kept in
 # build/fuzz/found; what covers something new in build/fuzz/corpus, from where the next call goes on.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: fuzz.sh MINUTES [TARGET]...    for each target; fuzz_model, fuzz_files, fuzz_xacro, fuzz_fe, fuzz_study
+# Usage: fuzz.sh MINUTES [TARGET]...    for each target; fuzz_model, fuzz_files, fuzz_xacro, fuzz_fe, fuzz_study, fuzz_fmu
 set -eu
 [ $# -ge 1 ] || { echo "usage: fuzz.sh MINUTES [TARGET]..." >&2; exit 2; }
 minutes=$1
@@ -11,8 +11,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bash scripts/install.sh build test
 tree=build/fuzz
 cmake -S . -B "$tree" -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_FUZZ=ON -DMBSR_EXAMPLES=OFF -DMBSR_PROGRAM=OFF \
-    -DMBSR_IDA=OFF -DMBSR_FENCES=ON -DMBSR_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
-targets=${*:-fuzz_model fuzz_files fuzz_xacro fuzz_fe fuzz_study}
+    -DMBSR_FENCES=ON -DMBSR_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
+targets=${*:-fuzz_model fuzz_files fuzz_xacro fuzz_fe fuzz_study fuzz_fmu}
 # shellcheck disable=SC2086 # targets are several words
 cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)" --target $targets
 status=0

@@ -239,3 +239,29 @@ int unpack(const mbsr_fmu *fmu, const char *folder)
     }
     return at > 0 ? 0 : -1;
 }
+
+static uint64_t hash(const unsigned char *data, size_t size, uint64_t start)
+{
+    for (size_t k = 0; k < size; ++k) start = (start ^ data[k]) * UINT64_C(1099511628211);
+    return start;
+}
+
+static uint32_t crc32(const unsigned char *data, size_t size)
+{
+    uint32_t crc = UINT32_MAX;
+    for (size_t k = 0; k < size; ++k) {
+        crc ^= data[k];
+        for (int bit = 0; bit < 8; ++bit)
+            crc = crc >> 1 ^ (UINT32_C(0xedb88320) & (0u - (crc & 1u)));
+    }
+    return ~crc;
+}
+
+void stamp(unsigned char *data, size_t size, char token[33])
+{
+    const uint32_t crc = size < 4 ? 0 : crc32(data, size - 4) >> 1;
+    for (size_t k = 0; size >= 4 && k < 4; ++k) data[size - 4 + k] = (unsigned char)(crc >> 8 * k);
+    snprintf(token, 33, "%016llx%016llx",
+             (unsigned long long)hash(data, size, UINT64_C(14695981039346656037)),
+             (unsigned long long)hash(data, size, UINT64_C(88172645463325252)));
+}

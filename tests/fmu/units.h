@@ -46,4 +46,7 @@ int write_unit(unit_model *m, const mbsr_fmu_opt *opt, const char *path);
 /* Unpacks an archive whose files are stored into a folder that is there. 0, or -1. */
 int unpack(const mbsr_fmu *fmu, const char *folder);
 
+/* Makes damaged resources fit to be read: their checksum, and the token that belongs to them. */
+void stamp(unsigned char *data, size_t size, char token[33]);
+
 #endif
