@@ -10,7 +10,8 @@ shift
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bash scripts/install.sh build test
 tree=build/fuzz
-cmake -S . -B "$tree" -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_FUZZ=ON -DMBSR_EXAMPLES=OFF -DMBSR_PROGRAM=OFF \
+cmake -S . -B "$tree" -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    "-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1" -DMBSR_FUZZ=ON -DMBSR_EXAMPLES=OFF -DMBSR_PROGRAM=OFF \
     -DMBSR_FENCES=ON -DMBSR_SANITIZE=fuzzer-no-link,address,undefined >/dev/null
 targets=${*:-fuzz_model fuzz_files fuzz_xacro fuzz_fe fuzz_study fuzz_fmu}
 # shellcheck disable=SC2086 # targets are several words
