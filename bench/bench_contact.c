@@ -8,13 +8,14 @@
  * CASE is one of those below; all without. Each line: what ran, with which tolerance, its error,
  * CPU time, simulated time, steps.
  *
- * rolling_y, rolling_xy, bouncing, elastic_balls are cases of leggedrobotics/SimBenchmark (Kang and
- * Hwangbo, 2018), built from its descriptions; their errors are means over 1000 samples of the
- * squared error of velocities (m^2/s^2) or of the energy (J^2). A slab of 10 kg under 25 balls is
- * pulled by 150 N; 49 balls of 10 kg fall by 5 m without loss; 6 x 6 x 6 balls of 10 kg fall by 1 m
- * without loss (here 3 x 3 x 3, and more where the number of spheres allows them). The other cases:
- * ten boxes on each other (error: largest way from rest, m), twenty sledges of two capsules each,
- * thrown over a floor (40 contacts), spheres in a box at rest. */
+ * rolling_y, rolling_xy, bouncing, elastic_balls, dull_balls are cases of
+ * leggedrobotics/SimBenchmark (Kang and Hwangbo, 2018), built from its descriptions; their errors
+ * are means over 1000 samples of the squared error of velocities (m^2/s^2) or of the energy (J^2).
+ * A slab of 10 kg under 25 balls is pulled by 150 N; 49 balls of 10 kg fall by 5 m without loss; 6
+ * x 6 x 6 balls of 10 kg fall by 1 m without loss, or with all of it (m^2, squares of depths; here
+ * 3 x 3 x 3, and more where the number of spheres allows them). The other cases: ten boxes on each
+ * other (error: largest way from rest, m), twenty sledges of two capsules each, thrown over a floor
+ * (40 contacts), spheres in a box at rest. */
 #include "bench.h"
 
 #include <mbsrank/contact.h>
@@ -198,32 +199,70 @@ static void bouncing(const char *name, double tolerance)
     run_world(&w, name, tolerance, 20.0, energy_error, &energy);
 }
 
-/* Of side^3 balls; the published case has side 6. */
-static int elastic_side = 3;
+/* Of side^3 balls; the published cases have side 6. */
+static int cube_side = 3;
 
-static void elastic_balls(const char *name, double tolerance)
+/* Balls of 10 kg in a cube, 1 m above the floor, each shifted by up to a millimetre. */
+static void open_cube(world *w, mbsr_contact_law law)
 {
-    const int side = elastic_side, balls = side * side * side;
-    const mbsr_contact_law law = {.stiffness = 1e9, .exponent = 1.5};
+    const int side = cube_side, balls = side * side * side;
     const double density = 10.0 / (4.0 / 3.0 * 3.14159265358979323846 * 1e-3);
     uint64_t seed = 42;
-    world w;
-    open_world(&w, balls);
-    add_floor(&w, law);
+    open_world(w, balls);
+    add_floor(w, law);
     for (int k = 0; k < balls; ++k) {
         double x[3];
         for (int l = 0; l < 3; ++l) x[l] = bench_uniform(&seed, 0.0, 1e-3);
-        add_shape_to(&w,
-                     add_free(&w, mbsr_inertia_sphere(density, 0.1), 0.21 * (k % side) + x[0],
+        add_shape_to(w,
+                     add_free(w, mbsr_inertia_sphere(density, 0.1), 0.21 * (k % side) + x[0],
                               0.21 * (k / side % side) + x[1],
                               1.101 + 0.21 * (k / side / side) + x[2]),
                      sphere(0.1, law));
     }
+}
+
+static void run_cube(world *w, const char *name, double tolerance,
+                     double (*error)(const world *w, const void *user), const void *user)
+{
+    char of[40];
+    snprintf(of, sizeof of, "%s_%d", name, w->bodies);
+    run_world(w, of, tolerance, 2.0, error, user);
+}
+
+static void elastic_balls(const char *name, double tolerance)
+{
+    world w;
+    open_cube(&w, (mbsr_contact_law){.stiffness = 1e9, .exponent = 1.5});
     start_world(&w, tolerance);
     const double energy = energy_of(&w);
-    char balls_of[40];
-    snprintf(balls_of, sizeof balls_of, "%s_%d", name, balls);
-    run_world(&w, balls_of, tolerance, 2.0, energy_error, &energy);
+    run_cube(&w, name, tolerance, energy_error, &energy);
+}
+
+/* Squares of how deep balls are in each other and in the floor. */
+static double overlap(const world *w, const void *user)
+{
+    double sum = 0.0;
+    (void)user;
+    for (int k = 0; k < w->bodies; ++k) {
+        const double *x = w->s.q + 7 * k + 4, deep = fmax(0.0, 0.1 - x[2]);
+        sum += deep * deep;
+        for (int l = 0; l < k; ++l) {
+            const double *y = w->s.q + 7 * l + 4;
+            const double square = (x[0] - y[0]) * (x[0] - y[0]) + (x[1] - y[1]) * (x[1] - y[1]) +
+                                  (x[2] - y[2]) * (x[2] - y[2]);
+            if (square < 0.04) sum += (0.2 - sqrt(square)) * (0.2 - sqrt(square));
+        }
+    }
+    return sum;
+}
+
+/* They keep a thirtieth of the speed of the first blow. */
+static void dull_balls(const char *name, double tolerance)
+{
+    world w;
+    open_cube(&w, (mbsr_contact_law){.stiffness = 1e9, .exponent = 1.5, .damping = 7.0});
+    start_world(&w, tolerance);
+    run_cube(&w, name, tolerance, overlap, NULL);
 }
 
 /* ---- others ---- */
@@ -327,15 +366,15 @@ int main(int argc, char **argv)
                  {"rolling_xy", rolling, {1e-6, 1e-8, 1e-10}},
                  {"bouncing", bouncing, {1e-5, 1e-7, 1e-9}},
                  {"elastic_balls", elastic_balls, {1e-5, 1e-7, 0.0}},
+                 {"dull_balls", dull_balls, {1e-3, 0.0, 0.0}},
                  {"stack", stack, {1e-4, 1e-6, 0.0}},
                  {"sledges", sledges, {1e-4, 1e-6, 0.0}}};
     const char *only = argc > 1 && strcmp(argv[1], "all") != 0 ? argv[1] : NULL;
     const int most = argc > 2 ? atoi(argv[2]) : 125, least = argc > 4 ? atoi(argv[4]) : 8;
     const double time = argc > 3 ? atof(argv[3]) : 1.0;
     if (only && argc > 2)
-        while (elastic_side < 6 &&
-               (elastic_side + 1) * (elastic_side + 1) * (elastic_side + 1) <= most)
-            ++elastic_side;
+        while (cube_side < 6 && (cube_side + 1) * (cube_side + 1) * (cube_side + 1) <= most)
+            ++cube_side;
     bench_header(stdout, "contact");
     puts("case,program,setting,error,cpu_s,simulated_s,steps");
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; ++k) {

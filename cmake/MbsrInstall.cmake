@@ -98,7 +98,7 @@ if(MBSR_IDA)
 endif()
 
 if(MBSR_FILES)
-    mbsr_link_flags(mbsr_files_private ${EXPAT_LIBRARIES} m)
+    mbsr_link_flags(mbsr_files_private ${EXPAT_LIBRARIES} ${mbsr_png} m)
     mbsr_install_library(mbsrank_files files)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/files.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT files)

@@ -10,11 +10,11 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
        liblapack-dev libblas-dev libsundials-dev libexpat1-dev libsuitesparse-dev)
 # libomp-dev: the CMake package of Debian's SUNDIALS asks for OpenMP, which clang has apart.
 test=(build-essential:g++ clang:clang libomp-dev lld:ld.lld clang-format:clang-format binutils:objdump
-      libcmocka-dev valgrind:valgrind tcc:tcc libhdf5-dev doxygen:doxygen python3:python3
+      libcmocka-dev valgrind:valgrind tcc:tcc libhdf5-dev libpng-dev doxygen:doxygen python3:python3
       python3-dev python3-cffi python3-numpy python3-scipy python3-setuptools)
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
 page=(nodejs:node npm:npm zlib1g-dev)
-package=(debhelper:dh lintian:lintian debootstrap:debootstrap zlib1g-dev libhdf5-dev libomp-dev xz-utils:xz)
+package=(debhelper:dh lintian:lintian debootstrap:debootstrap zlib1g-dev libhdf5-dev libpng-dev libomp-dev xz-utils:xz)
 emulation=(qemu-user-static:qemu-aarch64-static gcc-aarch64-linux-gnu:aarch64-linux-gnu-gcc gcc-i686-linux-gnu:i686-linux-gnu-gcc
            gcc-s390x-linux-gnu:s390x-linux-gnu-gcc)
 lapacks=(liblapack3 libblas3 libopenblas0-pthread libopenblas0-serial libblis4-pthread)

@@ -31,7 +31,7 @@ numbers='
         return text groups
     }
     function ns(x) { return x < 999.5 ? sprintf("%.0f", x) : digits(x / 1000, 2) " µs" }
-    function short(x,    text) { text = sprintf("%.0e", x); sub(/e\+?/, "e", text); sub(/e-0/, "e-", text); sub(/e0+/, "e", text); return text }
+    function short(x,    text) { text = sprintf("%.0e", x); sub(/e\+?/, "e", text); sub(/e-0/, "e-", text); sub(/e0+/, "e", text); sub(/e$/, "", text); return text }
 '
 
 # What others do with massless bodies, loops, stiff springs and flexible bodies, and what was measured beside them.
@@ -158,7 +158,7 @@ table_contact() {
     rows contact "$numbers"'
         BEGIN {
             n = split("rolling_y|slab under balls, along y (m²/s²);rolling_xy|the same, obliquely (m²/s²);bouncing|49 balls without loss (J²);" \
-                "elastic_balls_27|27 balls without loss (J²);elastic_balls_125|125 balls without loss (J²);elastic_balls_216|216 balls without loss (J²);stack|ten boxes, way from rest (m);sledges|20 bodies, 40 contacts", names, ";")
+                "elastic_balls_27|27 balls without loss (J²);elastic_balls_125|125 balls without loss (J²);elastic_balls_216|216 balls without loss (J²);dull_balls_216|216 dull balls, depths (m²);stack|ten boxes, way from rest (m);sledges|20 bodies, 40 contacts", names, ";")
             for (k = 1; k <= n; ++k) { split(names[k], pair, "|"); name[pair[1]] = pair[2] }
         }
         function named(x) { if (x in name) return name[x]; sub(/^box_of_/, "", x); return x " spheres in a box" }

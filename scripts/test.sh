@@ -171,7 +171,7 @@ others() {
     less=("-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG") # a quarter less to compile, tests as fast
     if [ "$long" = ON ]; then only='.*' less=(); fi
     MBSR_TEST_FEW=1 run 5 minimal "$minimal" -DCMAKE_BUILD_TYPE=Release "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
-        -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF \
+        -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \
         -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests)\$"
 }
 

@@ -10,6 +10,7 @@ class Libmbsrank < Formula
   depends_on "ninja" => :build
   depends_on "expat"
   depends_on "hdf5"
+  depends_on "libpng"
   depends_on "openblas"
   depends_on "suite-sparse"
   depends_on "sundials"

@@ -22,6 +22,7 @@ class Libmbsrank(CMakePackage):
     depends_on("sundials@6.4:", when="+ida")
     depends_on("expat", when="+files")
     depends_on("hdf5~mpi", when="+files")
+    depends_on("libpng", when="+files")
     depends_on("zlib-api", when="+files")
     depends_on("suite-sparse", when="+fe")
 

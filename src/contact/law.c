@@ -53,15 +53,21 @@ static const double *body_twist(const mbsr_force_body *body)
     return body->space == MBSR_SPACE_SPATIAL && body->V ? body->V : nothing;
 }
 
+/* x^exponent; those of lines and spheres without logarithms */
+static double power_of(double x, double exponent)
+{
+    return exponent == 1.0 ? x : exponent == 1.5 ? x * sqrt(x) : pow(x, exponent);
+}
+
 static double elastic_force(const mbsr_contact_law *law, const mbsri_touch *t)
 {
-    return t->weight * law->stiffness * pow(t->depth, law->exponent);
+    return t->weight * law->stiffness * power_of(t->depth, law->exponent);
 }
 
 /* The energy of a point of the weight 1. */
 static double full_energy(const mbsr_contact_law *law, const mbsri_touch *t)
 {
-    return law->stiffness * pow(t->depth, law->exponent + 1.0) / (law->exponent + 1.0);
+    return law->stiffness * power_of(t->depth, law->exponent) * t->depth / (law->exponent + 1.0);
 }
 
 /* Torsional and rolling friction. */
@@ -158,7 +164,7 @@ static void slope_of_moment(const mbsr_contact_law *law, const mbsri_touch *t,
 static void slope_of_share(const mbsr_contact_law *law, const mbsri_touch *t, change *c)
 {
     const double energy = full_energy(law, t),
-                 denergy = law->stiffness * pow(t->depth, law->exponent) * c->along.depth;
+                 denergy = law->stiffness * power_of(t->depth, law->exponent) * c->along.depth;
     double about[3], dabout[3];
     mbsri_cross3(t->ta, t->n, about);
     mbsri_cross3(c->along.axis, t->n, dabout);

@@ -4,6 +4,7 @@
 
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
+#include "files/png.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -57,15 +58,24 @@ static uint32_t word_at(const char *text)
     return value;
 }
 
-const char *mbsri_heights_read(mbsri_arena *arena, const char *text, size_t size, int *rows,
+static const char *wrong_size(uint32_t rows, uint32_t columns)
+{
+    if (rows < 2 || columns < 2) return "it has less than two rows or columns";
+    if (rows > MOST_SAMPLES || columns > MOST_SAMPLES)
+        return "it has more than 8192 rows or columns";
+    return (size_t)rows * columns > MOST_IN_ALL ? "it has more than 4194304 samples" : NULL;
+}
+
+static const char *read_binary(mbsri_arena *arena, const char *text, size_t size, int *rows,
                                int *columns, double **height)
 {
     if (size < 8) return "it has no size";
     const uint32_t ny = word_at(text), nx = word_at(text + 4);
-    if (ny < 2 || nx < 2 || ny > MOST_SAMPLES || nx > MOST_SAMPLES)
-        return "it is no binary file of 2 to 8192 rows and columns (pictures are not read)";
+    const char *wrong = wrong_size(ny, nx);
+    if (wrong && (ny > MOST_SAMPLES || nx > MOST_SAMPLES))
+        return "it is neither a PNG nor a binary file of 2 to 8192 rows and columns";
+    if (wrong) return wrong;
     const size_t count = (size_t)ny * nx;
-    if (count > MOST_IN_ALL) return "it has more than 4194304 samples";
     if (size != 8 + 4 * count) return "it has not as many numbers as it says";
     *rows = (int)ny, *columns = (int)nx;
     *height = mbsri_arena_take(arena, count * sizeof **height);
@@ -78,6 +88,29 @@ const char *mbsri_heights_read(mbsri_arena *arena, const char *text, size_t size
         (*height)[k] = (double)value;
     }
     return NULL;
+}
+
+const char *mbsri_heights_load(mbsri_scene *s, const char *home, const char *path, int *rows,
+                               int *columns, double **height)
+{
+    const mbsr_file_opt *opt = s->opt;
+    const char *full = mbsri_arena_join(s->arena, path[0] == '/' ? "" : home, path, ""), *text;
+    size_t size;
+    if (!full) return "there is no memory for it";
+    if (!opt->load || (opt->load(opt->user, full, &text, &size) &&
+                       (strcmp(full, path) == 0 || opt->load(opt->user, path, &text, &size))))
+        return "there is no such file";
+    return mbsri_png_begins(text, size)
+               ? mbsri_png_read(s->arena, text, size, wrong_size, rows, columns, height)
+               : read_binary(s->arena, text, size, rows, columns, height);
+}
+
+void mbsri_heights_scale(double *height, int count, double low, double size)
+{
+    double high = low;
+    for (int k = 0; k < count; ++k) high = fmax(high, height[k]);
+    for (int k = 0; k < count; ++k)
+        height[k] = high > low ? size * ((height[k] - low) / (high - low)) : 0.0;
 }
 
 /* ---- MJCF ---- */
@@ -112,33 +145,14 @@ static bool take_elevation(mbsri_mjcf *m, const mbsri_element *e, const char *te
     return true;
 }
 
-/* From 0 to 1, as MuJoCo has them, times the size. */
-static void scale_heights(double *height, int count, double size)
-{
-    double low = INFINITY, high = -INFINITY;
-    for (int k = 0; k < count; ++k) {
-        low = fmin(low, height[k]);
-        high = fmax(high, height[k]);
-    }
-    for (int k = 0; k < count; ++k)
-        height[k] = high > low ? size * ((height[k] - low) / (high - low)) : 0.0;
-}
-
 /* *wrong: why its samples are not known. */
 static bool read_samples(mbsri_mjcf *m, const mbsri_element *e, int *rows, int *columns,
                          double **height, const char **wrong)
 {
-    const char *elevation = mbsri_attribute(e, "elevation"), *file = mbsri_mjcf_asset_path(m, e),
-               *text;
+    const char *elevation = mbsri_attribute(e, "elevation"), *file = mbsri_mjcf_asset_path(m, e);
     double size[2] = {0.0, 0.0};
-    size_t length;
     if (file) {
-        const char *path = mbsri_arena_join(m->s->arena, file[0] == '/' ? "" : m->home, file, "");
-        if (!path) return false;
-        const mbsr_file_opt *opt = m->s->opt;
-        *wrong = !opt->load || opt->load(opt->user, path, &text, &length)
-                     ? "there is no such file"
-                     : mbsri_heights_read(m->s->arena, text, length, rows, columns, height);
+        *wrong = mbsri_heights_load(m->s, m->home, file, rows, columns, height);
         return true;
     }
     if (!mbsri_numbers(m->s, e, "nrow", mbsri_attribute(e, "nrow"), 1, 1, size, NULL) ||
@@ -177,7 +191,9 @@ bool mbsri_mjcf_field_shape(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_fil
         return true;
     }
     *known = true;
-    scale_heights(height, shape->rows * shape->columns, size[2]);
+    double low = INFINITY;
+    for (int k = 0; k < shape->rows * shape->columns; ++k) low = fmin(low, height[k]);
+    mbsri_heights_scale(height, shape->rows * shape->columns, low, size[2]);
     shape->size[0] = size[0], shape->size[1] = size[1], shape->size[2] = 0.0;
     shape->height = height;
     return mbsri_heights_drawn(m->s, shape);

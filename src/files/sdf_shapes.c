@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Without <inertial> a link has 1 kg and moments of 1 kg m^2, as SDF says. */
+#include "files/heights.h"
 #include "files/hulls.h"
 #include "files/sdf_parts.h"
 #include "files/solids.h"
@@ -43,6 +44,35 @@ static bool turn_plane(mbsri_scene *s, const mbsri_element *of, mbsr_frame *fram
     return true;
 }
 
+/* The picture of a <heightmap>: black is zero, its brightest point as high as the size says, as in
+ * Gazebo. Its first row has the largest y. */
+static bool read_heights(mbsri_scene *s, const mbsri_element *of, mbsr_file_shape *shape,
+                         bool *known)
+{
+    const char *path = mbsri_package_path(s, mbsri_text_of(of, "uri"));
+    double size[3] = {1.0, 1.0, 1.0}, pos[3] = {0.0, 0.0, 0.0}, *height = NULL;
+    *known = false;
+    if (!path) return mbsri_file_refuse(s, of, "it has no uri");
+    if (!mbsri_sdf_numbers(s, of, "size", 3, size) || !mbsri_sdf_numbers(s, of, "pos", 3, pos))
+        return false;
+    if (!(size[0] > 0.0 && size[1] > 0.0 && size[2] > 0.0))
+        return mbsri_file_refuse(s, of, "its size must be three positive numbers");
+    const char *wrong =
+        mbsri_heights_load(s, s->home, path, &shape->rows, &shape->columns, &height);
+    if (wrong) {
+        mbsri_file_find(s, of, "it is left out with heights '%.40s': %s", path, wrong);
+        return true;
+    }
+    *known = true;
+    mbsri_heights_scale(height, shape->rows * shape->columns, 0.0, size[2]);
+    const mbsr_frame shift = mbsr_frame_at(pos[0], pos[1], pos[2]);
+    shape->frame = mbsr_frame_product(&shape->frame, &shift);
+    shape->kind = MBSR_SHAPE_HEIGHTS;
+    shape->size[0] = 0.5 * size[0], shape->size[1] = 0.5 * size[1], shape->size[2] = 0.0;
+    shape->height = height;
+    return mbsri_heights_drawn(s, shape);
+}
+
 /* *known false: it is not drawn, as a finding says. */
 static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shape *shape,
                           bool *known)
@@ -52,10 +82,9 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
     for (size_t k = 0; of && k < sizeof geometries / sizeof *geometries; ++k)
         if (mbsri_is(of, geometries[k].name)) g = geometries + k;
     *known = g != NULL;
+    if (of && mbsri_is(of, "heightmap")) return read_heights(s, of, shape, known);
     if (of && !g && !mbsri_is(of, "empty"))
-        mbsri_file_find(s, of,
-                        mbsri_is(of, "heightmap") ? "pictures of heights are not read"
-                                                  : "a shape of this kind is not drawn");
+        mbsri_file_find(s, of, "a shape of this kind is not drawn");
     if (!g) return true;
     shape->kind = g->kind;
     if (g->kind == MBSR_SHAPE_MESH) {

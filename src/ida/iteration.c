@@ -10,10 +10,11 @@
  * iteration in which the residual r of the momenta, r / c, shows that something is still strained,
  * and the last correction has to be small itself, not by a rate of convergence. Where there
  * are contacts, matrices of the last steps come first, and each goes on as long as an iteration
- * leaves less than a twentieth of r / c; these count for nothing until r / c shows that nothing is
- * strained. (Of a Krylov method it is the preconditioner that would be new, in each step is enough.
- * Where momenta do not show all that is strained it is new in each iteration.) Other steps are left
- * to the solver of SUNDIALS, or begin with a new matrix (renewal.c).
+ * leaves less than three tenths of r / c; these count for nothing until r / c shows that nothing is
+ * strained. There a rate does count, where corrections and momenta both have it. (Of a Krylov
+ * method it is the preconditioner that would be new, in each step is enough. Where momenta do not
+ * show all that is strained it is new in each iteration.) Other steps are left to the solver of
+ * SUNDIALS, or begin with a new matrix (renewal.c).
  *
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs
  * unless something stiff takes it, and where the matrix is old, that may be gone: a stop that was
@@ -31,6 +32,9 @@
 #include <math.h>
 
 /* ---- careful steps ---- */
+
+/* Of iterations with old matrices where there are contacts: what each leaves at most. */
+static const double fast = 0.3;
 
 /* Whether two corrections in a row, of new matrices, are of one size: the stiff direction turns so
  * much in one of them that the next has to undo what it did. An old matrix would not do here. */
@@ -68,15 +72,24 @@ static bool is_rounding(const mbsri_stiff *s, double size)
            (multiplied ? many : few) * DBL_EPSILON * norm_of_first(s, y, s->first);
 }
 
+/* What an iteration found: momenta r / c that were left, and its correction. */
+typedef struct found {
+    double left, size;
+} found;
+
 /* Whether the matrix at hand will do once more: it is young, and leaves much less of the momenta
- * r / c than there was; *left: what there is now. */
-static bool serves(const mbsri_stiff *s, bool young, double *left)
+ * r / c than there was; a new one costs as much as seven iterations. */
+static bool serves(const mbsri_stiff *s, bool young, double left, double before)
 {
-    static const double rate = 0.05;
-    const double before = *left;
-    if (s->control.matrices.kept == 0 || !s->control.looks) return false;
-    *left = mbsri_stiff_left(s);
-    return young && *left <= rate * before;
+    return s->control.matrices.kept > 0 && s->control.looks && young && left <= fast * before;
+}
+
+/* Where there are contacts: whether both shrink so much that the next correction would be small. */
+static bool converges(const mbsri_stiff *s, const found *now, const found *last, double enough)
+{
+    static const double safe = 0.5;
+    const double rate = fmax(now->size / last->size, now->left / last->left);
+    return s->control.matrices.kept > 0 && rate <= fast && rate * now->size <= safe * enough;
 }
 
 /* Whether it was made a few steps ago for a c like this. */
@@ -100,7 +113,8 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
     const double enough = s->control.looks ? share * tolerance : 0.0,
                  within = s->control.iterates ? INFINITY : enough;
     int small = 0, still = 0, vain = 0;
-    double before = 0.0, power = 0.0, left = INFINITY;
+    double judged = 0.0, power = 0.0;
+    found before = {INFINITY, 0.0};
     bool grows = false;
     for (int k = 1; k <= ITERATIONS; ++k) {
         mbsri_search search = MBSRI_SEARCH_NONE;
@@ -109,21 +123,25 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
         if (status) return status;
         if (search == MBSRI_SEARCH_IN_VAIN && ++vain == 3) return SUN_NLS_SUCCESS;
         N_VScale(1.0, s->change, s->trial);
-        const bool old = serves(s, young && !search, &left);
+        const double left = mbsri_stiff_left(s);
+        const bool old = serves(s, young && !search, left, before.left);
         status = mbsri_stiff_correct(s, ee, old ? INFINITY : k == 1 || search ? 0.0 : within);
         if (status) return status;
         young = true;
         power = mbsri_stiff_power(s, s->change, s->trial);
         N_VScale(1.0, s->change, s->filtered);
-        if (old && left > within) continue;
         const double size = N_VWrmsNorm(s->change, s->weight);
-        if (k == 2 && turns(before, size, tolerance)) mbsri_stiff_note(s, MBSRI_SIGN_TURNS);
+        const found now = {left, size}, last = before;
+        before = now;
+        if (old && left > within) continue;
+        if (k == 2 && turns(judged, size, tolerance)) mbsri_stiff_note(s, MBSRI_SIGN_TURNS);
         small = size <= tolerance ? small + 1 : 0;
         still = size <= rounding ? still + 1 : 0;
-        grows = still > 1 && (grows || size > before);
+        grows = still > 1 && (grows || size > judged);
         if (size <= share * tolerance || small == 4 || (still > 3 && grows)) return SUN_NLS_SUCCESS;
-        if (k > 2 && size > 0.3 * before && is_rounding(s, size)) return SUN_NLS_SUCCESS;
-        before = size;
+        if (k > 2 && size > 0.3 * judged && is_rounding(s, size)) return SUN_NLS_SUCCESS;
+        if (converges(s, &now, &last, share * tolerance)) return SUN_NLS_SUCCESS;
+        judged = size;
     }
     ++s->now.failures;
     return SUN_NLS_CONV_RECVR;

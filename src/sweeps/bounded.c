@@ -31,6 +31,7 @@ bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load 
 
 #include "sweeps/block_bound.h"
 #include "sweeps/build.h"
+#include "sweeps/dynamics.h"
 
 bool mbsri_bounded_serves(const mbsr_model *m)
 {
@@ -74,7 +75,7 @@ bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load 
                                  .load = bounds,
                                  .rank = d->rank,
                                  .tau = d->tau};
-    if (d->watch.active || d->exactly) return false;
+    if (d->exactly) return false;
     d->single = true;
     d->accelerated = false;
     d->total_rank = m->nu;
@@ -88,7 +89,7 @@ bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load 
         above[0] = fmax(above[0], bound[0]);
         above[1] += bound[1];
     }
-    return true;
+    return mbsri_sweeps_as_watched(&run);
 }
 
 #endif

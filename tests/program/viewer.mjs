@@ -164,6 +164,7 @@ async function suspension(browser) {
 async function touching(browser) {
     const pages = [["quadruped.xml", 0.8, ["--start", "standing", "--t-end", "1", "--step", "0.02"]],
         ["gripper.xml", 0.9, ["--t-end", "3", "--step", "0.05", "--inputs", join(models, "grip.csv")]],
+        ["hills.xml", 0.5, ["--t-end", "0.5", "--step", "0.02", "--rtol", "1e-4", "--atol", "1e-4"]],
         ["marbles.xml", 1, ["--t-end", "1", "--step", "0.02", "--rtol", "1e-4", "--atol", "1e-4"]]];
     for (const [model, t, options] of pages) {
         const run = await show(browser, model, "light", ...options, "--output", "state");

@@ -211,10 +211,25 @@ static void find_momentum(mbsri_front *f, int k, const double *kept, const doubl
         double sum[2] = {momentum[0], rate[0]};
         add_kept(1, f->left[k].columns, kept, v, sum, sum + 1);
         momentum[0] = sum[0], rate[0] = sum[1];
+    } else if (n == 6) {
+        add_kept(6, f->left[k].columns, kept, v, momentum, rate);
     } else {
         add_kept(n, f->left[k].columns, kept, v, momentum, rate);
     }
     for (int l = 0; l < n; ++l) rate[l] /= f->c;
+}
+
+/* x.y, in four sums of which none waits for another */
+static double row_product(int n, const double *x, const double *y)
+{
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    int k = 0;
+    for (; k < n - 3; k += 4) {
+        for (int l = 0; l < 4; ++l) sum[l] += x[k + l] * y[k + l];
+    }
+    double all = (sum[0] + sum[2]) + (sum[1] + sum[3]);
+    for (; k < n; ++k) all += x[k] * y[k];
+    return all;
 }
 
 static void substitute(mbsri_front *f, int k)
@@ -226,7 +241,7 @@ static void substitute(mbsri_front *f, int k)
     for (int l = left->done; l < left->columns; ++l) v[l] = f->value[column[l]];
     for (int j = left->done - 1; j >= 0; --j) {
         const double *of = U + (size_t)(j * left->columns);
-        v[j] = (f->h[row[j]] - mbsri_dot(left->columns - j - 1, of + j + 1, v + j + 1)) / of[j];
+        v[j] = (f->h[row[j]] - row_product(left->columns - j - 1, of + j + 1, v + j + 1)) / of[j];
         f->value[column[j]] = v[j];
     }
     find_momentum(f, k, U + left->done * left->columns, v);
