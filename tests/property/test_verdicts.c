@@ -364,8 +364,9 @@ static void springs_beside_redundant_rows(void **state)
 static void stops_that_let_go(void **state)
 {
     (void)state;
-    static const uint64_t seed[] = {410032, 430151, 430410, 410142, 431149, 431012, 420088};
-    const size_t count = test_long() ? 7 : 5;
+    static const uint64_t seed[] = {410032, 430151, 430410, 410142, 431149,
+                                    431451, 431012, 410268, 420088};
+    const size_t count = test_long() ? 9 : 6;
     for (size_t k = 0; k < count; ++k) assert_true(check_rich(seed[k], true));
 }
 
