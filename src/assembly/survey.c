@@ -78,7 +78,8 @@ enum { KINDS = 3 };
  * one. */
 static const double trace = 1e-28;
 
-/* The largest inertia of each kind of rate; of kinds without, what is typical of the model. */
+/* The largest inertia of each kind of rate; of kinds without, what is typical of the model: of one
+ * without mass that of a unit of it. */
 static void find_largest_inertia(const mbsr_model *m, const double *inertia, double *largest)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
@@ -93,7 +94,8 @@ static void find_largest_inertia(const mbsr_model *m, const double *inertia, dou
     }
     for (int k = 0; k < KINDS; ++k) {
         const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->typical.length : 1.0,
-                     inertia_of_all = m->typical.mass * length * length;
+                     mass = m->typical.mass > 0.0 ? m->typical.mass : 1.0,
+                     inertia_of_all = mass * length * length;
         if (!(largest[k] > trace * inertia_of_all))
             largest[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
     }

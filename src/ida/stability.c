@@ -15,11 +15,12 @@
  *
  * tell its frequency and its amplitudes in momenta and coordinates, in tolerances. Q of a motion is
  * thousands; a vibration of `many` tolerances in momenta, of which coordinates show less than
- * `unseen` and `little` of that, is nobody's motion. (Order 2 follows what else moves less well:
- * with a Q up to 0.3 and any A an arm with elastic gears lost 17 000 tolerances.) It takes some
- * A^(4/3) steps at most to go, as (h w)^3 A is about 1. As many are waited for: the attempt costs
- * no more than what the vibration has cost. It ends when a step takes two periods, beyond which
- * orders above 2 are stable again. */
+ * `unseen` and `little` of that, or next to nothing, is nobody's motion. (Order 2 follows what else
+ * moves less well: with a Q up to 0.3 and any A an arm with elastic gears lost 17 000 tolerances;
+ * with `little` alone a tyre that had come to rest after its bounces vibrated for ever.) It takes
+ * some A^(4/3) steps at most to go, as (h w)^3 A is about 1. As many are waited for: the attempt
+ * costs no more than what the vibration has cost. It ends when a step takes two periods, beyond
+ * which orders above 2 are stable again. */
 #include "ida/control.h"
 
 #include <math.h>
@@ -27,8 +28,8 @@
 void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
                                const mbsri_errors *e)
 {
-    static const double fade = 0.99, slow = 0.1, fast = 1.5, unseen = 0.02, many = 3.0,
-                        little = 4e-5, turn = 6.28318530717958648;
+    static const double fade = 0.99, slow = 0.1, fast = 1.5, unseen = 0.02, nothing = 0.01,
+                        many = 3.0, little = 4e-5, turn = 6.28318530717958648;
     enum { LEAST = 500 };
     mbsri_vibration *v = &c->vibration;
     v->higher = fade * v->higher + e->momenta * e->momenta;
@@ -37,8 +38,9 @@ void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
                  size = pow(angle, -2.0 * order) * (1.0 - fade);
     v->momenta = fade * v->momenta + size * e->momenta_below * e->momenta_below;
     v->coordinates = fade * v->coordinates + size * e->coordinates_below * e->coordinates_below;
+    const double enough = fmin(unseen * unseen, little * little * v->momenta);
     const bool there = angle > slow && angle < fast && v->momenta > many * many,
-               seen = !(v->coordinates < fmin(unseen * unseen, little * little * v->momenta));
+               seen = !(v->coordinates < fmax(nothing * nothing, enough));
     v->steps = there && !seen ? v->steps + 1 : 0;
     const double steps = fmax(LEAST, pow(v->momenta, 2.0 / 3.0));
     if ((double)v->steps < steps) return;

@@ -178,6 +178,21 @@ void mbsri_report_unseen(mbsri_report *r, int c, int n, const double *N)
     }
 }
 
+void mbsri_report_part(mbsri_report *r, int c, int n, int shown, double *x)
+{
+    static const double little = 1e-4;
+    double *y = r->Y + (n + shown) * c;
+    for (int a = 0; a < c; ++a) y[a] = x[a] * r->span[a];
+    take_out(r, c, n, y);
+    const double all = sqrt(mbsri_dot(c, y, y));
+    take_out(r, c, n + shown, y);
+    const double left = sqrt(mbsri_dot(c, y, y));
+    for (int a = 0; a < c && left > 0.0; ++a) {
+        if (left < little * all) x[a] = y[a] / r->span[a];
+        y[a] /= left;
+    }
+}
+
 /* How much of what determines a direction with these weights is seen in it: elements, and bodies of
  * theirs that it moves. */
 static int count_seen(mbsri_report *r, const double *weights, mbsr_direction_kind kind, int *seen)

@@ -180,6 +180,7 @@ static int classify_elastic(mbsri_report *r, int c, int e)
     for (int l = 0; l < elastic && !status; ++l) {
         mbsri_left_pivot(seen, l, r->values);
         mbsri_seen_through(c, e, r->Z, r->values, r->x);
+        mbsri_report_part(r, c, open, l, r->x);
         status = mbsri_report_choose(r, c, r->x, open, MBSR_DIRECTION_ELASTIC);
     }
     return status;
@@ -196,6 +197,7 @@ static int classify_by_rows(mbsri_report *r, int c, mbsr_index_report *report)
     if (!status) mbsri_report_unseen(r, c, e, r->Z);
     for (int l = 0; l < damped && !status; ++l) {
         mbsri_left_pivot(seen, l, r->x);
+        mbsri_report_part(r, c, e, l, r->x);
         status = mbsri_report_choose(r, c, r->x, e, MBSR_DIRECTION_DAMPED);
     }
     if (status || e == 0) return status;

@@ -59,6 +59,10 @@ int mbsri_report_add_shorter(mbsri_report *r, int c, const double *x, const doub
 /* N (c x n): directions that the next kind of element does not see, for mbsri_report_choose. */
 void mbsri_report_unseen(mbsri_report *r, int c, int n, const double *N);
 
+/* x (c) becomes what it has beside the `shown` directions that this was asked for before, since
+ * mbsri_report_unseen, if that is next to nothing: they would look the same in a report. */
+void mbsri_report_part(mbsri_report *r, int c, int n, int shown, double *x);
+
 /* x, or in its stead x less its share in the n directions N if that shows more of the elements that
  * determine it, and of the bodies on which these act. */
 int mbsri_report_choose(mbsri_report *r, int c, const double *x, int n, mbsr_direction_kind kind);

@@ -59,17 +59,18 @@ static double largest_turn(const mbsri_start *s, const double *dq)
 }
 
 /* Goes along the step as far as it leads on; translations farther each time, as their range is not
- * known. */
+ * known. A way that is crawled leads nowhere, or anywhere by rounding. */
 static int advance(mbsri_start *s, double change, defects left)
 {
     enum { HALVINGS = 12, PATIENT = 4 };
-    static const double close = 1e-9;
+    static const double close = 1e-9, crawl = 1e-3, short_way = 1e-4;
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     double share = fmin(1.0, fmin(s->longest / change, s->widest / largest_turn(s, s->step)));
     const bool shortened = share < 1.0;
     mbsri_copy((size_t)w->size, w->y, s->before);
-    for (int tries = 0; tries < HALVINGS; ++tries, share *= 0.5) {
+    for (int tries = 0; tries < HALVINGS && (share >= crawl || share * change >= short_way);
+         ++tries, share *= 0.5) {
         defects now;
         for (int k = 0; k < w->rates; ++k) w->y[k] = s->before[k] - share * s->step[k];
         for (int k = w->rates; k < w->loops; ++k) w->y[k] = s->before[k] - share * s->step[k];

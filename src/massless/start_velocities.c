@@ -130,9 +130,10 @@ static int advance(mbsri_start *s, double change, double size, int *leaps, doubl
     return MBSR_OK;
 }
 
+/* What balances but for rounding serves as long as velocities are known to what is usual. */
 int mbsri_start_velocities(mbsri_start *s, bool drift)
 {
-    static const double near = 1e-9, slow = 0.1, rounding = 1e-5;
+    static const double near = 1e-9, slow = 0.1, rounding = 1e-5, usual = 100.0;
     mbsr_completion *w = s->w;
     const double *u = w->y + w->rates;
     double last = INFINITY;
@@ -148,7 +149,8 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
         ++s->info->iterations;
         status = advance(s, change, size, &leaps, &share);
         if (status) return status;
-        if (share == 0.0 && change <= rounding && mbsri_start_balances(s)) {
+        if (share == 0.0 && change <= fmin(1.0, usual * w->span.least / size) * rounding &&
+            mbsri_start_balances(s)) {
             take_share(s, 0.0);
             return MBSR_OK;
         }
