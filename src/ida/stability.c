@@ -28,7 +28,7 @@
 void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
                                const mbsri_errors *e)
 {
-    static const double fade = 0.99, slow = 0.1, fast = 1.5, unseen = 0.02, nothing = 0.01,
+    static const double fade = 0.99, slow = 0.1, fast = 1.5, unseen = 0.02, nothing = 0.001,
                         many = 3.0, little = 4e-5, turn = 6.28318530717958648;
     enum { LEAST = 500 };
     mbsri_vibration *v = &c->vibration;

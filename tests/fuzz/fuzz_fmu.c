@@ -199,16 +199,16 @@ static int changes_mode(caller *x)
 {
     bool a, b, d, e, f;
     switch (pick(x, 13)) {
-    case 0: return fmi3EnterInitializationMode(x->c, pick(x, 2), x->in[1], 0, false, 0);
-    case 1: return fmi3ExitInitializationMode(x->c);
-    case 2: return fmi3EnterContinuousTimeMode(x->c);
-    case 3: return fmi3EnterStepMode(x->c);
-    case 4: return fmi3EnterEventMode(x->c);
-    case 5: return fmi3Reset(x->c);
-    case 6: return fmi3EnterConfigurationMode(x->c);
-    case 7: return fmi3EvaluateDiscreteStates(x->c);
-    case 8: return fmi3UpdateDiscreteStates(x->c, place(x, &a), &b, &d, &e, &f, x->out);
-    case 9: return fmi3Terminate(x->c);
+    case 0: return (int)fmi3EnterInitializationMode(x->c, pick(x, 2), x->in[1], 0, false, 0);
+    case 1: return (int)fmi3ExitInitializationMode(x->c);
+    case 2: return (int)fmi3EnterContinuousTimeMode(x->c);
+    case 3: return (int)fmi3EnterStepMode(x->c);
+    case 4: return (int)fmi3EnterEventMode(x->c);
+    case 5: return (int)fmi3Reset(x->c);
+    case 6: return (int)fmi3EnterConfigurationMode(x->c);
+    case 7: return (int)fmi3EvaluateDiscreteStates(x->c);
+    case 8: return (int)fmi3UpdateDiscreteStates(x->c, place(x, &a), &b, &d, &e, &f, x->out);
+    case 9: return (int)fmi3Terminate(x->c);
     default: return fmi3OK;
     }
 }
@@ -217,15 +217,15 @@ static int reads_or_writes(caller *x)
 {
     fmi3String text[4] = {"", "", "", ""};
     switch (pick(x, 8)) {
-    case 0: return fmi3SetFloat64(x->c, place(x, x->vr), x->n, x->in, about(x, x->n));
-    case 1: return fmi3GetString(x->c, x->vr, x->n, text, about(x, x->n));
-    case 2: return fmi3GetClock(x->c, x->vr, x->n, (bool *)x->bytes);
-    case 3: return fmi3GetBoolean(x->c, x->vr, x->n, (bool *)x->bytes, x->n);
-    case 4: return fmi3GetNumberOfVariableDependencies(x->c, x->vr[0], place(x, &x->size));
-    case 5: return fmi3SetDebugLogging(x->c, pick(x, 2), 0, NULL);
+    case 0: return (int)fmi3SetFloat64(x->c, place(x, x->vr), x->n, x->in, about(x, x->n));
+    case 1: return (int)fmi3GetString(x->c, x->vr, x->n, text, about(x, x->n));
+    case 2: return (int)fmi3GetClock(x->c, x->vr, x->n, (bool *)x->bytes);
+    case 3: return (int)fmi3GetBoolean(x->c, x->vr, x->n, (bool *)x->bytes, x->n);
+    case 4: return (int)fmi3GetNumberOfVariableDependencies(x->c, x->vr[0], place(x, &x->size));
+    case 5: return (int)fmi3SetDebugLogging(x->c, pick(x, 2), 0, NULL);
     default: {
         const size_t n = about(x, x->n);
-        return read_numbers(x, fmi3GetFloat64(x->c, x->vr, x->n, place(x, x->out), n), n);
+        return read_numbers(x, (int)fmi3GetFloat64(x->c, x->vr, x->n, place(x, x->out), n), n);
     }
     }
 }
@@ -235,16 +235,17 @@ static int moves(caller *x)
     bool a, b, d;
     const size_t n = about(x, x->e->states);
     switch (pick(x, x->mode == CONTINUOUS ? 7 : 8)) {
-    case 0: return fmi3SetTime(x->c, 0.1 * fabs(x->in[1]));
-    case 1: return fmi3SetContinuousStates(x->c, place(x, x->in), n);
-    case 2: return read_numbers(x, fmi3GetContinuousStates(x->c, x->out, n), n);
-    case 3: return read_numbers(x, fmi3GetContinuousStateDerivatives(x->c, x->out, n), n);
-    case 4: return read_numbers(x, fmi3GetNominalsOfContinuousStates(x->c, x->out, n), n);
-    case 5: return fmi3GetEventIndicators(x->c, place(x, x->out), about(x, x->e->indicators));
-    case 6: return fmi3CompletedIntegratorStep(x->c, true, place(x, &a), &b);
+    case 0: return (int)fmi3SetTime(x->c, 0.1 * fabs(x->in[1]));
+    case 1: return (int)fmi3SetContinuousStates(x->c, place(x, x->in), n);
+    case 2: return read_numbers(x, (int)fmi3GetContinuousStates(x->c, x->out, n), n);
+    case 3: return read_numbers(x, (int)fmi3GetContinuousStateDerivatives(x->c, x->out, n), n);
+    case 4: return read_numbers(x, (int)fmi3GetNominalsOfContinuousStates(x->c, x->out, n), n);
+    case 5: return (int)fmi3GetEventIndicators(x->c, place(x, x->out), about(x, x->e->indicators));
+    case 6: return (int)fmi3CompletedIntegratorStep(x->c, true, place(x, &a), &b);
     default: {
         const double h = pick(x, 20) ? 8e-5 * pick(x, 250) : x->in[2];
-        return fmi3DoStep(x->c, x->t, fabs(h) > 0.1 ? NAN : h, true, place(x, &a), &b, &d, x->out);
+        return (int)fmi3DoStep(x->c, x->t, fabs(h) > 0.1 ? NAN : h, true, place(x, &a), &b, &d,
+                               x->out);
     }
     }
 }
@@ -264,22 +265,25 @@ static int keeps_or_derives(caller *x)
     choose_derivative(x);
     if (x->careful && !x->saved) return keeps(x, (int)fmi3GetFMUState(x->c, &x->saved));
     switch (pick(x, 7)) {
-    case 0: return keeps(x, fmi3GetFMUState(x->c, place(x, &x->saved)));
-    case 1: return goes_back(x, fmi3SetFMUState(x->c, x->saved));
-    case 2: return fmi3FreeFMUState(x->c, &x->saved);
-    case 3: return fmi3SerializedFMUStateSize(x->c, x->saved, place(x, &x->size));
-    case 4: return fmi3SerializeFMUState(x->c, x->saved, x->bytes, sizeof x->bytes);
+    case 0: return keeps(x, (int)fmi3GetFMUState(x->c, place(x, &x->saved)));
+    case 1: return goes_back(x, (int)fmi3SetFMUState(x->c, x->saved));
+    case 2: return (int)fmi3FreeFMUState(x->c, &x->saved);
+    case 3: return (int)fmi3SerializedFMUStateSize(x->c, x->saved, place(x, &x->size));
+    case 4: return (int)fmi3SerializeFMUState(x->c, x->saved, x->bytes, sizeof x->bytes);
     case 5: {
         const size_t given = about(x, n);
         double *out = place(x, x->out);
         return read_numbers(
-            x, fmi3GetAdjointDerivative(x->c, x->vr, n, x->vr + n, m, x->in, given, out, m), m);
+            x, (int)fmi3GetAdjointDerivative(x->c, x->vr, n, x->vr + n, m, x->in, given, out, m),
+            m);
     }
     default: {
         const size_t given = about(x, m);
         double *in = place(x, x->in);
         return read_numbers(
-            x, fmi3GetDirectionalDerivative(x->c, x->vr, n, x->vr + n, m, in, given, x->out, n), n);
+            x,
+            (int)fmi3GetDirectionalDerivative(x->c, x->vr, n, x->vr + n, m, in, given, x->out, n),
+            n);
     }
     }
 }
