@@ -17,7 +17,8 @@
  * thousands; a vibration of `many` tolerances in momenta, of which coordinates show less than
  * `unseen` and `little` of that, or next to nothing, is nobody's motion. (Order 2 follows what else
  * moves less well: with a Q up to 0.3 and any A an arm with elastic gears lost 17 000 tolerances;
- * with `little` alone a tyre that had come to rest after its bounces vibrated for ever.) It takes
+ * with `little` alone a tyre that had come to rest after its bounces vibrated for ever; with 0.004
+ * of a tolerance as next to nothing a flexible arm lost four times as much.) It takes
  * some A^(4/3) steps at most to go, as (h w)^3 A is about 1. As many are waited for: the attempt
  * costs no more than what the vibration has cost. It ends when a step takes two periods, beyond
  * which orders above 2 are stable again. */
