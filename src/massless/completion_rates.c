@@ -339,6 +339,23 @@ static int solve_farther(mbsr_completion *w, bool exactly, double *loaded)
     return solve_rates(w, exactly, 1e-3, loaded);
 }
 
+/* u' by forward dynamics where some rows are left to others, if these serve: they know which, while
+ * solutions at finite c keep a share of what the rows left out would have to do. */
+static int take_forward(mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    if (!w->kind.deficient || !leaves_rows(w)) return MBSR_OK;
+    const mbsr_error before = w->d->error;
+    double *udot = w->form.u;
+    int status = mbsr_forward_dynamics(m, w->d, w->t, w->y, w->y + w->rates, w->tau, udot);
+    if (!status) mbsri_copy((size_t)m->nu, udot, w->rate + w->rates);
+    if (status < 0) w->error = w->d->error;
+    if (status > 0) w->d->error = before; /* what was found by Newton systems holds */
+    if (status >= 0) status = here(w);
+    if (!status) known_rates(w, w->rate);
+    return status;
+}
+
 int mbsri_completion_rates(mbsr_completion *w, bool exactly)
 {
     enum { TURNS = 4 };
@@ -349,5 +366,6 @@ int mbsri_completion_rates(mbsr_completion *w, bool exactly)
     status = MBSR_OK;
     for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
         status = solve_farther(w, exactly, &loaded);
-    return !status && w->kind.elastic ? mbsri_completion_accelerate(w) : status;
+    if (!status && w->kind.elastic) status = mbsri_completion_accelerate(w);
+    return status ? status : take_forward(w);
 }

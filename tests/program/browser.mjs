@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
-const patience = 60000; // ms
+const patience = 300000; // ms: a watchdog, not a measure
 
 export class Browser {
     constructor(program, width = 1280, height = 760) {
