@@ -283,10 +283,9 @@ MBSR_API int mbsr_closure_definition(const mbsr_model *model, int closure, mbsr_
  *
  * m = mbsr_model_rows, h = mbsr_model_position_rows, nq and nu as in the model. mbsr_assemble and
  * mbsr_closures_report take memory from the model's allocator for the call, in O(nu + m). Dense
- * matrices, O((nu + m)^2), are made by reports of models with at most 120 rates and rows, with
- * stiff rows or with directions without mass, or where ranks in O(nu + m) fail a check (loops
- * anywhere in a large tree), and by mbsr_assemble where stiff rows cannot all be closed. All others
- * look up what is known. */
+ * matrices, O((nu + m)^2), are made by reports of models with stiff rows or with directions without
+ * mass, or where ranks in O(nu + m) fail a check (loops anywhere in a large tree), and by
+ * mbsr_assemble where stiff rows cannot all be closed. All others look up what is known. */
 
 /* What the loops are open by: g (h) at the positions of mbsr_stage_positions. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE, what a table returned. */
@@ -348,8 +347,8 @@ typedef struct mbsr_closure_report {
     int massless;     /* directions of the tree that move no mass */
     int undetermined; /* of these, the ones that no loop holds, neither by rigid nor by stiff rows
                        */
-    double smallest_kept;   /* squared distance of an independent row from the span of those before;
-                               of all others in models of more than 120 rates and rows */
+    double smallest_kept;   /* squared distance of an independent row from the span of all others,
+                               of those before where there are stiff rows */
     double largest_dropped; /* of a dependent one */
     int weakest; /* of the rows that the data does not leave out, the one nearest to the span of
                              those before it; MBSR_NONE where there are none */

@@ -181,10 +181,10 @@ static void add_mass(mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b
 }
 
 /* Of what is left at the end nothing determines the motions. */
-static void note_free(mbsri_fronts *w, const mbsri_pivots *f)
+static void note_left(mbsri_fronts *w, const mbsri_pivots *f)
 {
     for (int k = f->pivots; k < f->pivots + f->left; ++k) {
-        if (f->id[k] >= w->m->rows) w->free = f->id[k] - w->m->rows;
+        if (f->id[k] >= w->m->rows) mbsri_fronts_note_free(w, f->id[k] - w->m->rows);
     }
 }
 
@@ -211,7 +211,7 @@ bool mbsri_fronts_assemble(mbsri_fronts *w, int k)
     if (!any) return true;
     clear_loads(f);
     if (u.complete > 0) mbsri_pivots_eliminate(f);
-    note_free(w, f);
+    note_left(w, f);
     w->planned = w->planned && f->pivots + f->left == f->complete;
     if (s->body > 0) add_mass(w, f, w->m->body + s->body);
     w->pivots[k] = keep_pivots(w);

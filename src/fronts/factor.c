@@ -77,6 +77,7 @@ int mbsri_fronts_factor(mbsri_fronts *w, const double *armature, const char *fun
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     d->single = true;
     w->free = -1;
+    w->frees = 0;
     const int status = eliminate(w, armature);
     d->single = single;
     if (status != MBSR_ERR_NO_MEMORY) return status;

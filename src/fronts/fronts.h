@@ -49,6 +49,7 @@ typedef struct mbsri_fronts {
     double *share;              /* rows: scale of its lambda in norms (algebra/pivots.h) */
     double lever;               /* the longest lever of the mechanism, m */
     int free;                   /* index of a joint rate that nothing determines; -1: none */
+    int frees;                  /* how many motions nothing determines */
     struct mbsri_idle *idle;    /* of redundant rows (idle.h); NULL: none that matters */
     struct mbsri_chunk *chunks; /* blocks of memory, the last first */
     struct mbsri_chunk *kept;   /* the last one that had been taken from before a factorisation */
@@ -99,6 +100,14 @@ void mbsri_fronts_move(mbsri_fronts *w, int k);
  * others are there. */
 void mbsri_fronts_reduce(const mbsri_pivots *f, double *s);
 void mbsri_fronts_substitute(const mbsri_pivots *f, const double *s, double *v);
+
+/* A motion that has most of joint rate `rate` (in the order of the sweeps), which nothing
+ * determines. */
+static inline void mbsri_fronts_note_free(mbsri_fronts *w, int rate)
+{
+    w->free = rate;
+    ++w->frees;
+}
 
 /* The joint rate (place in the caller's u) that has most of a motion that nothing determines;
  * `free` is not -1. */

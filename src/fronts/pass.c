@@ -127,7 +127,7 @@ static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
         if (null_row(b->n, count, N, p->X, row, row + c))
             p->id[count + p->nulls++] = mbsri_rate_number(w, b) + l;
         else
-            w->free = b->iu + l;
+            mbsri_fronts_note_free(w, b->iu + l);
     }
     return p;
 }
@@ -337,7 +337,7 @@ static bool limit_motions(mbsri_fronts *w, mbsri_part *p)
     find_dependent(motions, p->count, row, dependent);
     for (int k = p->count - 1; k >= 0; --k) {
         if (!is_rate(w, p->id[k]) || !dependent[--motions]) continue;
-        w->free = p->id[k] - w->m->rows;
+        mbsri_fronts_note_free(w, p->id[k] - w->m->rows);
         leave_out(p, k);
     }
     return true;
@@ -377,7 +377,7 @@ bool mbsri_fronts_pass(mbsri_fronts *w, int k)
     const mbsri_pivots *f = &w->front;
     const int count = w->pivots[k] ? count_passing(f, b) : 0;
     if (count == 0) {
-        if (w->d->rank[i] < b->n) w->free = b->iu + w->d->rank[i];
+        for (int l = b->n - 1; l >= w->d->rank[i]; --l) mbsri_fronts_note_free(w, b->iu + l);
         return true;
     }
     mbsri_passing *p = w->passing[k] = see_joint(w, k, count);

@@ -129,8 +129,7 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
 int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, bool rigid,
                            const char *function)
 {
-    const bool dense = m->nu + m->rows <= MBSRI_DENSE_MOST || (!rigid && mbsri_any_stiff(m));
-    if (dense) return mbsri_dense_open(w, m, d, function);
+    if (!rigid && mbsri_any_stiff(m)) return mbsri_dense_open(w, m, d, function);
     const int status = open_arrays(w, m, d, function);
     return status ? status : mbsri_row_fronts_open(m, d, w->span, function, &w->fronts);
 }

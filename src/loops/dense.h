@@ -7,9 +7,6 @@
 #include "recursion/closures.h"
 #include "recursion/data.h"
 
-/* Models with more joint rates and rows go front by front where these serve. */
-enum { MBSRI_DENSE_MOST = 120 };
-
 /* K and what is made of it; N = n + rows. */
 typedef struct mbsri_dense_factors {
     double *K, *U, *V;             /* N x N */
@@ -56,8 +53,8 @@ typedef struct mbsri_dense {
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_dense_close(mbsri_dense *w);
 
-/* Likewise, without matrices where the model has more than so many joint rates and rows, and no
- * stiff ones, or these count as rigid (row_fronts.h). */
+/* Likewise, without matrices where the model has no stiff rows, or these count as rigid
+ * (row_fronts.h). */
 int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, bool rigid,
                            const char *function);
 

@@ -137,6 +137,18 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
     return status;
 }
 
+int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out,
+                           const char *function, int *count)
+{
+    forward w;
+    int status = open_forward(&w, m, d, left_out, function);
+    if (!status) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_fronts_factor(&w.system, NULL, function);
+    *count = status ? 0 : w.system.frees;
+    mbsri_fronts_close(&w.system);
+    return status;
+}
+
 /* ---- impulses ---- */
 
 /* C u + g_t of rigid rows, into w->rate. */

@@ -19,6 +19,11 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
 int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                      const bool *left_out, double *u, const char *function);
 
+/* How many directions without mass no loop holds, at the positions and velocities of the data;
+ * left_out: likewise. */
+int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out,
+                           const char *function, int *count);
+
 /* Torques tau (nu) of the joint rates that have motors, and loop forces, left in the data, that
  * together are `need` (nu); after the inverse dynamics of the tree. Both are as they were after a
  * failure. */

@@ -23,6 +23,7 @@ struct mbsri_row_fronts {
     double *metric;                          /* nu, in the order of the sweeps: of the inertias */
     double *g, *x;                           /* nu */
     double *zero, *lambda, *inverse, *scale; /* rows */
+    double *compliance;                      /* rows: while forces are shared */
     int *order;         /* rows: the last of those that depend on each other are left out */
     bool *shared;       /* rows */
     bool *more, *other; /* rows: for a short time */
@@ -46,15 +47,16 @@ bool mbsri_any_stiff(const mbsr_model *m)
     return any;
 }
 
-static void fill_order(mbsri_row_fronts *w)
+void mbsri_row_fronts_order(mbsri_row_fronts *w, const int *late)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m), *end = first + w->m->closures.count;
     int place = 0;
-    for (int others = 0; others < 2; ++others) {
+    for (int round = 0; round <= MBSRI_LATEST; ++round) {
         for (const mbsri_closure *c = first; c < end; ++c) {
-            for (int k = others ? c->position_rows : 0; k < (others ? c->rows : c->position_rows);
-                 ++k)
-                w->order[c->row + k] = place++;
+            for (int k = 0; k < c->rows; ++k) {
+                const int own = k >= c->position_rows ? MBSRI_LATEST : late ? late[c->row + k] : 0;
+                if (own == round) w->order[c->row + k] = place++;
+            }
         }
     }
 }
@@ -68,7 +70,7 @@ static int no_memory_for_rows(const mbsr_model *m, mbsr_data *d, const char *fun
 int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
                           const char *function, mbsri_row_fronts **fronts)
 {
-    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows, numbers = 3 * nu + 4 * rows;
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows, numbers = 3 * nu + 5 * rows;
     mbsri_row_fronts *w =
         mbsri_allocate(&m->allocator, sizeof *w + numbers * sizeof(double) + rows * sizeof(int) +
                                           3 * rows * sizeof(bool));
@@ -82,14 +84,15 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
     w->lambda = w->zero + rows;
     w->inverse = w->lambda + rows;
     w->scale = w->inverse + rows;
-    w->order = (int *)(void *)(w->scale + rows);
+    w->compliance = w->scale + rows;
+    w->order = (int *)(void *)(w->compliance + rows);
     w->shared = (bool *)(w->order + rows);
     w->more = w->shared + rows;
     w->other = w->more + rows;
     mbsri_zero(rows, w->zero);
     for (size_t k = 0; k < nu; ++k) w->x[k] = 1.0 / (span[k] * span[k]);
     mbsri_gather(m, w->x, w->metric);
-    fill_order(w);
+    mbsri_row_fronts_order(w, NULL);
     return mbsri_fronts_open(&w->system, m, d, true, function);
 }
 
@@ -338,4 +341,62 @@ void mbsri_row_fronts_allow(mbsri_row_fronts *w, double *x)
     for (int j = 0; j < w->m->nu; ++j) w->g[j] = x[j] / w->span[j];
     (void)project(w);
     for (int j = 0; j < w->m->nu; ++j) x[j] = w->x[j] / w->span[j];
+}
+
+/* ---- forces that stiff rows share ---- */
+
+/* Compliances in proportion to those of the springs, the largest `part` beside what rows move. */
+static void fill_compliance(mbsri_row_fronts *w, const double *stiffness)
+{
+    static const double part = 1e-2;
+    double softest = INFINITY;
+    for (int k = 0; k < w->m->rows; ++k) {
+        if (stiffness[k] > 0.0 && w->scale[k] > 0.0)
+            softest = fmin(softest, stiffness[k] * w->scale[k] * w->scale[k]);
+    }
+    for (int k = 0; k < w->m->rows; ++k)
+        w->compliance[k] = stiffness[k] > 0.0 ? part * softest / stiffness[k] : 0.0;
+}
+
+/* With W x - C^T lambda = -C^T given and C x + P (lambda - before) = 0, x goes to zero, a hundredth
+ * of it being left each time, and P lambda is in the range of C. */
+static void share_given(mbsri_row_fronts *w, double *lambda)
+{
+    enum { MOST = 40 };
+    static const double enough = 1e-14;
+    const int rows = w->m->rows;
+    mbsri_closure_transpose(w->m, w->d, lambda, w->g);
+    for (int j = 0; j < w->m->nu; ++j) w->g[j] = -w->g[j];
+    mbsri_zero((size_t)rows, lambda);
+    double change = 1.0, most = 0.0;
+    for (int pass = 0; pass < MOST && change > enough * most; ++pass) {
+        for (int k = 0; k < rows; ++k) w->inverse[k] = w->compliance[k] * lambda[k];
+        mbsri_fronts_solve(&w->system, w->g, w->inverse, w->x, w->lambda);
+        change = most = 0.0;
+        for (int k = 0; k < rows; ++k) {
+            change = fmax(change, fabs(w->lambda[k] - lambda[k]) * w->scale[k]);
+            most = fmax(most, fabs(w->lambda[k]) * w->scale[k]);
+            lambda[k] = w->lambda[k];
+        }
+    }
+}
+
+int mbsri_row_fronts_share(mbsri_row_fronts *w, const double *stiffness, const bool *dropped,
+                           double *lambda)
+{
+    find_scales(w);
+    fill_compliance(w, stiffness);
+    for (int k = 0; k < w->m->rows; ++k)
+        w->system.left_out[k] = dropped[k] && !(stiffness[k] > 0.0);
+    w->system.compliance = w->compliance;
+    const int status = mbsri_fronts_factor(&w->system, w->metric, w->function);
+    if (!status) share_given(w, lambda);
+    w->system.compliance = NULL;
+    return status;
+}
+
+const double *mbsri_row_fronts_scales(mbsri_row_fronts *w)
+{
+    find_scales(w);
+    return w->scale;
 }

@@ -1,5 +1,5 @@
-/* A consistent state of a small model with closures: loops closed, and rows chosen, in dense linear
- * algebra.
+/* A consistent state of a model with closures whose stiff rows share what they bear, or whose ranks
+ * fronts do not find: rows chosen in dense linear algebra.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   positions      near the guess, with closed loops (loops/assemble.c)

@@ -1,4 +1,4 @@
-/* A consistent state of a small model with closures.
+/* A consistent state of a model with closures in dense linear algebra.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_LOOPS_DENSE_START_H
 #define MBSRI_LOOPS_DENSE_START_H

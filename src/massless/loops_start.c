@@ -118,15 +118,20 @@ static bool is_as_it_is(const start *s, const mbsri_closure *c, int k)
     return mbsri_is_loose(c, k) || (s->w.closer.let_go && s->w.closer.let_go[c->row + k]);
 }
 
-/* s' = k (C u + g_t) of springs without damping that are as they are, from F at s' = 0. */
+/* s' = k (C u + g_t), from F at s' = 0, of springs without damping that are as they are, and of
+ * settled ones in rows that others leave to move, with what their dampers take taken from s. */
 static void take_rates(start *s, int at)
 {
     const mbsr_model *m = s->w.m;
     const mbsri_closure *first = mbsri_all_closures(m);
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            if (!mbsri_is_stiff(c, k) || !is_as_it_is(s, c, k) || c->def.damping[k] > 0.0) continue;
-            s->yp[at + c->row + k] = -c->def.stiffness[k] * s->F[at + c->row + k];
+            const bool as_it_is = is_as_it_is(s, c, k), damped = c->def.damping[k] > 0.0;
+            const int row = at + c->row + k;
+            if (!mbsri_is_stiff(c, k) || (as_it_is ? damped : !s->w.d->dropped[c->row + k]))
+                continue;
+            s->yp[row] = -c->def.stiffness[k] * s->F[row];
+            if (!as_it_is) s->y[row] -= c->def.damping[k] / c->def.stiffness[k] * s->yp[row];
         }
     }
 }
@@ -274,7 +279,7 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     return MBSR_OK;
 }
 
-/* Where a model is small, or its springs share what they bear. */
+/* Where springs share what they bear, or digits of ranks get lost. */
 static int find_by_matrices(start *s, const double *y, const mbsr_consistent_opt *opt,
                             mbsr_consistent_info *info)
 {
@@ -312,8 +317,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     mbsr_data *d = s->w.d;
     bool served = false;
     int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status && m->nu + m->rows > MBSRI_DENSE_MOST)
-        status = find_by_fronts(s, y, opt, info, &served);
+    if (!status) status = find_by_fronts(s, y, opt, info, &served);
     if (!status && !served) status = find_by_matrices(s, y, opt, info);
     if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED ||
          status == MBSR_LOOP_SINGULAR) &&

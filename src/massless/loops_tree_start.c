@@ -18,6 +18,8 @@
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 
+#include <math.h>
+
 static const char function[] = "mbsr_dae_consistent";
 
 int mbsri_tree_start_open(mbsri_tree_start *s, const mbsr_model *m, mbsr_data *d)
@@ -70,6 +72,47 @@ static int look_for_masses(mbsri_tree_start *s, double t, const double *q, bool 
     return status;
 }
 
+/* Forces of rows that share what others bear: by the gaps that the others leave them, as they ask
+ * for but for rounding. At the positions of the data. */
+static int bear(mbsri_tree_start *s, const double *offset)
+{
+    static const double rounding = 1e-13;
+    const mbsr_model *m = s->m;
+    const mbsri_closing *measure = &s->w.closer.closing;
+    const mbsri_closure *c = m->closures.data;
+    const double size = rounding * mbsri_closing_size(m, s->d, measure);
+    int status = mbsri_closure_gaps(m, s->d, s->w.g);
+    if (!status) status = mbsri_closure_jacobians(m, s->d);
+    mbsri_zero((size_t)m->rows, s->borne);
+    for (size_t id = 0; id < m->closures.count && !status; ++id, ++c) {
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int row = c->row + k, at = c->position_row + k;
+            const bool same = fabs(s->w.g[at] - offset[at]) <= size * measure->gap[at];
+            if (s->w.left_out[row])
+                s->borne[row] = -s->stiffness[row] * (same ? offset[at] : s->w.g[at]);
+        }
+    }
+    if (!status) mbsri_closure_transpose(m, s->d, s->borne, s->tau);
+    return status;
+}
+
+/* u' and lambda where all joint rates move mass. */
+static int find_rates(mbsri_tree_start *s, double t, const double *offset, const double *q,
+                      const double *u, double *udot, double *lambda)
+{
+    const mbsr_model *m = s->m;
+    const bool shares = s->stiffness != NULL;
+    int status = shares ? bear(s, offset) : MBSR_OK;
+    if (!status)
+        status = mbsri_loops_forward(m, s->d, t, q, u, shares ? s->tau : NULL, s->w.left_out, udot,
+                                     function);
+    mbsri_copy((size_t)m->rows, s->d->loop_lambda, lambda);
+    for (int k = 0; k < m->rows && shares; ++k) {
+        if (s->w.left_out[k] && s->stiffness[k] > 0.0) lambda[k] = s->borne[k];
+    }
+    return status;
+}
+
 /* Velocities, u' and lambda at closed positions. */
 static int find_motion(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                        double *udot, double *lambda, const mbsr_consistent_opt *opt,
@@ -81,13 +124,17 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
     int status = look_for_masses(s, t, q, &massive);
     if (!status && !massive && !s->start.m) status = mbsri_closed_start_open(&s->start, m, d);
     if (status) return status;
-    if (!massive)
-        return mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);
+    if (!massive) {
+        int directions;
+        status = mbsri_loops_count_free(m, d, s->w.left_out, function, &directions);
+        if (!status)
+            status = mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);
+        info->null_directions = directions;
+        return status;
+    }
     info->null_directions = 0;
     status = mbsri_loops_push(m, d, t, q, s->w.left_out, u, function);
-    if (!status) status = mbsri_loops_forward(m, d, t, q, u, NULL, s->w.left_out, udot, function);
-    mbsri_copy((size_t)m->rows, d->loop_lambda, lambda);
-    return status;
+    return status ? status : find_rates(s, t, offset, q, u, udot, lambda);
 }
 
 int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,

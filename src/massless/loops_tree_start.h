@@ -13,6 +13,9 @@ typedef struct mbsri_tree_start {
     mbsri_dense w;            /* closes loops, finds ranks */
     mbsri_closed_start start; /* where something moves no mass */
     bool ranked;              /* the rows that depend on others are known */
+    const double *stiffness;  /* rows: of those that share what others bear, 0: of these; NULL: none
+                                 does */
+    double *borne, *tau;      /* rows, nu: what such rows do without being in the equations */
 } mbsri_tree_start;
 
 /* Takes memory from the model's allocator; to be closed after a failure too. */

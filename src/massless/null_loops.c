@@ -71,7 +71,7 @@ static int loop_forces_by_fronts(mbsri_null_space *w, double t, const double *q,
     mbsri_dense fronts;
     mbsri_ranks ranks = {.independent = 0};
     *served = false;
-    if (w->m->nu + w->m->rows <= MBSRI_DENSE_MOST || mbsri_any_stiff(w->m)) return MBSR_OK;
+    if (mbsri_any_stiff(w->m)) return MBSR_OK;
     int status = mbsri_dense_open_ranks(&fronts, w->m, w->d, true, w->function);
     if (!status) {
         const mbsr_error before = w->d->error;

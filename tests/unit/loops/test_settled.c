@@ -66,7 +66,7 @@ static void springs_share_the_way(void **state)
 
 /* A coupler on five legs, all turned by 2 rad: three of the eight rows of its pins depend on
  * others, and the legs' shares of its weight are the same however stiff the pins are, also where
- * their gaps are rounding. */
+ * their gaps are rounding. What they bear is s + d / k s'. */
 static void legs_share_what_they_bear(void **state)
 {
     (void)state;
@@ -104,8 +104,9 @@ static void legs_share_what_they_bear(void **state)
         assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
                   mbsr_data_error(d));
         for (int r = 0; r < ROWS; ++r) {
-            if (l == 0) first[r] = y[3 * NU + r];
-            assert_close(y[3 * NU + r], first[r], 1e-6 * 10.0);
+            const double borne = y[3 * NU + r] + 1e-4 * yp[3 * NU + r];
+            if (l == 0) first[r] = borne;
+            assert_close(borne, first[r], 1e-6 * 10.0);
         }
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);
