@@ -381,13 +381,12 @@ static void share_given(mbsri_row_fronts *w, double *lambda)
     }
 }
 
-int mbsri_row_fronts_share(mbsri_row_fronts *w, const double *stiffness, const bool *dropped,
+int mbsri_row_fronts_share(mbsri_row_fronts *w, const double *stiffness, const bool *left_out,
                            double *lambda)
 {
     find_scales(w);
     fill_compliance(w, stiffness);
-    for (int k = 0; k < w->m->rows; ++k)
-        w->system.left_out[k] = dropped[k] && !(stiffness[k] > 0.0);
+    for (int k = 0; k < w->m->rows; ++k) w->system.left_out[k] = left_out[k];
     w->system.compliance = w->compliance;
     const int status = mbsri_fronts_factor(&w->system, w->metric, w->function);
     if (!status) share_given(w, lambda);

@@ -51,13 +51,13 @@ void mbsri_row_fronts_allow(mbsri_row_fronts *w, double *x);
 
 /* Of position rows that depend on each other those with the greatest number in `late` are dropped
  * first (rows, from 0 on; NULL: all alike); before them velocity rows, which count as the last. */
-enum { MBSRI_LATEST = 3 };
+enum { MBSRI_LATEST = 5 };
 void mbsri_row_fronts_order(mbsri_row_fronts *w, const int *late);
 
 /* Loop forces lambda (rows) become those of the same effect, C^T lambda, of which stiff rows share
  * by their compliance what they bear: the sum of lambda^2 / stiffness is least. stiffness (rows; 0:
- * rigid); dropped (rows): rigid ones that bear nothing. After the derivatives. */
-int mbsri_row_fronts_share(mbsri_row_fronts *w, const double *stiffness, const bool *dropped,
+ * rigid); left_out (rows): those that bear nothing. After the derivatives. */
+int mbsri_row_fronts_share(mbsri_row_fronts *w, const double *stiffness, const bool *left_out,
                            double *lambda);
 
 /* The length to which each row is compared (rows). After the derivatives. */

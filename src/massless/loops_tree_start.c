@@ -97,8 +97,8 @@ static int bear(mbsri_tree_start *s, const double *offset)
 }
 
 /* u' and lambda where all joint rates move mass. */
-static int find_rates(mbsri_tree_start *s, double t, const double *offset, const double *q,
-                      const double *u, double *udot, double *lambda)
+static int find_accelerations(mbsri_tree_start *s, double t, const double *offset, const double *q,
+                              const double *u, double *udot, double *lambda)
 {
     const mbsr_model *m = s->m;
     const bool shares = s->stiffness != NULL;
@@ -109,6 +109,22 @@ static int find_rates(mbsri_tree_start *s, double t, const double *offset, const
     mbsri_copy((size_t)m->rows, s->d->loop_lambda, lambda);
     for (int k = 0; k < m->rows && shares; ++k) {
         if (s->w.left_out[k] && s->stiffness[k] > 0.0) lambda[k] = s->borne[k];
+    }
+    return status;
+}
+
+/* Forces of springs, into their rows of lambda. */
+static int add_springs(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                       const double *u, double *lambda)
+{
+    const mbsri_closure *c = m->closures.data;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_closure_springs(m, d);
+    for (size_t id = 0; id < m->closures.count && !status; ++id, ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k)) lambda[c->row + k] = d->loop_lambda[c->row + k];
+        }
     }
     return status;
 }
@@ -129,12 +145,13 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
         status = mbsri_loops_count_free(m, d, s->w.left_out, function, &directions);
         if (!status)
             status = mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);
+        if (!status) status = add_springs(m, d, t, q, u, lambda);
         info->null_directions = directions;
         return status;
     }
     info->null_directions = 0;
     status = mbsri_loops_push(m, d, t, q, s->w.left_out, u, function);
-    return status ? status : find_rates(s, t, offset, q, u, udot, lambda);
+    return status ? status : find_accelerations(s, t, offset, q, u, udot, lambda);
 }
 
 int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,

@@ -11,8 +11,8 @@
  * their gaps say; from pass to pass all settled ones take the gaps at which they share by their
  * compliance what they bear together.
  *
- * Springs that a start takes as they are leave the state to the rigid rows. Where it is one that
- * these allow, and each motion has mass or a loop that holds it, forward dynamics are the start. */
+ * Springs that a start takes as they are stay springs in the copy: forces in a state that the other
+ * rows allow. */
 #include "massless/loops_tree_start.h"
 
 #include "algebra/dense.h"
@@ -35,61 +35,59 @@ typedef struct rigid {
     double *stiffness;      /* rows: of the model, 0: rigid */
     double *borne, *tau;    /* rows, nu: see loops_tree_start.h */
     double *forces;         /* rows: that springs lack, and as they share them */
+    double *moved;          /* position rows: by how much gaps were to change last */
+    double relaxation;      /* the share of that by which they did */
     int *late;              /* rows: which go first of those that depend on each other */
-    bool *stiff, *other;    /* rows */
+    bool *stiff, *loose;    /* rows: settled springs; those taken as they are */
+    bool *other, *more;     /* rows: for a short time */
+    bool shares;            /* whether some of these are left out, and exert what their gaps say */
 } rigid;
 
-enum { RIGID, STIFF, SOFT };
+enum { RIGID, STIFF, SOFT, LOOSE, LOOSE_SOFT };
 
-/* Whether some row is stiff, and whether all of these are settled. */
-static bool some_stiff(const mbsr_model *m, bool *settled)
-{
-    const mbsri_closure *c = m->closures.data;
-    bool some = false;
-    *settled = true;
-    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            some = some || mbsri_is_stiff(c, k);
-            *settled = *settled && !mbsri_is_loose(c, k);
-        }
-    }
-    return some;
-}
-
-static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid *r)
+static int allocate_rigid(const mbsr_model *m, mbsr_data *d, rigid *r)
 {
     const size_t nu = (size_t)m->nu, gaps = (size_t)m->position_rows, rows = (size_t)m->rows;
-    const mbsri_closure *c = m->closures.data;
-    *r = (rigid){.twin = {NULL, NULL}};
-    int status = mbsri_rigid_twin_open(m, d, NULL, &r->twin);
-    if (status) return status;
-    status = mbsri_tree_start_open(&r->start, r->twin.model, r->twin.data);
-    if (status) {
-        d->error = r->twin.data->error;
-        return status;
-    }
-    r->u = mbsri_allocate(&m->allocator, (2 * nu + gaps + 3 * rows + 1) * sizeof(double) +
-                                             rows * (sizeof(int) + 2 * sizeof(bool)));
+    r->u = mbsri_allocate(&m->allocator, (2 * nu + 2 * gaps + 3 * rows + 1) * sizeof(double) +
+                                             rows * (sizeof(int) + 4 * sizeof(bool)));
     if (!r->u)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d rows of closures", m->rows);
     r->tau = r->u + nu;
     r->offset = r->tau + nu;
-    r->stiffness = r->offset + gaps;
+    r->moved = r->offset + gaps;
+    r->stiffness = r->moved + gaps;
     r->borne = r->stiffness + rows;
     r->forces = r->borne + rows;
     r->late = (int *)(void *)(r->forces + rows);
     r->stiff = (bool *)(r->late + rows);
-    r->other = r->stiff + rows;
-    mbsri_copy(nu, u, r->u);
-    mbsri_zero(gaps, r->offset);
+    r->loose = r->stiff + rows;
+    r->other = r->loose + rows;
+    r->more = r->other + rows;
+    mbsri_zero(2 * gaps, r->offset);
+    return MBSR_OK;
+}
+
+static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid *r)
+{
+    const mbsri_closure *c = m->closures.data;
+    *r = (rigid){.relaxation = 1.0};
+    int status = allocate_rigid(m, d, r);
+    if (status) return status;
+    mbsri_copy((size_t)m->nu, u, r->u);
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            r->stiffness[c->row + k] = c->def.stiffness[k];
-            r->stiff[c->row + k] = mbsri_is_stiff(c, k);
+        for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
+            r->loose[row] = mbsri_is_loose(c, k);
+            r->stiff[row] = mbsri_is_stiff(c, k) && !r->loose[row];
+            r->stiffness[row] = r->stiff[row] ? c->def.stiffness[k] : 0.0;
+            r->late[row] = RIGID;
         }
     }
-    return MBSR_OK;
+    status = mbsri_rigid_twin_open(m, d, r->loose, &r->twin);
+    if (status) return status;
+    status = mbsri_tree_start_open(&r->start, r->twin.model, r->twin.data);
+    if (status) d->error = r->twin.data->error;
+    return status;
 }
 
 static void close_rigid(const mbsr_model *m, rigid *r)
@@ -120,12 +118,13 @@ static int order_rows(const mbsr_model *m, rigid *r, double t, const double *q)
     const double *scale = mbsri_row_fronts_scales(r->start.w.fronts);
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
         double most = 0.0;
-        for (int row = c->row; row < c->row + c->position_rows; ++row)
-            most = fmax(most, r->stiffness[row] * scale[row] * scale[row]);
-        for (int row = c->row; row < c->row + c->rows; ++row)
-            r->late[row] = !r->stiff[row]                                              ? RIGID
-                           : r->stiffness[row] * scale[row] * scale[row] < soft * most ? SOFT
-                                                                                       : STIFF;
+        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row)
+            most = fmax(most, c->def.stiffness[k] * scale[row] * scale[row]);
+        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
+            if (!mbsri_is_stiff(c, k)) continue;
+            const bool is_soft = c->def.stiffness[k] * scale[row] * scale[row] < soft * most;
+            r->late[row] = (r->loose[row] ? LOOSE : STIFF) + (is_soft ? 1 : 0);
+        }
     }
     mbsri_row_fronts_order(r->start.w.fronts, r->late);
     return MBSR_OK;
@@ -140,10 +139,10 @@ static void choose_rows(const mbsr_model *m, const rigid *r, bool *dropped)
         bool some = false;
         for (int row = c->row; row < c->row + c->rows; ++row) {
             dropped[row] = r->twin.data->dropped[row];
-            some = some || (dropped[row] && r->stiff[row]);
+            some = some || (dropped[row] && r->late[row] != RIGID);
         }
         for (int row = c->row; row < c->row + c->rows && some; ++row)
-            dropped[row] = dropped[row] || r->late[row] == SOFT;
+            dropped[row] = dropped[row] || r->late[row] == SOFT || r->late[row] == LOOSE_SOFT;
     }
 }
 
@@ -154,44 +153,53 @@ static int check_rigid(const mbsr_model *m, rigid *r, bool *alone)
     mbsri_ranks ranks;
     bool any = false;
     *alone = true;
-    for (int k = 0; k < m->rows; ++k) any = any || (dropped[k] && !r->stiff[k]);
+    for (int k = 0; k < m->rows; ++k) {
+        r->more[k] = r->stiff[k] || r->loose[k];
+        any = any || (dropped[k] && !r->more[k]);
+    }
     if (!any) return MBSR_OK;
-    const int status = mbsri_row_fronts_rank(r->start.w.fronts, r->stiff, NULL, r->other, &ranks);
-    for (int k = 0; k < m->rows; ++k) *alone = *alone && (r->stiff[k] || dropped[k] == r->other[k]);
+    const int status = mbsri_row_fronts_rank(r->start.w.fronts, r->more, NULL, r->other, &ranks);
+    for (int k = 0; k < m->rows; ++k) *alone = *alone && (r->more[k] || dropped[k] == r->other[k]);
     return status;
 }
 
-/* From now on rows that are left out are springs in the twin, too, which exert what they are told
- * to; *served: whether that can be. */
+/* From now on rows that are left out are springs in the twin, too. Where all joint rates move mass
+ * they exert what they are told to; else what their gaps say. *served: whether that can be. */
 static int begin_sharing(const mbsr_model *m, rigid *r, bool *served)
 {
     static const double nearly_nothing = 1e-250;
+    const bool massive = !r->start.start.m;
+    const mbsri_closure *given = m->closures.data;
     mbsri_closure *c = r->twin.model->closures.data;
-    *served = r->start.w.fronts && !r->start.start.m;
+    *served = r->start.w.fronts != NULL;
     if (!*served) return MBSR_OK;
     int status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
     if (!status) status = check_rigid(m, r, served);
-    for (size_t id = 0; id < m->closures.count && !status && *served; ++id, ++c) {
-        for (int k = 0; k < c->position_rows; ++k) {
-            const int row = c->row + k;
+    for (size_t id = 0; id < m->closures.count && !status && *served; ++id) {
+        for (int k = 0, row = c[id].row; k < c[id].position_rows; ++k, ++row) {
             if (!r->stiff[row] || !r->twin.data->dropped[row]) continue;
-            c->def.stiffness[k] = nearly_nothing;
+            c[id].def.stiffness[k] = massive ? nearly_nothing : given[id].def.stiffness[k];
+            c[id].def.damping[k] = massive ? 0.0 : given[id].def.damping[k];
             r->start.w.closer.let_go[row] = true;
         }
     }
-    r->start.stiffness = r->stiffness;
+    mbsri_closed_start_close(&r->start.start); /* its solver knows them as rigid */
+    r->start.start.m = NULL;
+    r->start.stiffness = massive ? r->stiffness : NULL;
     r->start.borne = r->borne;
     r->start.tau = r->tau;
+    r->shares = true;
     return status;
 }
 
-/* lambda, as all settled rows share it by their compliance. */
-static int share(rigid *r, double *lambda)
+/* r->forces, as all settled rows share them by their compliance. */
+static int share_forces(const mbsr_model *m, rigid *r)
 {
     const int status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
+    for (int k = 0; k < m->rows; ++k)
+        r->other[k] = r->loose[k] || (r->twin.data->dropped[k] && !r->stiff[k]);
     return status ? status
-                  : mbsri_row_fronts_share(r->start.w.fronts, r->stiffness, r->twin.data->dropped,
-                                           lambda);
+                  : mbsri_row_fronts_share(r->start.w.fronts, r->stiffness, r->other, r->forces);
 }
 
 /* ---- gaps ---- */
@@ -217,75 +225,30 @@ static double find_missing(const mbsr_model *m, const double *lambda, rigid *r)
     return largest;
 }
 
-/* Gaps by which the springs exert r->forces more. */
+/* Gaps by which the springs exert r->forces more. Where other springs are soft beside them that
+ * changes the forces: a share of it is taken that would have left nothing so far (Aitken). */
 static void move_springs(const mbsr_model *m, rigid *r)
 {
+    static const double most = 100.0, rounding = 1e-16; /* of squares: not to be followed */
     const mbsri_closure *c = m->closures.data;
+    double along = 0.0, square = 0.0, before = 0.0, now = 0.0, size = 0.0;
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->position_rows; ++k) {
-            const int row = c->row + k;
-            if (r->stiff[row]) r->offset[c->position_row + k] -= r->forces[row] / r->stiffness[row];
+        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
+            const double was = r->moved[c->position_row + k], gap = r->offset[c->position_row + k],
+                         stiffness = r->stiffness[row];
+            if (!r->stiff[row]) continue;
+            const double is = -r->forces[row] / stiffness;
+            along += stiffness * was * (is - was);
+            square += stiffness * (is - was) * (is - was);
+            before += stiffness * was * was;
+            now += stiffness * is * is;
+            size += stiffness * gap * gap;
+            r->moved[c->position_row + k] = is;
         }
     }
-}
-
-/* The largest of what rigid rows are open by and move by, without stiff ones; work: rows. */
-static int find_defect(const mbsr_model *m, mbsr_data *d, double *work, double *open, double *speed)
-{
-    const mbsri_closure *c = m->closures.data;
-    *open = *speed = 0.0;
-    int status = mbsri_closure_gaps(m, d, work);
-    for (size_t id = 0; id < m->closures.count && !status; ++id) {
-        for (int k = 0; k < c[id].position_rows; ++k) {
-            if (!mbsri_is_stiff(c + id, k)) *open = fmax(*open, fabs(work[c[id].position_row + k]));
-        }
-    }
-    if (!status) status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_closure_rates(m, d, work);
-    for (size_t id = 0; id < m->closures.count && !status; ++id) {
-        for (int k = 0; k < c[id].rows; ++k) {
-            if (!mbsri_is_stiff(c + id, k)) *speed = fmax(*speed, fabs(work[c[id].row + k]));
-        }
-    }
-    return status;
-}
-
-/* Rows, stiff ones as others, that depend on each other at q are marked in the data; *found is
- * false where digits got lost. */
-static int find_loose_ranks(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                            bool *found)
-{
-    mbsri_tree_start s;
-    mbsri_ranks ranks;
-    int status = mbsri_tree_start_open(&s, m, d);
-    if (!status) status = mbsri_positions(m, d, t, q);
-    if (!status) status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_row_fronts_rank(s.w.fronts, NULL, NULL, d->dropped, &ranks);
-    *found = !status && !mbsri_row_fronts_lost(s.w.fronts);
-    mbsri_tree_start_close(&s);
-    return status;
-}
-
-/* Springs that are taken as they are, in a state that the rigid rows allow, none of these and of
- * the springs dependent: u' and loop forces are those of forward dynamics. */
-static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                       const double *u, double *udot, double *lambda, bool *served)
-{
-    const mbsr_error before = d->error;
-    double open, speed;
-    int status = find_loose_ranks(m, d, t, q, served);
-    for (int k = 0; k < m->rows; ++k) *served = *served && !d->dropped[k];
-    if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = find_defect(m, d, lambda, &open, &speed);
-    if (status) return status;
-    const double size = fmax(1.0, mbsri_largest((int)m->size.p, d->p));
-    if (open > 1e-12 * size || speed > 1e-13 * (1.0 + mbsri_largest(m->nu, u))) *served = false;
-    if (!*served) return MBSR_OK;
-    status = mbsri_loops_forward(m, d, t, q, u, NULL, NULL, udot, "mbsr_dae_consistent");
-    mbsri_copy((size_t)m->rows, d->loop_lambda, lambda);
-    *served = !status;
-    if (status) d->error = before;
-    return status == MBSR_ERR_NO_MEMORY ? status : MBSR_OK;
+    if (before > 0.0 && square > 0.0 && now > rounding * size)
+        r->relaxation = fmax(-most, fmin(-r->relaxation * along / square, most));
+    for (int k = 0; k < m->position_rows; ++k) r->offset[k] += r->relaxation * r->moved[k];
 }
 
 /* One start of a model without stiff rows. */
@@ -305,7 +268,7 @@ static int settle(const mbsr_model *m, rigid *r, double t, double *q, double *u,
                   double *lambda, const mbsr_consistent_opt *opt, mbsr_consistent_info *info,
                   bool *served)
 {
-    enum { PASSES = 30, IDLE = 4 };
+    enum { PASSES = 60, IDLE = 4 };
     static const double enough = 1e-12, known = 1e-6;
     double least = INFINITY;
     int idle = 0;
@@ -315,15 +278,15 @@ static int settle(const mbsr_model *m, rigid *r, double t, double *q, double *u,
         status =
             mbsri_tree_start_find(&r->start, t, r->offset, q, u, udot, lambda, opt, info, served);
         if (status || !*served) return status;
-        const bool shares = some_left_out(m, r), begins = shares && !r->start.stiffness;
+        const bool begins = !r->shares && some_left_out(m, r);
         if (begins) status = begin_sharing(m, r, served);
         if (status || !*served) return status;
         const double missing = find_missing(m, lambda, r), most = mbsri_largest(m->rows, lambda);
         if (missing <= enough * most && !begins) return MBSR_OK;
         idle = missing > 0.5 * least && missing <= known * most ? idle + 1 : 0;
-        if (shares && idle == IDLE) return MBSR_OK;
+        if (idle == IDLE) return MBSR_OK;
         if (missing < 0.5 * least) least = missing;
-        if (shares) status = share(r, r->forces);
+        if (r->shares) status = share_forces(m, r);
         move_springs(m, r);
     }
     *served = false;
@@ -335,12 +298,10 @@ int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
                            mbsr_consistent_info *info, bool *served)
 {
     const mbsr_error before = d->error;
-    bool settled;
     rigid r;
     *served = false;
-    if (!some_stiff(m, &settled))
+    if (!mbsri_any_stiff(m))
         return start_rigid_rows(m, d, t, q, u, udot, lambda, opt, info, served);
-    if (!settled) return start_loose(m, d, t, q, u, udot, lambda, served);
     int status = open_rigid(m, d, u, &r);
     if (!status) status = settle(m, &r, t, q, u, udot, lambda, opt, info, served);
     *served = *served && !status;

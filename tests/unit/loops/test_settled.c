@@ -8,6 +8,7 @@
 #include <mbsrank/mbsrank.h>
 
 #include <math.h>
+#include <stdlib.h>
 
 enum { SLIDES = 4, SIZE = 5 * SLIDES };
 
@@ -113,9 +114,76 @@ static void legs_share_what_they_bear(void **state)
     }
 }
 
+/* Arms that hang on two bushings each, 0.4 m apart along y, their weights 0.3 m out along x: six of
+ * twelve rows depend on the others. Both bushings bear half of weight and moment; across and along
+ * the line between them springs of two kinds bear the moment of the weight. */
+static void arms_on_bushings(void **state)
+{
+    (void)state;
+    enum { ARMS = 30, ROWS = 12 };
+    static const double stiffness[] = {1e5, 1e7, 1e9}, mass = 5.0, out = 0.3, half = 0.2,
+                        down = 9.81, side = 0.3;
+    for (int l = 0; l < 12; ++l) {
+        const units *in = systems + l % 4;
+        const double k = stiffness[l / 4] * in->mass / (in->time * in->time),
+                     turn = 1e-2 * k * in->length * in->length, meter = in->length,
+                     weight = in->mass * in->length / (in->time * in->time),
+                     K[6] = {turn, turn, turn, k, k, k}, damping = 1e-3 * in->time,
+                     com[3] = {out * meter, 0.0, 0.0},
+                     tensor[6] = {0.05 * in->mass * meter * meter, 0.2 * in->mass * meter * meter,
+                                  0.2 * in->mass * meter * meter};
+        double D[6];
+        mbsr_model *m = NULL;
+        mbsr_data *d = NULL;
+        for (int r = 0; r < 6; ++r) D[r] = damping * K[r];
+        const mbsr_force_def load = mbsr_force_gravity(0.0, side * meter / (in->time * in->time),
+                                                       -down * meter / (in->time * in->time));
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        for (int i = 0; i < ARMS; ++i) {
+            const mbsr_frame at = mbsr_frame_at(i * meter, 0.0, 0.0);
+            const int arm = test_add_body(m, MBSR_GROUND, mbsr_joint_free(&at, NULL),
+                                          mbsr_inertia_rigid(mass * in->mass, com, tensor));
+            for (int s = -1; s <= 1; s += 2) {
+                const mbsr_frame there = mbsr_frame_at(i * meter, s * half * meter, 0.0),
+                                 here = mbsr_frame_at(0.0, s * half * meter, 0.0);
+                mbsr_force_def bushing = mbsr_force_bushing(MBSR_GROUND, &there, arm, &here, K, D);
+                bushing.as_closure = MBSR_SPRING_SETTLED;
+                assert_ok(mbsr_model_add_force(m, &bushing, NULL), mbsr_model_error(m));
+            }
+        }
+        assert_ok(mbsr_model_add_force(m, &load, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m),
+                  size = mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+        double *y = calloc(3 * (size_t)size, sizeof *y), *yp = y + size, *F = yp + size;
+        for (int i = 0; i < ARMS; ++i) y[7 * i] = 1.0;
+        assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(d));
+        const double *s = y + nq + 2 * nu;
+        const double force = mass * down * weight, moment = out * force * meter;
+        for (int i = 0; i < ARMS; ++i) {
+            for (int b = 0; b < 2; ++b) {
+                const double *own = s + ROWS * i + 6 * b;
+                assert_close(own[1], 0.5 * moment, 1e-3 * moment);
+                assert_close(own[4], 0.5 * mass * side * weight, 1e-3 * force);
+                assert_close(own[5], -0.5 * force, 1e-3 * force);
+            }
+            for (int r = 0; r < ROWS; ++r)
+                assert_close(s[ROWS * i + r], s[r], 1e-6 * (r % 6 < 3 ? moment : force));
+        }
+        assert_ok(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), mbsr_data_error(d));
+        assert_less(test_largest(size, F), 1e-11 * fmax(1.0, in->length * in->mass));
+        free(y);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(springs_share_the_way),
-                                       cmocka_unit_test(legs_share_what_they_bear)};
+                                       cmocka_unit_test(legs_share_what_they_bear),
+                                       cmocka_unit_test(arms_on_bushings)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

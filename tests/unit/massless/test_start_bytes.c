@@ -124,6 +124,30 @@ static void add_near(scene *s, int count)
     }
 }
 
+/* Rods that hang on two stiff pins each, of whose four rows one depends on the others, as the
+ * springs share it. */
+static void add_arms(scene *s, int count)
+{
+    const mbsr_planar_frame none = {0};
+    const double ends[2] = {0.2, 0.8}, K[9] = {1e7, 0, 0, 0, 1e7}, D[9] = {1e4, 0, 0, 0, 1e4},
+                 c[3] = {0.5, 0.0, 0.0};
+    const mbsr_force_def weight = mbsr_force_gravity(0.0, -9.81, 0.0);
+    for (int k = 0; k < count; ++k) {
+        mbsr_body_def def = mbsr_default_body_def();
+        int id;
+        def.joint = mbsr_joint_planar_free(none, none);
+        def.inertia = mbsr_inertia_planar(1.0, c, 0.1);
+        assert_ok(mbsr_model_add_body(s->m, &def, &id), mbsr_model_error(s->m));
+        for (int l = 0; l < 2; ++l) {
+            const mbsr_planar_frame there = {ends[l], (double)k, 0.0}, here = {ends[l], 0.0, 0.0};
+            mbsr_force_def pin = mbsr_force_planar_bushing(MBSR_GROUND, there, id, here, K, D);
+            pin.as_closure = MBSR_SPRING_SETTLED;
+            assert_ok(mbsr_model_add_force(s->m, &pin, NULL), mbsr_model_error(s->m));
+        }
+    }
+    assert_ok(mbsr_model_add_force(s->m, &weight, NULL), mbsr_model_error(s->m));
+}
+
 typedef enum call { START, REPORT, INDEX, CALLS } call;
 
 /* Bytes a body beside model and data, of a start, or of a report of rows or of the index: all
@@ -181,8 +205,18 @@ static void bytes_of_many_loops(void **state)
     }
 }
 
+/* A start alone: reports of stiff rows are dense. */
+static void bytes_of_shared_springs(void **state)
+{
+    (void)state;
+    const double few = measure(add_arms, 50, START), many = measure(add_arms, 200, START);
+    assert_true(many <= 1.05 * few);
+    assert_less(many, 25000.0); /* with a copy of the model and its data */
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(bytes_of_many_loops)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(bytes_of_many_loops),
+                                       cmocka_unit_test(bytes_of_shared_springs)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
