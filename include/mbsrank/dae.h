@@ -129,10 +129,10 @@ typedef struct mbsr_consistent_info {
  * With closures q is brought to a closed position near it (in the measure of mbsr_assemble), the
  * rows to be left out as redundant are chosen (mbsr_closures_redundant), u changes by impulses of
  * the loops alone, and directions without mass count where no loop holds them. These are balanced
- * as in trees. All is O(bodies + loops) where loops are local (docs/closed_loops.md lists what else
- * that needs); in other models rows are chosen, and forces of stiff rows shared, in dense linear
- * algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops do
- * not close or contradict each other.
+ * as in trees. All is O(bodies + loops) where loops are local (docs/closed_loops.md); in other
+ * models rows are chosen in dense linear algebra, whose cost grows with the cube of joint rates and
+ * rows. Settled stiff rows that depend on others share what they bear by their compliance.
+ * MBSR_LOOP_OPEN where loops do not close or contradict each other.
  *
  * Coordinates and joint rates that opt keeps stay to the last digit (rates in the index-1 form but
  * for rounding), and the others follow: loops close around these coordinates, and motors at these

@@ -103,10 +103,8 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
                               &w->free,
                               &w->b,
                               &w->out,
-                              &w->span,
-                              &w->offset.missing,
-                              &w->offset.missed};
-    const size_t length[] = {N, N, N, N, N, N, nq, nq, 3 * n, gaps + n + n, N, n, gaps, gaps};
+                              &w->span};
+    const size_t length[] = {N, N, N, N, N, N, nq, nq, 3 * n, gaps + n + n, N, n};
     const int count = (int)(sizeof length / sizeof length[0]);
     w->memory = mbsri_allocate(&m->allocator, sum_of(count, length) * sizeof(double) +
                                                   (N + 1) * sizeof(int) + 4 * rows * sizeof(bool));
@@ -115,7 +113,6 @@ static int open_arrays(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const 
     w->other = (bool *)(w->factor.pivots + N + 1);
     w->left_out = w->other + rows;
     w->beside = w->left_out + rows;
-    mbsri_zero((size_t)w->position_rows, w->offset.missed);
     find_spans(w);
     return mbsri_closer_open(&w->closer, m, d, function);
 }

@@ -16,12 +16,6 @@ typedef struct mbsri_dense_factors {
     int moving;                    /* of its part in u */
 } mbsri_dense_factors;
 
-/* Offsets of rows, near a singular position (ranks.c). */
-typedef struct mbsri_dense_offset {
-    double *missing, *missed; /* position_rows: what offset lacks of that found, now and before */
-    double relaxation;        /* the share of that by which it changes */
-} mbsri_dense_offset;
-
 /* Workspace for one model; n = nu, m = rows, N = n + m. */
 typedef struct mbsri_dense {
     const mbsr_model *m;
@@ -41,7 +35,6 @@ typedef struct mbsri_dense {
     int lwork;
     double *out; /* N: for results */
     mbsri_closer closer;
-    mbsri_dense_offset offset;
     bool *other;    /* rows: flags for a short time */
     bool *left_out; /* rows: not in K */
     bool *beside;   /* 2 rows: that depend on others near a singular position (ranks.c) */

@@ -1,11 +1,9 @@
-/* Velocities, accelerations and loop forces that closures allow, at a position.
+/* Accelerations and loop forces that closures allow, at a position.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * h(q, u, a) = M a + (bias - applied forces) is the inverse dynamics of the tree, K = [M -C^T; C 0]
  * with the rows that are independent.
  *
- *   velocities     K (du; Lambda) = (0; -(C u + g_t)): the momenta change by impulses of the loops
- *       alone
  *   u', lambda     K (u'; lambda) = (-h(q, u, 0); -(C' u + g_t')) */
 #include "loops/motion.h"
 
@@ -38,10 +36,10 @@ static int load_springs(mbsri_dense *w)
     return status;
 }
 
-/* h - C^T lambda at (t, q, u) and accelerations a, into r (n); lambda and tau may be NULL. Springs
- * of rows that K has are left to lambda. */
+/* h at (t, q, u) and no accelerations, into r (n); tau may be NULL. Springs of rows that K has are
+ * left to lambda. */
 static int loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
-                         const double *tau, const double *a, const double *lambda, double *r)
+                         const double *tau, double *r)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
@@ -50,13 +48,9 @@ static int loops_missing(mbsri_dense *w, double t, const double *q, const double
     if (!status) status = load_springs(w);
     if (!status) status = mbsri_forces(m, d, tau, d->loop_lambda);
     if (status) return status;
-    mbsri_inverse(m, d, a);
+    mbsri_zero((size_t)w->n, w->x);
+    mbsri_inverse(m, d, w->x);
     mbsri_scatter(m, d->out, r);
-    if (!lambda) return MBSR_OK;
-    status = mbsri_closure_jacobians(m, d);
-    if (status) return status;
-    mbsri_closure_transpose(m, d, lambda, w->y);
-    for (int k = 0; k < w->n; ++k) r[k] -= w->y[k];
     return MBSR_OK;
 }
 
@@ -119,28 +113,6 @@ int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *
     return status ? status : mbsri_dense_factor(w, w->left_out, NULL);
 }
 
-int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)
-{
-    const size_t n = (size_t)w->n;
-    int status = mbsri_loops_factor(w, t, q, u);
-    double *rate = w->g + n;
-    mbsri_zero((size_t)w->N, w->g);
-    if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
-    if (status) return status;
-    clear_springs(w, rate);
-    mbsri_rank_scales(w, w->y);
-    double size = mbsri_rate_of_model(w->m) + mbsri_largest_row(w->m, rate, w->y);
-    for (int k = 0; k < w->rows; ++k) rate[k] = w->left_out[k] ? 0.0 : -rate[k];
-    mbsri_dense_solve(w, w->g, w->x);
-    for (size_t k = 0; k < n; ++k) u[k] += w->x[k];
-    status = mbsri_velocities(w->m, w->d, u);
-    if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
-    if (status) return status;
-    clear_springs(w, rate);
-    size += mbsri_largest_rate(w->m, u);
-    return mbsri_refuse_left(w->m, w->d, rate, w->y, size, "velocity row", w->function);
-}
-
 int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char *function,
                         const char *why)
 {
@@ -151,7 +123,10 @@ int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char 
                       rate - m->body[at].u, mbsri_body_label(m, at, label), why);
 }
 
-int mbsri_loops_share(mbsri_dense *w, double *lambda)
+/* Where rows depend on each other, springs among them share what they bear so that their energy,
+ * the sum of lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of
+ * N span the part of the kernel of K in lambda, K factored. Overwrites K and x. */
+static int share_by_kernel(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     static const double rounding = 1e-9; /* beside a vector of length 1, before it is scaled */
@@ -219,8 +194,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
 {
     const size_t n = (size_t)w->n;
     double *right = w->g, *bias = right + n;
-    mbsri_zero(n, w->x);
-    int status = loops_missing(w, t, q, u, tau, w->x, NULL, right);
+    int status = loops_missing(w, t, q, u, tau, right);
     if (!status) status = mbsri_closure_jacobians(w->m, w->d);
     if (!status) status = mbsri_closure_bias(w->m, w->d, bias);
     if (status) return status;
@@ -230,7 +204,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     mbsri_dense_solve(w, right, w->x);
     mbsri_copy(n, w->x, udot);
     mbsri_copy((size_t)w->rows, w->x + n, lambda);
-    status = mbsri_loops_share(w, lambda);
+    status = share_by_kernel(w, lambda);
     if (status) return status;
     clear_traces(w, right, lambda);
     /* all rows, those left out as well */

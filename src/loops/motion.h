@@ -1,4 +1,4 @@
-/* Velocities, accelerations and loop forces that closures allow, at a position.
+/* Accelerations and loop forces that closures allow, at a position.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_LOOPS_MOTION_H
 #define MBSRI_LOOPS_MOTION_H
@@ -12,17 +12,9 @@ void mbsri_loops_leave_out(mbsri_dense *w, bool springs);
 /* K at (t, q, u), which the data then has. */
 int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *u);
 
-/* u is changed by impulses of the loops, so that they allow it; factors K. */
-int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u);
-
 /* K (u'; lambda) = (-h; -bias), K factored; lambda is zero in rows that K does not have. */
 int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u, const double *tau,
                       double *udot, double *lambda);
-
-/* Where rows depend on each other, springs among them share what they bear so that their energy,
- * the sum of lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of
- * N span the part of the kernel of K in lambda, K factored. Overwrites K and x. */
-int mbsri_loops_share(mbsri_dense *w, double *lambda);
 
 /* Forces of the springs that K does not have as rows, into their rows of lambda. */
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda);

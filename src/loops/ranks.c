@@ -217,13 +217,6 @@ static mbsri_row_set all_rows(const mbsri_dense *w)
                            .left = w->y};
 }
 
-bool mbsri_is_soft_row(mbsri_dense *w, const mbsri_closure *c, int k)
-{
-    const mbsri_row_set s = all_rows(w);
-    find_scales(&s, s.scale);
-    return is_soft(&s, c, k);
-}
-
 void mbsri_rank_scales(const mbsri_dense *w, double *scale)
 {
     const mbsri_row_set s = all_rows(w);

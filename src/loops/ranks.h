@@ -36,9 +36,6 @@ void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found);
  * are stretched a row becomes small as a whole. */
 void mbsri_rank_scales(const mbsri_dense *w, double *scale);
 
-/* Whether stiff row k is soft beside another one of its closure; at the C of the workspace. */
-bool mbsri_is_soft_row(mbsri_dense *w, const mbsri_closure *c, int k);
-
 /* Marks the rows that depend on those before them, position rows of all closures before the others;
  * of stiff rows those whose position row depends on the rigid ones and on stiff ones farther from
  * these. At the C of the workspace; uses its A and right. On fronts distances are those from all

@@ -10,7 +10,6 @@
 #include "forms/dae.h"
 #include "loops/assemble.h"
 #include "loops/ranks.h"
-#include "massless/loops_dense_start.h"
 #include "massless/imbalance.h"
 #include "massless/loops_tree_start.h"
 #include "massless/open.h"
@@ -112,12 +111,6 @@ static int check_balance(const start *s)
         mbsri_body_label(m, head, label), share);
 }
 
-/* Whether a start leaves the spring of stiff row k as it is. */
-static bool is_as_it_is(const start *s, const mbsri_closure *c, int k)
-{
-    return mbsri_is_loose(c, k) || (s->w.closer.let_go && s->w.closer.let_go[c->row + k]);
-}
-
 /* s' = k (C u + g_t), from F at s' = 0, of springs without damping that are as they are, and of
  * settled ones in rows that others leave to move, with what their dampers take taken from s. */
 static void take_rates(start *s, int at)
@@ -126,7 +119,7 @@ static void take_rates(start *s, int at)
     const mbsri_closure *first = mbsri_all_closures(m);
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            const bool as_it_is = is_as_it_is(s, c, k), damped = c->def.damping[k] > 0.0;
+            const bool as_it_is = mbsri_is_loose(c, k), damped = c->def.damping[k] > 0.0;
             const int row = at + c->row + k;
             if (!mbsri_is_stiff(c, k) || (as_it_is ? damped : !s->w.d->dropped[c->row + k]))
                 continue;
@@ -155,10 +148,10 @@ static int deliver(start *s, double *y, double *yp)
             }
             /* lambda = -(s + (damping / stiffness) s') */
             const double gap_force = s->y[at + row];
-            if (is_as_it_is(s, c, k) && c->def.damping[k] > 0.0)
+            if (mbsri_is_loose(c, k) && c->def.damping[k] > 0.0)
                 s->yp[at + row] =
                     -(s->lambda[row] + gap_force) * c->def.stiffness[k] / c->def.damping[k];
-            else if (!is_as_it_is(s, c, k))
+            else if (!mbsri_is_loose(c, k))
                 s->y[at + row] = -s->lambda[row];
         }
     }
@@ -279,33 +272,20 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     return MBSR_OK;
 }
 
-/* Where springs share what they bear, or digits of ranks get lost. */
-static int find_by_matrices(start *s, const double *y, const mbsr_consistent_opt *opt,
-                            mbsr_consistent_info *info)
-{
-    bool served = false;
-    int status = mbsri_dense_open(&s->w, s->w.m, s->w.d, "mbsr_dae_consistent");
-    if (!status) status = mbsri_unpack(s->form, s->w.m, s->w.d, s->t, y, s->q, s->u);
-    if (!status) status = rest(s, opt, info, &served);
-    if (status || served) return status;
-    return mbsri_loops_dense_start(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
-}
-
-/* Front by front; *served is false for find_by_matrices. */
-static int find_by_fronts(start *s, const double *y, const mbsr_consistent_opt *opt,
-                          mbsr_consistent_info *info, bool *served)
+/* The start of the tree; where there is none a state may be at rest. *rests: it stays as it is. */
+static int find_or_rest(start *s, const double *y, const mbsr_consistent_opt *opt,
+                        mbsr_consistent_info *info, bool *rests)
 {
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
-    int status =
-        mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, served);
+    int status = mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
     if (status <= 0) return status;
     const mbsr_error refused = d->error;
     const int refusal = status;
     status = mbsri_dense_open_ranks(&s->w, m, d, true, "mbsr_dae_consistent");
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status) status = rest(s, opt, info, served);
-    if (status < 0 || *served) return status;
+    if (!status) status = rest(s, opt, info, rests);
+    if (status < 0 || *rests) return status;
     d->error = refused;
     return refusal;
 }
@@ -315,19 +295,13 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
 {
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
-    bool served = false;
+    bool rests = false;
     int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status) status = find_by_fronts(s, y, opt, info, &served);
-    if (!status && !served) status = find_by_matrices(s, y, opt, info);
+    if (!status) status = find_or_rest(s, y, opt, info, &rests);
     if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED ||
          status == MBSR_LOOP_SINGULAR) &&
         info->null_directions > 0)
         return refuse_given(s, y, status);
-    /* forces that are rounding do not determine directions, though differences of them are not zero
-     */
-    mbsri_verdict verdict;
-    if (!status && !served && info->null_directions > 0)
-        status = mbsri_refuse_open(m, d, s->t, s->q, s->u, s->w.function, &verdict);
     return status;
 }
 

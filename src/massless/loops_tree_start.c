@@ -156,15 +156,9 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
 
 int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                          mbsr_consistent_info *info, bool *served)
+                          mbsr_consistent_info *info)
 {
-    const mbsr_error before = s->d->error;
-    *served = true;
     int status = close_positions(s, t, offset, q, opt, info);
     if (!status && !s->ranked) status = rank_rows(s, t, q);
-    if (!status) status = find_motion(s, t, offset, q, u, udot, lambda, opt, info);
-    if (status <= 0 || s->w.fronts) return status;
-    *served = false; /* refused where ranks were lost: nothing to rely on */
-    s->d->error = before;
-    return MBSR_OK;
+    return status ? status : find_motion(s, t, offset, q, u, udot, lambda, opt, info);
 }

@@ -22,18 +22,17 @@ typedef struct mbsri_tree_start {
 int mbsri_tree_start_open(mbsri_tree_start *s, const mbsr_model *m, mbsr_data *d);
 void mbsri_tree_start_close(mbsri_tree_start *s);
 
-/* As mbsri_loops_dense_start, in O(bodies + local loops). The gaps become `offset` (position rows;
- * NULL: zero, as at first). *served is false where digits get lost on fronts, and motions or forces
- * with them; q is closed then. */
+/* q, u are brought to a state that the closures allow; u' and loop forces (rows; of stiff rows too)
+ * are found. The rows that the data leaves out are chosen. In O(bodies + local loops). The gaps
+ * become `offset` (position rows; NULL: zero, as at first). */
 int mbsri_tree_start_find(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                          mbsr_consistent_info *info, bool *served);
+                          mbsr_consistent_info *info);
 
 /* The same for any model, stiff rows by a copy of it in which they are rigid (stiff_tree_start.c).
- * *served is false, too, where a model with stiff rows has no such start, springs are taken as they
- * are, or share a force among rows that depend on each other; q and u are not as they were then. */
+ * q and u are not as they were after a failure. */
 int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                           mbsr_consistent_info *info, bool *served);
+                           mbsr_consistent_info *info);
 
 #endif

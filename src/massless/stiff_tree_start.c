@@ -21,6 +21,7 @@
 #include "base/memory.h"
 #include "loops/forward.h"
 #include "loops/ranks.h"
+#include "model/query.h"
 #include "massless/rigid_twin.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -30,7 +31,7 @@
 typedef struct rigid {
     mbsri_rigid_twin twin;
     mbsri_tree_start start; /* of the twin */
-    double *u;              /* nu: of the guess */
+    double *q, *u;          /* nq, nu: of the guess */
     double *offset;         /* position rows */
     double *stiffness;      /* rows: of the model, 0: rigid */
     double *borne, *tau;    /* rows, nu: see loops_tree_start.h */
@@ -47,13 +48,15 @@ enum { RIGID, STIFF, SOFT, LOOSE, LOOSE_SOFT };
 
 static int allocate_rigid(const mbsr_model *m, mbsr_data *d, rigid *r)
 {
-    const size_t nu = (size_t)m->nu, gaps = (size_t)m->position_rows, rows = (size_t)m->rows;
-    r->u = mbsri_allocate(&m->allocator, (2 * nu + 2 * gaps + 3 * rows + 1) * sizeof(double) +
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, gaps = (size_t)m->position_rows,
+                 rows = (size_t)m->rows;
+    r->u = mbsri_allocate(&m->allocator, (nq + 2 * nu + 2 * gaps + 3 * rows) * sizeof(double) +
                                              rows * (sizeof(int) + 4 * sizeof(bool)));
     if (!r->u)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d rows of closures", m->rows);
-    r->tau = r->u + nu;
+    r->q = r->u + nu;
+    r->tau = r->q + nq;
     r->offset = r->tau + nu;
     r->moved = r->offset + gaps;
     r->stiffness = r->moved + gaps;
@@ -68,12 +71,13 @@ static int allocate_rigid(const mbsr_model *m, mbsr_data *d, rigid *r)
     return MBSR_OK;
 }
 
-static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *u, rigid *r)
+static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const double *u, rigid *r)
 {
     const mbsri_closure *c = m->closures.data;
     *r = (rigid){.relaxation = 1.0};
     int status = allocate_rigid(m, d, r);
     if (status) return status;
+    mbsri_copy((size_t)m->nq, q, r->q);
     mbsri_copy((size_t)m->nu, u, r->u);
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
         for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
@@ -130,17 +134,14 @@ static int order_rows(const mbsr_model *m, rigid *r, double t, const double *q)
     return MBSR_OK;
 }
 
-/* The rows that the run leaves out: where rows of a closure depend on others its soft ones all do
- * without, too. */
-static void choose_rows(const mbsr_model *m, const rigid *r, bool *dropped)
+/* Where rows of a closure depend on others its soft ones all do without, too. */
+static void leave_soft(const mbsr_model *m, const rigid *r, bool *dropped)
 {
     const mbsri_closure *c = m->closures.data;
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
         bool some = false;
-        for (int row = c->row; row < c->row + c->rows; ++row) {
-            dropped[row] = r->twin.data->dropped[row];
+        for (int row = c->row; row < c->row + c->rows; ++row)
             some = some || (dropped[row] && r->late[row] != RIGID);
-        }
         for (int row = c->row; row < c->row + c->rows && some; ++row)
             dropped[row] = dropped[row] || r->late[row] == SOFT || r->late[row] == LOOSE_SOFT;
     }
@@ -164,20 +165,26 @@ static int check_rigid(const mbsr_model *m, rigid *r, bool *alone)
 }
 
 /* From now on rows that are left out are springs in the twin, too. Where all joint rates move mass
- * they exert what they are told to; else what their gaps say. *served: whether that can be. */
-static int begin_sharing(const mbsr_model *m, rigid *r, bool *served)
+ * they exert what they are told to; else what their gaps say. */
+static int begin_sharing(const mbsr_model *m, rigid *r)
 {
     static const double nearly_nothing = 1e-250;
     const bool massive = !r->start.start.m;
     const mbsri_closure *given = m->closures.data;
     mbsri_closure *c = r->twin.model->closures.data;
-    *served = r->start.w.fronts != NULL;
-    if (!*served) return MBSR_OK;
+    bool alone = r->start.w.fronts != NULL;
     int status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
-    if (!status) status = check_rigid(m, r, served);
-    for (size_t id = 0; id < m->closures.count && !status && *served; ++id) {
+    if (!status && alone) status = check_rigid(m, r, &alone);
+    if (status) return status;
+    if (!alone)
+        return mbsri_fail(&r->twin.data->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: not found which rows of closures depend on others, "
+                          "rigid or stiff; settled = 0 takes springs as they are");
+    leave_soft(m, r, r->twin.data->dropped);
+    for (size_t id = 0; id < m->closures.count; ++id) {
         for (int k = 0, row = c[id].row; k < c[id].position_rows; ++k, ++row) {
             if (!r->stiff[row] || !r->twin.data->dropped[row]) continue;
+            r->start.w.left_out[row] = true;
             c[id].def.stiffness[k] = massive ? nearly_nothing : given[id].def.stiffness[k];
             c[id].def.damping[k] = massive ? 0.0 : given[id].def.damping[k];
             r->start.w.closer.let_go[row] = true;
@@ -189,7 +196,7 @@ static int begin_sharing(const mbsr_model *m, rigid *r, bool *served)
     r->start.borne = r->borne;
     r->start.tau = r->tau;
     r->shares = true;
-    return status;
+    return MBSR_OK;
 }
 
 /* r->forces, as all settled rows share them by their compliance. */
@@ -251,63 +258,112 @@ static void move_springs(const mbsr_model *m, rigid *r)
     for (int k = 0; k < m->position_rows; ++k) r->offset[k] += r->relaxation * r->moved[k];
 }
 
-/* One start of a model without stiff rows. */
-static int start_rigid_rows(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
-                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                            mbsr_consistent_info *info, bool *served)
+/* Lets go of the settled rows that depend on others at the guess; *any: whether there are some. */
+static int let_go_dependent(const mbsr_model *m, rigid *r, double t, bool *any)
 {
-    mbsri_tree_start s;
-    int status = mbsri_tree_start_open(&s, m, d);
-    if (!status) status = mbsri_tree_start_find(&s, t, NULL, q, u, udot, lambda, opt, info, served);
-    mbsri_tree_start_close(&s);
+    mbsri_ranks ranks;
+    *any = false;
+    int status = mbsri_positions(r->twin.model, r->twin.data, t, r->q);
+    if (!status) status = mbsri_dense_rows(&r->start.w);
+    if (!status) status = mbsri_ranks_here(&r->start.w, r->other, &ranks);
+    if (!status) leave_soft(m, r, r->other);
+    for (int k = 0; k < m->rows && !status; ++k) {
+        r->start.w.closer.let_go[k] = r->stiff[k] && r->other[k];
+        *any = *any || r->start.w.closer.let_go[k];
+    }
     return status;
 }
 
-/* Passes until the springs bear what they did before, but for rounding: *served. */
+/* The first start of the twin. Settled rows that depend on others at the guess do not count where
+ * they all do not meet. */
+static int start_first(const mbsr_model *m, rigid *r, double t, double *q, double *u, double *udot,
+                       double *lambda, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
+{
+    bool any;
+    int status = order_rows(m, r, t, q);
+    if (!status)
+        status = mbsri_tree_start_find(&r->start, t, r->offset, q, u, udot, lambda, opt, info);
+    if (status != MBSR_LOOP_OPEN) return status;
+    const mbsr_error open = r->twin.data->error;
+    status = let_go_dependent(m, r, t, &any);
+    if (status) return status;
+    if (!any) {
+        r->twin.data->error = open;
+        return MBSR_LOOP_OPEN;
+    }
+    mbsri_copy((size_t)m->nq, r->q, q);
+    mbsri_copy((size_t)m->nu, r->u, u);
+    return mbsri_tree_start_find(&r->start, t, r->offset, q, u, udot, lambda, opt, info);
+}
+
+static int refuse_springs(const mbsr_model *m, const rigid *r, double missing)
+{
+    const mbsri_closure *c = m->closures.data;
+    char label[MBSRI_LABEL];
+    int most = 0;
+    for (int id = 0; id < (int)m->closures.count; ++id) {
+        for (int row = c[id].row; row < c[id].row + c[id].rows; ++row)
+            if (fabs(r->forces[row]) >= missing) most = id;
+    }
+    return mbsri_fail(&r->twin.data->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                      "mbsr_dae_consistent: no positions found at which the springs of %s bear its "
+                      "forces (%.3g is left); settled = 0 takes them as they are",
+                      mbsri_closure_label(m, most, label), missing);
+}
+
+/* Starts until the springs bear what they did before, but for rounding. */
 static int settle(const mbsr_model *m, rigid *r, double t, double *q, double *u, double *udot,
-                  double *lambda, const mbsr_consistent_opt *opt, mbsr_consistent_info *info,
-                  bool *served)
+                  double *lambda, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     enum { PASSES = 60, IDLE = 4 };
     static const double enough = 1e-12, known = 1e-6;
     double least = INFINITY;
     int idle = 0;
-    int status = order_rows(m, r, t, q);
+    int status = start_first(m, r, t, q, u, udot, lambda, opt, info);
     for (int pass = 0; pass < PASSES && !status; ++pass) {
-        mbsri_copy((size_t)m->nu, r->u, u);
-        status =
-            mbsri_tree_start_find(&r->start, t, r->offset, q, u, udot, lambda, opt, info, served);
-        if (status || !*served) return status;
         const bool begins = !r->shares && some_left_out(m, r);
-        if (begins) status = begin_sharing(m, r, served);
-        if (status || !*served) return status;
+        if (begins) status = begin_sharing(m, r);
+        if (status) return status;
         const double missing = find_missing(m, lambda, r), most = mbsri_largest(m->rows, lambda);
         if (missing <= enough * most && !begins) return MBSR_OK;
         idle = missing > 0.5 * least && missing <= known * most ? idle + 1 : 0;
         if (idle == IDLE) return MBSR_OK;
         if (missing < 0.5 * least) least = missing;
+        if (pass == PASSES - 1) return refuse_springs(m, r, missing);
         if (r->shares) status = share_forces(m, r);
+        if (status) return status;
         move_springs(m, r);
+        mbsri_copy((size_t)m->nu, r->u, u);
+        status = mbsri_tree_start_find(&r->start, t, r->offset, q, u, udot, lambda, opt, info);
     }
-    *served = false;
+    return status;
+}
+
+/* One start of a model without stiff rows. */
+static int start_rigid_rows(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
+                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                            mbsr_consistent_info *info)
+{
+    mbsri_tree_start s;
+    int status = mbsri_tree_start_open(&s, m, d);
+    if (!status) status = mbsri_tree_start_find(&s, t, NULL, q, u, udot, lambda, opt, info);
+    mbsri_tree_start_close(&s);
     return status;
 }
 
 int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                           mbsr_consistent_info *info, bool *served)
+                           mbsr_consistent_info *info)
 {
-    const mbsr_error before = d->error;
     rigid r;
-    *served = false;
-    if (!mbsri_any_stiff(m))
-        return start_rigid_rows(m, d, t, q, u, udot, lambda, opt, info, served);
-    int status = open_rigid(m, d, u, &r);
-    if (!status) status = settle(m, &r, t, q, u, udot, lambda, opt, info, served);
-    *served = *served && !status;
-    if (status < 0 && r.twin.data) d->error = r.twin.data->error;
-    if (status > 0) d->error = before;
-    if (*served) choose_rows(m, &r, d->dropped);
+    if (!mbsri_any_stiff(m)) return start_rigid_rows(m, d, t, q, u, udot, lambda, opt, info);
+    int status = open_rigid(m, d, q, u, &r);
+    if (!status) {
+        status = settle(m, &r, t, q, u, udot, lambda, opt, info);
+        if (status) d->error = r.twin.data->error;
+    }
+    for (int k = 0; k < m->rows && !status; ++k) d->dropped[k] = r.twin.data->dropped[k];
+    if (!status) leave_soft(m, &r, d->dropped);
     close_rigid(m, &r);
-    return status > 0 ? MBSR_OK : status;
+    return status;
 }

@@ -318,7 +318,7 @@ static void rates_that_are_kept(void **state)
 static void gears(void **state)
 {
     (void)state;
-    static const int counts[] = {10, 80}; /* densely; on the tree */
+    static const int counts[] = {10, 80};
     for (int n = 0; n < 2; ++n) {
         const int count = counts[n], coordinate[2] = {0, 0};
         loops s;
