@@ -259,14 +259,19 @@ static void find_forces(const mbsri_front *f, double *F)
 
 /* ---- GMRES ---- */
 
+/* In four sums, none of which waits for another. */
 static double crowd_product(const mbsri_front_crowd *c, size_t n, const double *a, const double *b)
 {
-    double sum = 0.0;
-    for (size_t k = 0; k < n; ++k) sum += a[k] * b[k] * c->weight[k];
-    return sum;
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    size_t k = 0;
+    for (; k + 4 <= n; k += 4) {
+        for (size_t l = 0; l < 4; ++l) sum[l] += a[k + l] * b[k + l] * c->weight[k + l];
+    }
+    for (; k < n; ++k) sum[0] += a[k] * b[k] * c->weight[k];
+    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
 }
 
-static void crowd_add(size_t n, double by, const double *x, double *y)
+static void crowd_add(size_t n, double by, const double *restrict x, double *restrict y)
 {
     for (size_t k = 0; k < n; ++k) y[k] += by * x[k];
 }
