@@ -26,6 +26,7 @@ size_t mbsri_near_place(const mbsr_contacts *c, void *memory, mbsri_near *near)
     size_t used = 0;
     near->placed = take_part(memory, &used, count * sizeof *near->placed);
     near->order = take_part(memory, &used, count * sizeof *near->order);
+    near->box = take_part(memory, &used, count * sizeof *near->box);
     near->pair = take_part(memory, &used, most * sizeof *near->pair);
     near->spare = take_part(memory, &used, most * sizeof *near->spare);
     near->start = take_part(memory, &used, (numbers + 2) * sizeof *near->start);
@@ -101,11 +102,20 @@ static int put_pair(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_n
     return MBSR_OK;
 }
 
-static bool overlap(const mbsri_placed *a, const mbsri_placed *b)
+static void put_boxes(const mbsri_near *near, int count)
 {
-    bool yes = true;
-    for (int k = 0; k < 3; ++k) yes = yes && a->low[k] <= b->high[k] && b->low[k] <= a->high[k];
-    return yes;
+    for (int i = 0; i < count; ++i) {
+        const mbsri_placed *placed = near->placed + near->order[i];
+        mbsri_box *box = near->box + i;
+        for (int k = 0; k < 3; ++k) box->low[k] = placed->low[k], box->high[k] = placed->high[k];
+        box->shape = near->order[i];
+    }
+}
+
+/* Along one axis, without a branch: most boxes that are passed do not overlap along another. */
+static int overlaps(const mbsri_box *a, const mbsri_box *b, int k)
+{
+    return (a->low[k] <= b->high[k]) & (b->low[k] <= a->high[k]);
 }
 
 /* Whether the box around a shape reaches below a plane or height field. */
@@ -122,16 +132,15 @@ static bool reaches(const mbsri_placed *plane, const mbsri_placed *s)
 static int sweep(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near *near, int axis,
                  int *count)
 {
-    const int others = c->count - c->grounds;
-    for (int i = 0; i < others; ++i) {
-        const int a = near->order[i];
-        const mbsri_placed *pa = near->placed + a;
-        for (int j = i + 1; j < others; ++j) {
-            const int b = near->order[j];
-            const mbsri_placed *pb = near->placed + b;
-            if (pb->low[axis] > pa->high[axis]) break;
-            if (!overlap(pa, pb) || !mbsri_may_touch(c, a, b)) continue;
-            const int status = put_pair(c, args, near, a, b, count);
+    const mbsri_box *const end = near->box + (c->count - c->grounds);
+    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+    put_boxes(near, c->count - c->grounds);
+    for (const mbsri_box *a = near->box; a < end; ++a) {
+        for (const mbsri_box *b = a + 1; b < end && b->low[axis] <= a->high[axis]; ++b) {
+            if (!(overlaps(a, b, next) & overlaps(a, b, last)) ||
+                !mbsri_may_touch(c, a->shape, b->shape))
+                continue;
+            const int status = put_pair(c, args, near, a->shape, b->shape, count);
             if (status) return status;
         }
     }

@@ -5,10 +5,17 @@
 
 #include "contact/touch.h"
 
+/* The box around a shape, along the world's axes. */
+typedef struct mbsri_box {
+    double low[3], high[3];
+    int shape;
+} mbsri_box;
+
 /* What the element keeps in the memory of a data object. */
 typedef struct mbsri_near {
     mbsri_placed *placed; /* by shape */
     int *order;     /* shapes but those of the ground alone, by where they begin along an axis */
+    mbsri_box *box; /* of those, in that order, side by side in memory */
     int (*pair)[2]; /* of shapes, a < b, in ascending order */
     int (*spare)[2];
     int *start;

@@ -10,11 +10,11 @@
  * iteration in which the residual r of the momenta, r / c, shows that something is still strained,
  * and the last correction has to be small itself, not by a rate of convergence. Where there
  * are contacts, matrices of the last steps come first, and each goes on as long as an iteration
- * leaves less than three tenths of r / c; these count for nothing until r / c shows that nothing is
- * strained. There a rate does count, where corrections and momenta both have it. (Of a Krylov
- * method it is the preconditioner that would be new, in each step is enough. Where momenta do not
- * show all that is strained it is new in each iteration.) Other steps are left to the solver of
- * SUNDIALS, or begin with a new matrix (renewal.c).
+ * leaves less than three tenths of r / c, one of the step itself less than a tenth; these count for
+ * nothing until r / c shows that nothing is strained. There a rate does count, where corrections
+ * and momenta both have it. (Of a Krylov method it is the preconditioner that would be new, in each
+ * step is enough. Where momenta do not show all that is strained it is new in each iteration.)
+ * Other steps are left to the solver of SUNDIALS, or begin with a new matrix (renewal.c).
  *
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs
  * unless something stiff takes it, and where the matrix is old, that may be gone: a stop that was
@@ -33,8 +33,9 @@
 
 /* ---- careful steps ---- */
 
-/* Of iterations with old matrices where there are contacts: what each leaves at most. */
-static const double fast = 0.3;
+/* Of iterations with old matrices where there are contacts: what each leaves at most. One of the
+ * present step leaves more than `faster` where forces turn or have kinks: a new one has to show. */
+static const double fast = 0.3, faster = 0.1;
 
 /* Whether two corrections in a row, of new matrices, are of one size: the stiff direction turns so
  * much in one of them that the next has to undo what it did. An old matrix would not do here. */
@@ -81,7 +82,9 @@ typedef struct found {
  * r / c than there was; a new one costs as much as seven iterations. */
 static bool serves(const mbsri_stiff *s, bool young, double left, double before)
 {
-    return s->control.matrices.kept > 0 && s->control.looks && young && left <= fast * before;
+    const bool present = s->made.step == s->now.steps && s->made.c == s->now.c;
+    return s->control.matrices.kept > 0 && s->control.looks && young &&
+           left <= (present ? faster : fast) * before;
 }
 
 /* Where there are contacts: whether both shrink so much that the next correction would be small. */
@@ -112,7 +115,7 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
     static const double share = 0.03;
     const double enough = s->control.looks ? share * tolerance : 0.0,
                  within = s->control.iterates ? INFINITY : enough;
-    int small = 0, still = 0, vain = 0;
+    int small = 0, still = 0, vain = 0, fresh = 0;
     double judged = 0.0, power = 0.0;
     found before = {INFINITY, 0.0};
     bool grows = false;
@@ -133,8 +136,9 @@ static int iterate(mbsri_stiff *s, N_Vector ee, double tolerance, double roundin
         const double size = N_VWrmsNorm(s->change, s->weight);
         const found now = {left, size}, last = before;
         before = now;
+        fresh = old ? 0 : fresh + 1;
+        if (fresh == 2 && turns(last.size, size, tolerance)) mbsri_stiff_note(s, MBSRI_SIGN_TURNS);
         if (old && left > within) continue;
-        if (k == 2 && turns(judged, size, tolerance)) mbsri_stiff_note(s, MBSRI_SIGN_TURNS);
         small = size <= tolerance ? small + 1 : 0;
         still = size <= rounding ? still + 1 : 0;
         grows = still > 1 && (grows || size > judged);

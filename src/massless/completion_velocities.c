@@ -15,6 +15,9 @@
 #include <float.h>
 #include <math.h>
 
+/* Of velocities, and of loop forces: corrections that need not be followed by others. */
+static const double tiny = 1e-11;
+
 /* Corrections, relative to what they correct: of velocities, and of loop forces where these hold
  * what has no mass. */
 typedef struct corrections {
@@ -59,9 +62,9 @@ static int take_off(mbsr_completion *w, double c, bool forces)
 static bool take_off_linearly(mbsr_completion *w, double c, corrections now, corrections last)
 {
     static const double small = 1e-6, left = 1e-10;
-    if (w->kind.deficient || w->m->rows > 0 || now.speed > small || last.speed == INFINITY ||
-        now.speed * now.speed > left * last.speed)
-        return false;
+    const bool converges =
+        now.speed <= small && last.speed < INFINITY && now.speed * now.speed <= left * last.speed;
+    if (w->kind.deficient || w->m->rows > 0 || !(converges || now.speed <= tiny)) return false;
     for (int k = 0; k < w->rates; ++k) w->F[k] += c * w->x[k];
     for (int k = w->rates; k < w->loops; ++k) w->y[k] -= w->x[k];
     return true;
@@ -100,11 +103,11 @@ static bool balances(const mbsr_completion *w)
  * is closed F_u is linear in u, and a matrix of this state leaves a share of 1/c. */
 static bool settled(const mbsr_completion *w, corrections now, corrections last, bool fresh)
 {
-    static const double enough = 1e-11, linear = 1e-4;
+    static const double linear = 1e-4;
     const double near = w->m->rows > 0 ? 1e-6 : 1e-8;
     if (fresh && !w->kind.deficient && w->m->rows == 0) return now.speed <= linear;
-    return mbsri_completion_converged(now.speed, last.speed, enough, near) &&
-           (mbsri_completion_converged(now.force, last.force, enough, near) || balances(w));
+    return mbsri_completion_converged(now.speed, last.speed, tiny, near) &&
+           (mbsri_completion_converged(now.force, last.force, tiny, near) || balances(w));
 }
 
 /* Whether what is left is less than u can tell: a matrix of this state corrects u by less than its

@@ -209,6 +209,24 @@ static void bouncing(void **unused)
     }
 }
 
+/* Blows of a ball without loss are taken carefully, all of them: forces there turn on and off
+ * within a step, which matrices of earlier steps do not show. */
+static void blows(void **unused)
+{
+    (void)unused;
+    const mbsr_contact_law law = law_in(systems[0], 1e9, 0.0, 0.0);
+    mbsr_ida_stats stats;
+    run r;
+    begin(&r, systems[0], true, law);
+    add(&r, MBSR_SHAPE_SPHERE, law, 0.0, 5.0);
+    start(&r, 1e-5);
+    to(&r, 20.0);
+    assert_int_equal(mbsr_simulation_get_stats(&r.s, &stats), MBSR_OK);
+    print_message("%ld steps, %ld attempts carefully\n", stats.steps, stats.careful_attempts);
+    assert_true(stats.careful_attempts > stats.steps);
+    end(&r);
+}
+
 /* A row of balls apart from each other: the last goes with what the first had; momentum and energy
  * stay. */
 static void cradle(void **unused)
@@ -374,9 +392,10 @@ static void counts(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rolling),  cmocka_unit_test(sliding),     cmocka_unit_test(spinning_down),
-        cmocka_unit_test(bouncing), cmocka_unit_test(cradle),      cmocka_unit_test(stack),
-        cmocka_unit_test(leaning),  cmocka_unit_test(pulled_slab), cmocka_unit_test(counts)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(rolling),       cmocka_unit_test(sliding),
+                                       cmocka_unit_test(spinning_down), cmocka_unit_test(bouncing),
+                                       cmocka_unit_test(blows),         cmocka_unit_test(cradle),
+                                       cmocka_unit_test(stack),         cmocka_unit_test(leaning),
+                                       cmocka_unit_test(pulled_slab),   cmocka_unit_test(counts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -354,7 +354,7 @@ typedef struct pivots {
 } pivots;
 
 /* dq = (r_q + du) / c */
-MBSRI_INLINE void eliminate_axes(const axes_step *s, const int n, columns *z)
+MBSRI_INLINE void eliminate_axes(const axes_step *s, const int n, const int others, columns *z)
 {
     const double by = 1.0 / s->c, size = fabs(by);
     for (int k = 0; k < n; ++k) {
@@ -363,8 +363,8 @@ MBSRI_INLINE void eliminate_axes(const axes_step *s, const int n, columns *z)
             z->a[n + k][r] += z->a[k][r];
             z->size[n + k][r] += size * z->size[k][r];
         }
-        for (int r = 0; r < ROWS; ++r) z->below[k][r] *= by;
-        for (int r = 0; r < ROWS; ++r) z->below[n + k][r] += z->below[k][r];
+        for (int r = 0; r < others; ++r) z->below[k][r] *= by;
+        for (int r = 0; r < others; ++r) z->below[n + k][r] += z->below[k][r];
     }
 }
 
@@ -397,8 +397,8 @@ MBSRI_INLINE bool choose_place(const axes_step *s, const int nq, const int n, in
 }
 
 /* dq by q' */
-MBSRI_INLINE bool eliminate_turns(const axes_step *s, const int nq, const int n, columns *z,
-                                  pivots *p)
+MBSRI_INLINE bool eliminate_turns(const axes_step *s, const int nq, const int n, const int others,
+                                  columns *z, pivots *p)
 {
     take_rates(s, nq, n, z);
     for (int k = 0; k < nq; ++k) {
@@ -406,14 +406,14 @@ MBSRI_INLINE bool eliminate_turns(const axes_step *s, const int nq, const int n,
         const double by = 1.0 / z->place[k][k];
         for (int r = k + 1; r < nq; ++r) z->place[k][r] *= by;
         for (int r = 0; r < n; ++r) z->a[k][r] *= by, z->size[k][r] *= fabs(by);
-        for (int r = 0; r < ROWS; ++r) z->below[k][r] *= by;
+        for (int r = 0; r < others; ++r) z->below[k][r] *= by;
         for (int j = k + 1; j < nq + n; ++j) {
             const double x = z->place[j][k];
             if (x == 0.0) continue;
             for (int r = k + 1; r < nq; ++r) z->place[j][r] -= z->place[k][r] * x;
             for (int r = 0; r < n; ++r) z->a[j][r] -= z->a[k][r] * x;
             for (int r = 0; r < n; ++r) z->size[j][r] += z->size[k][r] * fabs(x);
-            for (int r = 0; r < ROWS; ++r) z->below[j][r] -= z->below[k][r] * x;
+            for (int r = 0; r < others; ++r) z->below[j][r] -= z->below[k][r] * x;
         }
     }
     return true;
@@ -457,13 +457,14 @@ MBSRI_INLINE bool choose(const int nq, const int n, const columns *z, pivots *p,
     return most > good;
 }
 
-MBSRI_INLINE bool eliminate(const axes_step *s, const int nq, const int n, columns *z, pivots *p)
+MBSRI_INLINE bool eliminate(const axes_step *s, const int nq, const int n, const int others,
+                            columns *z, pivots *p)
 {
     for (int k = 0; k < nq; ++k) p->place[k] = k;
     for (int k = 0; k < n; ++k) p->row[k] = p->column[k] = k;
     if (!s->turns)
-        eliminate_axes(s, n, z);
-    else if (!eliminate_turns(s, nq, n, z, p))
+        eliminate_axes(s, n, others, z);
+    else if (!eliminate_turns(s, nq, n, others, z, p))
         return false;
     scale(nq, n, z, p);
     for (int q = 0; q < n; ++q) {
@@ -472,12 +473,12 @@ MBSRI_INLINE bool eliminate(const axes_step *s, const int nq, const int n, colum
         double *factor = z->below[column];
         const double by = 1.0 / z->a[column][row];
         for (int r = q + 1; r < n; ++r) p->L[q][p->row[r]] = z->a[column][p->row[r]] * by;
-        for (int r = 0; r < ROWS; ++r) factor[r] *= by;
-        for (int k = q + 1; k < n + ROWS; ++k) {
+        for (int r = 0; r < others; ++r) factor[r] *= by;
+        for (int k = q + 1; k < n + others; ++k) {
             const int j = nq + (k < n ? p->column[k] : k);
             const double x = z->a[j][row];
             for (int r = q + 1; r < n; ++r) z->a[j][p->row[r]] -= p->L[q][p->row[r]] * x;
-            for (int r = 0; r < ROWS; ++r) z->below[j][r] -= factor[r] * x;
+            for (int r = 0; r < others; ++r) z->below[j][r] -= factor[r] * x;
         }
     }
     return true;
@@ -549,27 +550,27 @@ MBSRI_INLINE void keep_factors(const axes_step *s, const int nq, const int n, co
     }
 }
 
-/* False: a front takes over. */
-MBSRI_INLINE bool pass(const axes_step *s, const int nq, const int n, const knowns *k)
+/* others: rows and columns of the predecessor, none on the ground. False: a front takes over. */
+MBSRI_INLINE bool pass_beside(const axes_step *s, const int nq, const int n, const int others,
+                              const knowns *k)
 {
-    const int others = s->step->borders > 0 ? ROWS : 0, own = nq + n;
+    const int own = nq + n;
     columns z;
     pivots p = {0};
     pass_own(s, nq, n, k, &z);
-    if (others)
-        pass_others(s, own, n, k, &z);
-    else
-        memset(z.below, 0, sizeof z.below), memset(z.a + own, 0, ROWS * sizeof z.a[0]);
-    if (!eliminate(s, nq, n, &z, &p)) return false;
+    if (others) pass_others(s, own, n, k, &z);
+    if (!eliminate(s, nq, n, others, &z, &p)) return false;
     if (others && !mbsri_finite(ROWS * ROWS, z.below[own])) return false;
     keep_numbers(s, nq, n, others, &p);
-    if (others)
-        keep_factors(s, nq, n, ROWS, &z, &p);
-    else
-        keep_factors(s, nq, n, 0, &z, &p);
+    keep_factors(s, nq, n, others, &z, &p);
     if (others)
         memcpy(s->f->matrices + s->step->matrix, z.below[own], ROWS * ROWS * sizeof(double));
     return true;
+}
+
+MBSRI_INLINE bool pass(const axes_step *s, const int nq, const int n, const knowns *k)
+{
+    return s->step->borders > 0 ? pass_beside(s, nq, n, ROWS, k) : pass_beside(s, nq, n, 0, k);
 }
 
 static bool pass_turns(const axes_step *s, const knowns *k)

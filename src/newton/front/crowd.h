@@ -13,20 +13,22 @@
 #include "newton/front/front.h"
 
 typedef struct mbsri_front_crowd {
-    int together;         /* the most bodies that are eliminated together */
-    int count;            /* of pairs apart */
-    bool *apart;          /* by pair */
-    int *group, *size;    /* N + 1: the next body towards the head of its group; its size there */
-    int most;             /* longest force on a body */
-    size_t block, answer; /* lengths of a block and an answer */
+    int together;      /* the most bodies that are eliminated together */
+    int count;         /* of pairs apart */
+    bool *apart;       /* by pair */
+    int *group, *size; /* N + 1: the next body towards the head of its group; its size there */
+    size_t block, answer, response; /* lengths of a block, an answer and a response */
+    size_t columns;                 /* of a response */
     double *blocks;   /* by pair: forces on the second by the first, on the first by the second */
     bool alone;       /* whether each body is: no step has borders or children */
-    double *answers;  /* then: blocks times the motion by forces on the body */
-    double *weight;   /* size_v: of forces in norms, inverse masses */
-    double *loads;    /* size_v: those of the next sweep */
-    double *solution; /* size_v: F */
-    double *given;    /* size_v: E x0 */
-    double *zero;     /* a right-hand side of zeros */
+    double *unknowns; /* then, of one body: its unknowns by forces on it; */
+    double *motions, *responses; /* by body: its motion; dq, dp and du; */
+    double *answers;             /* by pair: blocks times the former */
+    double *weight;              /* size_v: of forces in norms, inverse masses */
+    double *loads;               /* size_v: those of the next sweep */
+    double *solution;            /* size_v: F */
+    double *given;               /* size_v: E x0 */
+    double *zero;                /* a right-hand side of zeros */
     double *basis, *hessenberg, *rotation, *projected;
     int rest; /* plans that are still to be whole, after one that did not do */
     void *memory;
@@ -58,10 +60,13 @@ void mbsri_front_crowd_load(mbsri_front *f);
 typedef void (*mbsri_front_sweep_of)(mbsri_front *f, const double *r);
 
 /* After the steps of a factorisation. */
-void mbsri_front_crowd_finish(mbsri_front *f, mbsri_front_sweep_of sweep);
+void mbsri_front_crowd_finish(mbsri_front *f);
 
-/* Leaves in `loads` those that belong to r. False: they did not converge; the next matrices leave
- * nothing apart. */
+/* Where bodies are alone: adds what loads do to a solution without them. */
+void mbsri_front_crowd_respond(const mbsri_front *f, double *delta);
+
+/* Leaves in `loads` those that belong to r; where bodies are alone, the sweep without them as it
+ * was. False: they did not converge; the next matrices leave nothing apart. */
 bool mbsri_front_crowd_solve(mbsri_front *f, const double *r, mbsri_front_sweep_of sweep);
 
 #endif

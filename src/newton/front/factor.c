@@ -217,7 +217,7 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
     for (int k = 0; k < f->plan.steps && f->plan.crowded; ++k)
         f->plan.step[k].room = MBSRI_FRONT_ROOM;
     for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
-    if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_finish(f, mbsri_front_sweep);
+    if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_finish(f);
     if (!status && f->model->order.grouped) status = mbsri_backward(f->model, d);
     return status;
 }

@@ -108,6 +108,12 @@ bool mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
 /* Whether the last factorisation has left pairs apart, for which a solution iterates. */
 bool mbsri_front_iterates(const mbsri_front *f);
 
+/* Whether step k takes in nothing and leaves nothing: all of its body is found at once. */
+static inline bool mbsri_front_is_alone(const mbsri_front *f, int k)
+{
+    return f->plan.step[k].borders == 0 && f->plan.step[k].children == 0;
+}
+
 /* Both sweeps of a solution: unknowns, and the motion of bodies, in f->value. */
 void mbsri_front_sweep(mbsri_front *f, const double *r);
 

@@ -333,21 +333,25 @@ static void take_momentum(mbsri_front *f, int i, double *dp, double *rate, doubl
     }
 }
 
-/* dp of all joints. */
-static void take_momenta(mbsri_front *f, double *delta)
+/* dp of the joint of body i, or of the group that it leads, into the rates. */
+static void take_momenta(mbsri_front *f, int i)
 {
-    const mbsr_model *m = f->model;
-    double *dp = f->rates + 2 * m->nu, *rate = dp + m->nu, *range = rate + m->nu;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const int ig = m->body[i].group.iu;
-        if (f->served && !f->served[i]) continue;
-        if (mbsri_linear_leads(f->linear, i)) take_momentum(f, i, dp + ig, rate + ig, range + ig);
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (f->served && !f->served[i]) continue;
-        mbsri_copy((size_t)b->n, dp + b->group.iu, delta + m->nq + b->u);
-    }
+    const int nu = f->model->nu;
+    double *dp = f->rates + 2 * nu + f->model->body[i].group.iu, *rate = dp + nu;
+    if (mbsri_linear_leads(f->linear, i)) take_momentum(f, i, dp, rate, rate + nu);
+}
+
+static void take_unknowns(const mbsri_front *f, int i, double *dq, double *dp, double *du)
+{
+    const mbsri_body *b = f->model->body + i;
+    mbsri_copy((size_t)b->nq, f->value + f->names[i].q, dq);
+    mbsri_copy((size_t)b->n, f->rates + 2 * f->model->nu + b->group.iu, dp);
+    mbsri_copy((size_t)b->n, f->value + f->names[i].u, du);
+}
+
+bool mbsri_front_iterates(const mbsri_front *f)
+{
+    return f->crowd && f->crowd->count > 0;
 }
 
 void mbsri_front_start(mbsri_front *f)
@@ -364,28 +368,37 @@ void mbsri_front_reduce(mbsri_front *f, int i, const double *r)
     for (int l = g.members - 1; l >= 0; --l) reduce(f, g.member[l], r);
 }
 
+/* Whether steps after this one, forces in pairs apart or what stands beside the front read the
+ * motion of its body. */
+static bool is_read(const mbsri_front *f, int k)
+{
+    return f->plan.step[k].children > 0 || f->served || mbsri_front_iterates(f);
+}
+
 void mbsri_front_substitute(mbsri_front *f, int i)
 {
     substitute(f, f->plan.position[i]);
     if (f->linear->below_massless[i] && mbsri_linear_leads(f->linear, i)) spread(f, i);
-    move_body(f, i);
+    if (is_read(f, f->plan.position[i])) move_body(f, i);
 }
 
 void mbsri_front_finish(mbsri_front *f, double *delta)
 {
     const mbsr_model *m = f->model;
-    take_momenta(f, delta);
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (f->served && !f->served[i]) continue;
-        mbsri_copy((size_t)b->nq, f->value + f->names[i].q, delta + b->q);
-        mbsri_copy((size_t)b->n, f->value + f->names[i].u, delta + m->nq + m->nu + b->u);
+        if (!f->served || f->served[i]) take_momenta(f, i);
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        double *dp = delta + m->nq + m->body[i].u;
+        if (!f->served || f->served[i]) take_unknowns(f, i, delta + m->body[i].q, dp, dp + m->nu);
     }
 }
 
-bool mbsri_front_iterates(const mbsri_front *f)
+/* A body that is alone. */
+static void pass_alone(mbsri_front *f, int i, const double *r)
 {
-    return f->crowd && f->crowd->count > 0;
+    mbsri_front_reduce(f, i, r);
+    mbsri_front_substitute(f, i);
 }
 
 void mbsri_front_sweep(mbsri_front *f, const double *r)
@@ -394,20 +407,29 @@ void mbsri_front_sweep(mbsri_front *f, const double *r)
     mbsri_front_start(f);
     if (mbsri_front_iterates(f)) mbsri_front_crowd_load(f);
     for (int i = m->bodies; i >= 1; --i) {
-        if (mbsri_linear_leads(f->linear, i)) lift(f, i, r + m->nq + m->nu);
+        if (mbsri_linear_leads(f->linear, i) && !mbsri_front_is_alone(f, f->plan.position[i]))
+            lift(f, i, r + m->nq + m->nu);
     }
     load_closures(f, r + m->nq + 2 * m->nu);
-    for (int k = 0; k < f->plan.steps; ++k) reduce(f, f->plan.step[k].body, r);
-    for (int k = f->plan.steps - 1; k >= 0; --k) mbsri_front_substitute(f, f->plan.step[k].body);
+    for (int k = 0; k < f->plan.steps; ++k) {
+        if (mbsri_front_is_alone(f, k))
+            pass_alone(f, f->plan.step[k].body, r);
+        else
+            reduce(f, f->plan.step[k].body, r);
+    }
+    for (int k = f->plan.steps - 1; k >= 0; --k) {
+        if (!mbsri_front_is_alone(f, k)) mbsri_front_substitute(f, f->plan.step[k].body);
+    }
 }
 
 static bool solve_front(mbsri_front *f, const double *r, double *delta)
 {
     const int closures = f->model->nq + 2 * f->model->nu;
-    bool done = true;
-    if (mbsri_front_iterates(f)) done = mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
-    mbsri_front_sweep(f, r);
+    const bool iterates = mbsri_front_iterates(f), alone = iterates && f->crowd->alone;
+    const bool done = !iterates || mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
+    if (!alone) mbsri_front_sweep(f, r);
     mbsri_front_finish(f, delta);
+    if (alone) mbsri_front_crowd_respond(f, delta);
     take_multipliers(f, r + closures, delta + closures);
     return done;
 }
