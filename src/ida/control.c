@@ -27,9 +27,9 @@
  *                    much                                                       as long
  *   LITTLE_LEFT      ... little                               1                 twice as long
  *
- * A vibration that coordinates do not show and BDF of high order keeps alive, seen in the errors of
- * tests of order 3 and more for 500 steps or longer, takes the order down to 2 until steps are past
- * it: stability.c.
+ * A small vibration that coordinates do not show and BDF of high order keeps alive, seen in the
+ * errors of tests of order 3 and more for 200 steps or longer, takes the order down to 2 until
+ * steps are past it: stability.c.
  *
  * A trial takes 15 steps, and twice as many as the last one if that ended no longer than 20 of its
  * lengths ago (3 where matrices are dear), at most 100. The next trial of what vibrates is always

@@ -75,7 +75,7 @@ typedef struct mbsri_errors {
 typedef struct mbsri_vibration {
     double higher, lower;        /* of momenta, of order k and k - 1 */
     double momenta, coordinates; /* squares of its amplitudes, in tolerances */
-    long steps;                  /* in which it was there and not seen in coordinates */
+    long steps;                  /* in which it was there and small enough to go */
 } mbsri_vibration;
 
 typedef struct mbsri_control {

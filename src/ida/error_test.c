@@ -110,10 +110,14 @@ static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
 {
     static const double many = 20.0, noise = 20.0;
     const double jump = as_jump(s, plain, mbsri_stiff_momentum_norm(s, x), noise);
-    s->now.filters = false;
+    s->now.tests = MBSRI_MEASURE_ALL;
     if (!s->now.careful) {
         keep_error(s, x, plain);
         return jump;
+    }
+    if (plain > 1.0 && mbsri_stiff_is_rounding(s, x)) {
+        s->now.tests = MBSRI_MEASURE_COORDINATES;
+        return s->stricter * mbsri_stiff_coordinate_norm(s, x);
     }
     if (jump > many && mbsri_stiff_filter(s, x, s->error) == 0 && !mbsri_stiff_acted(s, x))
         return jump;
@@ -121,7 +125,7 @@ static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
     const double filtered = s->stricter * mbsri_stiff_filtered_norm(s, x);
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
     stiff_alone(s, x, filtered, plain);
-    s->now.filters = true;
+    s->now.tests = MBSRI_MEASURE_FILTERED;
     return bounded(s, as_jump(s, filtered, mbsri_stiff_momentum_norm(s, s->filtered), 1.0), plain);
 }
 
@@ -176,7 +180,9 @@ static double tested_norm(mbsri_stiff *s, N_Vector x, mbsri_call call)
     if (call == MBSRI_CALL_OF_ORDER) return first_of_test(s, x, found);
     if (call == MBSRI_CALL_BELOW) note_errors(s, x, all);
     if (forbidden(&s->now, call)) return very_large;
-    if (s->now.filters) {
+    if (s->now.tests == MBSRI_MEASURE_COORDINATES)
+        found = s->stricter * mbsri_stiff_coordinate_norm(s, x);
+    if (s->now.tests == MBSRI_MEASURE_FILTERED) {
         const double filtered = s->stricter * mbsri_stiff_filtered_norm(s, x);
         if (filtered >= 0.0 && filtered < found) found = filtered;
     }

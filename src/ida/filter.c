@@ -54,6 +54,14 @@ double mbsri_stiff_momentum_norm(mbsri_stiff *s, N_Vector x)
     return s->masked(s->change, s->weight, s->id);
 }
 
+double mbsri_stiff_coordinate_norm(mbsri_stiff *s, N_Vector x)
+{
+    double *to = N_VGetArrayPointer(s->change);
+    N_VScale(1.0, x, s->change);
+    for (int k = s->first; k < s->last; ++k) to[k] = 0.0;
+    return s->masked(s->change, s->weight, s->id);
+}
+
 bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x)
 {
     static const double left = 0.3;

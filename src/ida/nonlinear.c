@@ -72,6 +72,8 @@ static int initialize(SUNNonlinearSolver solver)
     mbsri_stiff *s = content(solver);
     mbsri_control_begin(&s->control);
     s->blame.slowest = 0.0;
+    s->rounding.norm = 0.0;
+    s->rounding.at = 0;
     s->past.known = 0;
     s->made.c = 0.0;
     s->now.steps = 0;

@@ -13,15 +13,17 @@
  *   (h w)^2 = sum |e_p,k|^2 / sum |e_p,k-1|^2,     A^2 = mean of |e_p,k-1|^2 / (h w)^2k,
  *       Q^2 the same of e_q,k-1
  *
- * tell its frequency and its amplitudes in momenta and coordinates, in tolerances. Q of a motion is
- * thousands; a vibration of `many` tolerances in momenta, of which coordinates show less than
- * `unseen` and `little` of that, or next to nothing, is nobody's motion. (Order 2 follows what else
- * moves less well: with a Q up to 0.3 and any A an arm with elastic gears lost 17 000 tolerances;
- * with `little` alone a tyre that had come to rest after its bounces vibrated for ever; with 0.004
- * of a tolerance as next to nothing a flexible arm lost four times as much.) It takes
- * some A^(4/3) steps at most to go, as (h w)^3 A is about 1. As many are waited for: the attempt
- * costs no more than what the vibration has cost. It ends when a step takes two periods, beyond
- * which orders above 2 are stable again. */
+ * tell its frequency and its amplitudes in momenta and coordinates, in tolerances. What a run loses
+ * where it is let go is Q, and, if it would have been cut loose while it moves, A for each second
+ * after. So it goes where A Q, what it carries, is `little`: that leaves Q below a hundredth and A
+ * below a hundred where A is 1e4 Q. (An arm with elastic gears lost 17 000 tolerances where any A
+ * would do, with a Q up to 0.3; a belt with play 10 000 where A Q was up to 6.) One of less than
+ * `few` holds steps back by the third root of that, and order 2 does so too, for what else moves:
+ * of the real vibrations of a flexible arm, A of 3 to 5 tolerances are left where order 5 follows
+ * them, and order 2 makes the arm err four times as much. It takes some A^(4/3) steps at most to
+ * go, as (h w)^3 A is about 1. As many are waited for: the attempt costs no more than what the
+ * vibration has cost. It ends when a step takes two periods, beyond which orders above 2 are stable
+ * again. */
 #include "ida/control.h"
 
 #include <math.h>
@@ -29,9 +31,9 @@
 void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
                                const mbsri_errors *e)
 {
-    static const double fade = 0.99, slow = 0.1, fast = 1.5, unseen = 0.02, nothing = 0.001,
-                        many = 3.0, little = 4e-5, turn = 6.28318530717958648;
-    enum { LEAST = 500 };
+    static const double fade = 0.99, slow = 0.1, fast = 1.5, little = 0.1, few = 10.0,
+                        turn = 6.28318530717958648;
+    enum { LEAST = 200 };
     mbsri_vibration *v = &c->vibration;
     v->higher = fade * v->higher + e->momenta * e->momenta;
     v->lower = fade * v->lower + e->momenta_below * e->momenta_below;
@@ -39,10 +41,9 @@ void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
                  size = pow(angle, -2.0 * order) * (1.0 - fade);
     v->momenta = fade * v->momenta + size * e->momenta_below * e->momenta_below;
     v->coordinates = fade * v->coordinates + size * e->coordinates_below * e->coordinates_below;
-    const double enough = fmin(unseen * unseen, little * little * v->momenta);
-    const bool there = angle > slow && angle < fast && v->momenta > many * many,
-               seen = !(v->coordinates < fmax(nothing * nothing, enough));
-    v->steps = there && !seen ? v->steps + 1 : 0;
+    const bool there = angle > slow && angle < fast && v->momenta > few * few,
+               goes = v->momenta * v->coordinates < little * little;
+    v->steps = there && goes ? v->steps + 1 : 0;
     const double steps = fmax(LEAST, pow(v->momenta, 2.0 / 3.0));
     if ((double)v->steps < steps) return;
     c->low_until = step + (long)(4.0 * steps);

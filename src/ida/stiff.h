@@ -32,6 +32,13 @@ typedef enum mbsri_call {
     MBSRI_CALL_ABOVE
 } mbsri_call;
 
+/* What an error test measures of an error: all; what the filter leaves; all but the momenta. */
+typedef enum mbsri_measure {
+    MBSRI_MEASURE_ALL,
+    MBSRI_MEASURE_FILTERED,
+    MBSRI_MEASURE_COORDINATES
+} mbsri_measure;
+
 /* The present attempt at a step. */
 typedef struct mbsri_attempt {
     long steps;          /* steps of IDA before it */
@@ -43,7 +50,7 @@ typedef struct mbsri_attempt {
     long stale;          /* those of them that the plain iteration ran */
     bool hides;          /* whether its last correction left momenta for something stiff */
     mbsri_call call;     /* norm that its error test has reached */
-    bool filters;        /* whether its error test is filtered */
+    mbsri_measure tests; /* what its error test measures */
     bool low;            /* whether its order is not to exceed 2 */
     double norm;         /* first norm of its error test */
     mbsri_errors errors; /* norms of its error test, part by part */
@@ -102,6 +109,10 @@ typedef struct mbsri_stiff {
         long step;
         double c;
     } made; /* of the attempt that made the matrix at hand */
+    struct {
+        double norm;
+        long at;
+    } rounding; /* what it leaves in the momenta, and the step of that; see rounding.c */
     mbsri_past past;
     mbsri_blame blame;
     mbsr_sundials_stiff_info info;
@@ -128,6 +139,12 @@ double mbsri_stiff_filtered_norm(mbsri_stiff *s, N_Vector x);
 
 /* Norm of the momenta of x in the error test. */
 double mbsri_stiff_momentum_norm(mbsri_stiff *s, N_Vector x);
+
+/* Norm of all but the momenta of x. */
+double mbsri_stiff_coordinate_norm(mbsri_stiff *s, N_Vector x);
+
+/* Whether the momenta of x, an error, are no more than rounding leaves in them, see rounding.c. */
+bool mbsri_stiff_is_rounding(mbsri_stiff *s, N_Vector x);
 
 /* Whether the filter leaves little of the momenta of x, a correction: a stiff element asked for it.
  */

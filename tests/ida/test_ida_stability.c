@@ -53,16 +53,13 @@ static void a_vibration_that_nobody_sees_is_let_go(void **state)
     mbsr_model_destroy(m);
 }
 
-/* A wheel of 40 kg on ground of 1e12 N/m that carries 300 kg on a spring: it bounces as it is set
- * down, ever lower, and vibrates at 1.6e5 rad/s with less and less. Momenta show some tolerances of
- * that for long, coordinates a thousandth of one. */
-static void a_wheel_that_has_bounced_comes_to_rest(void **state)
+/* The steps of a wheel of 40 kg on such ground that carries 300 kg on a spring: it bounces as it is
+ * set down, ever lower, and vibrates with less and less. */
+static long steps_of_wheel(double stiffness, double tolerance)
 {
-    (void)state;
     static const double Z[3] = {0.0, 0.0, 1.0};
-    const double tolerance = 1e-7, g = 9.81, stiffness = 2e4, damping = 1500.0, mass = 300.0,
-                 lift = 0.02, time = 0.4;
-    const double q[2] = {0.3, 0.4 - mass * g / stiffness + lift}, u[2] = {-2e-3, 2e-3};
+    const double g = 9.81, spring = 2e4, damping = 1500.0, mass = 300.0, lift = 0.02, time = 0.4;
+    const double q[2] = {0.3, 0.4 - mass * g / spring + lift}, u[2] = {-2e-3, 2e-3};
     double y[SIZE];
     mbsr_model *m = run_model();
     const int wheel = run_body(m, "wheel", MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, Z),
@@ -71,20 +68,31 @@ static void a_wheel_that_has_bounced_comes_to_rest(void **state)
                               mbsr_inertia_particle(mass));
     const mbsr_contact ground = {.radius = 0.3,
                                  .normal = {0.0, 0.0, 1.0},
-                                 .stiffness = 1e12,
+                                 .stiffness = stiffness,
                                  .exponent = 1.0,
                                  .damping = 1.0};
     run_force(m, mbsr_force_contact(wheel, MBSR_GROUND, &ground));
-    run_force(m, mbsr_force_joint_spring(body, 0, stiffness, damping, 0.4));
+    run_force(m, mbsr_force_joint_spring(body, 0, spring, damping, 0.4));
     run_force(m, mbsr_force_gravity(0.0, 0.0, -g));
     const mbsr_model *model = run_finish(m);
     const long steps = run_from(model, q, u, tolerance, time, y);
-    assert_true(steps < 10000);
-    const double fade = 0.5 * damping / mass, w = sqrt(stiffness / mass - fade * fade),
+    const double fade = 0.5 * damping / mass, w = sqrt(spring / mass - fade * fade),
                  swing = lift * exp(-fade * time) * (cos(w * time) + fade / w * sin(w * time));
-    assert_close(y[0], 0.3, tolerance);
-    assert_close(y[1], q[1] - lift + swing, 10.0 * tolerance);
+    const double given_way = 3.5e3 / stiffness; /* less than 350 kg, and the spring's rest */
+    assert_close(y[0], 0.3, given_way + tolerance);
+    assert_close(y[1], q[1] - lift + swing, given_way + 10.0 * tolerance);
     mbsr_model_destroy(m);
+    return steps;
+}
+
+/* With 1e12 N/m at 1.6e5 rad/s: momenta show some tolerances of that for long, coordinates a
+ * thousandth of one. With 1e11 N/m these show up to a hundredth, and the wheel vibrated to the end
+ * of the run, in 40 278 steps. */
+static void a_wheel_that_has_bounced_comes_to_rest(void **state)
+{
+    (void)state;
+    assert_true(steps_of_wheel(1e12, 1e-7) < 10000);
+    assert_true(steps_of_wheel(1e11, 1e-8) < 20000);
 }
 
 int main(void)
