@@ -149,18 +149,16 @@ static int find_step(const search *s)
     return MBSR_OK;
 }
 
-/* Rows, gaps and |A| at q. */
-static int look(search *s, const double *q)
+/* Rows and |A| at the positions of the data. */
+static int look(search *s)
 {
-    mbsri_closer *w = s->w;
-    int status = mbsri_positions(w->m, w->d, s->t, q);
-    if (!status) status = mbsri_closure_jacobians(w->m, w->d);
-    if (!status) status = assembly_gaps(w, w->g);
+    const int status = mbsri_closure_jacobians(s->w->m, s->w->d);
     if (!status) find_size(s);
     return status;
 }
 
-/* One step from q, whose gaps are g; *better: whether q was moved. */
+/* One step from q, whose gaps are g and where the data is; *better: whether q was moved, with the
+ * gaps and the data. */
 static int step(search *s, double *q, bool *better)
 {
     mbsri_closer *w = s->w;
@@ -177,13 +175,15 @@ static int step(search *s, double *q, bool *better)
         const double norm = status ? INFINITY : mbsri_closing_norm(w->m, &w->closing, w->g_try);
         if (norm < s->norm) {
             mbsri_copy((size_t)w->m->nq, w->q_try, q);
+            mbsri_copy((size_t)w->m->position_rows, w->g_try, w->g);
             s->norm = norm;
             if (share >= 1.0) s->mu = fmax(0.1 * s->mu, 1e-16);
             *better = true;
         } else {
-            if (s->mu >= 1e6) break;
+            status = evaluate_gaps(s, q, w->g);
+            if (status || s->mu >= 1e6) return status;
             s->mu = fmax(s->mu, 1e-12) * 10.0;
-            status = look(s, q);
+            status = look(s);
             if (status) return status;
         }
     }
@@ -233,24 +233,22 @@ static int refuse_open_loops(const search *s, const mbsr_assembly_info *info, do
                       info->iterations, list);
 }
 
-/* Gaps of q into info, and to s->widest in the measure of closing.h; the tolerance that counts. */
-static int measure_gaps(search *s, const double *q, mbsr_assembly_info *info, double *limit)
+/* Gaps into info, and to s->widest in the measure of closing.h; the tolerance that counts. */
+static double measure_gaps(search *s, mbsr_assembly_info *info)
 {
     const mbsri_closer *w = s->w;
     const mbsri_closure *c = mbsri_all_closures(w->m);
-    const int status = evaluate_gaps(s, q, w->g);
-    if (status) return status;
+    const double limit = s->opt->tolerance * mbsri_closing_size(w->m, w->d, &w->closing);
     info->closure = MBSR_NONE;
     info->gap = mbsri_largest(w->m->position_rows, w->g);
-    *limit = s->opt->tolerance * mbsri_closing_size(w->m, w->d, &w->closing);
     s->widest = 0.0;
     for (int id = 0; id < (int)w->m->closures.count; ++id, ++c) {
         const double open = open_by(s, c);
-        if (open > *limit && open > s->widest) info->closure = id;
+        if (open > limit && open > s->widest) info->closure = id;
         s->widest = fmax(s->widest, open);
     }
     s->norm = mbsri_closing_norm(w->m, &w->closing, w->g);
-    return MBSR_OK;
+    return limit;
 }
 
 static bool stopped(search *s, int iteration)
@@ -263,11 +261,12 @@ static bool stopped(search *s, int iteration)
 
 static int search_closed(search *s, double *q, mbsr_assembly_info *info)
 {
-    double limit;
-    int status = measure_gaps(s, q, info, &limit);
+    int status = evaluate_gaps(s, q, s->w->g);
+    if (status) return status;
+    double limit = measure_gaps(s, info);
     info->gap_before = info->gap;
     s->mu = fmin(s->mu, s->norm);
-    if (!status && info->closure != MBSR_NONE) status = look(s, q);
+    if (info->closure != MBSR_NONE) status = look(s);
     while (!status && info->closure != MBSR_NONE) {
         bool better = false;
         const double accepted = 1e3 * limit;
@@ -276,10 +275,10 @@ static int search_closed(search *s, double *q, mbsr_assembly_info *info)
         status = step(s, q, &better);
         if (status) return status;
         ++info->iterations;
-        status = measure_gaps(s, q, info, &limit);
-        if (status || info->closure == MBSR_NONE) break;
+        limit = measure_gaps(s, info);
+        if (info->closure == MBSR_NONE) break;
         if (!better) return s->widest < accepted ? MBSR_OK : refuse_open_loops(s, info, limit);
-        status = look(s, q);
+        status = look(s);
         if (!status && slope(s) <= 1e-6) return refuse_open_loops(s, info, limit);
     }
     return status;
