@@ -212,21 +212,25 @@ static int share_forces(const mbsr_model *m, rigid *r)
 /* ---- gaps ---- */
 
 /* What springs lack of lambda at their gaps, into r->forces; of those that are left out, which do
- * what their gaps say, nothing. The largest of these. */
-static double find_missing(const mbsr_model *m, const double *lambda, rigid *r)
+ * what their gaps say, nothing. The largest of these, and of all of lambda, *most: as works along
+ * what gaps compare to. */
+static double find_missing(const mbsr_model *m, const double *lambda, rigid *r, double *most)
 {
-    static const double rounding = 1e-14; /* of gaps */
+    const mbsri_closing *measure = &r->start.w.closer.closing;
+    const double rounding = 1e-14 * mbsri_closing_size(r->twin.model, r->twin.data, measure);
     const mbsri_closure *c = m->closures.data;
     double largest = 0.0;
+    *most = 0.0;
     mbsri_zero((size_t)m->rows, r->forces);
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->position_rows; ++k) {
-            const int row = c->row + k;
-            const double stiffness = r->stiffness[row],
+        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
+            const double way = measure->gap[c->position_row + k], stiffness = r->stiffness[row],
                          missing = lambda[row] + stiffness * r->offset[c->position_row + k];
+            *most = fmax(*most, fabs(lambda[row]) * way);
             if (!r->stiff[row] || r->twin.data->dropped[row]) continue;
             r->forces[row] = missing;
-            if (fabs(missing) > rounding * stiffness) largest = fmax(largest, fabs(missing));
+            if (fabs(missing) > rounding * way * stiffness)
+                largest = fmax(largest, fabs(missing) * way);
         }
     }
     return largest;
@@ -296,14 +300,22 @@ static int start_first(const mbsr_model *m, rigid *r, double t, double *q, doubl
     return mbsri_tree_start_find(&r->start, t, r->offset, q, u, udot, lambda, opt, info);
 }
 
-static int refuse_springs(const mbsr_model *m, const rigid *r, double missing)
+/* With the forces that springs lack in r->forces. */
+static int refuse_springs(const mbsr_model *m, const rigid *r)
 {
+    const double *way = r->start.w.closer.closing.gap;
     const mbsri_closure *c = m->closures.data;
     char label[MBSRI_LABEL];
+    double missing = 0.0, largest = 0.0;
     int most = 0;
-    for (int id = 0; id < (int)m->closures.count; ++id) {
-        for (int row = c[id].row; row < c[id].row + c[id].rows; ++row)
-            if (fabs(r->forces[row]) >= missing) most = id;
+    for (int id = 0; id < (int)m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->position_rows; ++k) {
+            const double force = fabs(r->forces[c->row + k]);
+            if (!(force * way[c->position_row + k] > largest)) continue;
+            largest = force * way[c->position_row + k];
+            missing = force;
+            most = id;
+        }
     }
     return mbsri_fail(&r->twin.data->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                       "mbsr_dae_consistent: no positions found at which the springs of %s bear its "
@@ -324,12 +336,13 @@ static int settle(const mbsr_model *m, rigid *r, double t, double *q, double *u,
         const bool begins = !r->shares && some_left_out(m, r);
         if (begins) status = begin_sharing(m, r);
         if (status) return status;
-        const double missing = find_missing(m, lambda, r), most = mbsri_largest(m->rows, lambda);
+        double most;
+        const double missing = find_missing(m, lambda, r, &most);
         if (missing <= enough * most && !begins) return MBSR_OK;
         idle = missing > 0.5 * least && missing <= known * most ? idle + 1 : 0;
         if (idle == IDLE) return MBSR_OK;
         if (missing < 0.5 * least) least = missing;
-        if (pass == PASSES - 1) return refuse_springs(m, r, missing);
+        if (pass == PASSES - 1) return refuse_springs(m, r);
         if (r->shares) status = share_forces(m, r);
         if (status) return status;
         move_springs(m, r);
