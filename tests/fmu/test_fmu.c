@@ -191,6 +191,25 @@ static void vehicle_runs_by_fixed_steps(void **state)
     compare_run(make_vehicle, 1e-4, names, 1e-5);
 }
 
+/* A step of a description that nobody checked may be as short as numbers are: that many are not
+ * taken, and the instance goes on. */
+static void endless_steps_are_refused(void **state)
+{
+    (void)state;
+    loaded l;
+    bool event, terminate, early;
+    double last;
+    load(&l, make_vehicle, 1e-250);
+    fmi3Instance c = instantiate(&l);
+    assert_non_null(c);
+    initialize(&l, c);
+    assert_int_equal(
+        FUNCTION(&l, fmi3DoStep)(c, 0.0, 1e-3, true, &event, &terminate, &early, &last),
+        fmi3Discard);
+    FUNCTION(&l, fmi3FreeInstance)(c);
+    unload(&l);
+}
+
 /* Two pendulums part, and a rank changes: against the form that decides no ranks. */
 static void ranks_change_within_a_step(void **state)
 {
@@ -530,6 +549,7 @@ int main(void)
         cmocka_unit_test(arm_runs_as_in_process),
         cmocka_unit_test(closed_linkage_runs_as_in_process),
         cmocka_unit_test(vehicle_runs_by_fixed_steps),
+        cmocka_unit_test(endless_steps_are_refused),
         cmocka_unit_test(ranks_change_within_a_step),
         cmocka_unit_test(inputs_are_held_as_in_process),
         cmocka_unit_test(parameters_are_those_of_the_library),
