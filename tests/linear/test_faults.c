@@ -271,7 +271,7 @@ static void a_linkage(void **state)
     ready(&s);
     for (size_t k = 0; k < sizeof acts / sizeof *acts; ++k)
         let_each_fail(&s, acts[k].name, acts[k].act);
-    assert_true(all_asked > 200);
+    assert_true(all_asked > 250);
     done(&s);
 }
 
