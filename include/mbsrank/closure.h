@@ -347,15 +347,16 @@ typedef struct mbsr_closure_report {
     int massless;     /* directions of the tree that move no mass */
     int undetermined; /* of these, the ones that no loop holds, neither by rigid nor by stiff rows
                        */
-    double smallest_kept;   /* squared distance of an independent row from the span of all others,
-                               of those before where there are stiff rows */
+    double smallest_kept;   /* squared distance of an independent row from the span of all others
+                               that are rigid */
     double largest_dropped; /* of a dependent one */
     int weakest; /* of the rows that the data does not leave out, the one nearest to the span of
                              those before it; MBSR_NONE where there are none */
     double weakest_pivot; /* its squared distance */
     double gap;           /* largest |g| */
     double stretch; /* smallest over largest singular value of the rows on the directions without
-                       mass that they hold; 1 where there are none. Where it vanishes these bodies
+                       mass that they hold, each of which begins at a joint; 1 where there are
+                       none. Where it vanishes these bodies
                        are stretched: a motion that goes on would be an impact */
     int stretched;  /* the row that has most part in it, or MBSR_NONE */
 } mbsr_closure_report;

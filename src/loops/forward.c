@@ -14,13 +14,14 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
-#include "loops/motion.h"
+#include "loops/refuse.h"
 #include "fronts/fronts.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
+#include "recursion/mass_matrix.h"
 #include "recursion/not_finite.h"
 #include "recursion/spans.h"
 
@@ -30,22 +31,28 @@ typedef struct forward {
     const mbsr_model *m;
     mbsr_data *d;
     const char *function; /* for messages */
+    bool settled;         /* stiff rows are springs where they are left out alone */
+    const double *span;   /* nu: of joint rates; NULL: `load` is not wanted */
+    double load;          /* the largest of what acts, along it */
+    double *free;         /* motions that nothing determines, nu numbers each, over spans */
+    int frees;
     mbsri_fronts system;
-    double *udot, *right;                   /* nu */
-    double *lambda, *springs, *bias, *rate; /* rows */
+    double *udot, *right, *more;                          /* nu */
+    double *lambda, *springs, *bias, *rate, *more_lambda; /* rows */
 } forward;
 
-/* left_out (rows; NULL: none): rows without a part in the equations, beside springs. */
+/* left_out (rows; NULL: none): rows without a part in the equations, beside springs; if `settled`
+ * these alone, and springs among them. */
 static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d, const bool *left_out,
-                        const char *function)
+                        bool settled, const char *function)
 {
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
-    *w = (forward){.m = m, .d = d, .function = function};
+    *w = (forward){.m = m, .d = d, .function = function, .settled = settled};
     int status = mbsri_fronts_open(&w->system, m, d, true, function);
     if (status) return status;
     for (int k = 0; k < m->rows && left_out; ++k)
-        w->system.left_out[k] = w->system.left_out[k] || left_out[k];
-    w->udot = mbsri_fronts_allocate(&w->system, (2 * nu + 4 * rows) * sizeof(double));
+        w->system.left_out[k] = left_out[k] || (!settled && w->system.left_out[k]);
+    w->udot = mbsri_fronts_allocate(&w->system, (3 * nu + 5 * rows) * sizeof(double));
     if (!w->udot)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d rows of closures", function, m->rows);
@@ -54,7 +61,26 @@ static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d, const boo
     w->springs = w->lambda + rows;
     w->bias = w->springs + rows;
     w->rate = w->bias + rows;
+    w->more_lambda = w->rate + rows;
+    w->more = w->more_lambda + rows;
     return MBSR_OK;
+}
+
+/* Whether row k of a closure is a spring in these equations. */
+static bool is_spring(const forward *w, const mbsri_closure *c, int k)
+{
+    return mbsri_is_stiff(c, k) && (!w->settled || w->system.left_out[c->row + k]);
+}
+
+/* Zero in rows of springs, or in all others. */
+static void clear_rows(const forward *w, bool springs, double *row)
+{
+    const mbsri_closure *c = w->m->closures.data;
+    for (size_t id = 0; id < w->m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (is_spring(w, c, k) == springs) row[c->row + k] = 0.0;
+        }
+    }
 }
 
 /* -h(q, u, 0) and -bias, with the forces of springs. */
@@ -66,6 +92,7 @@ static int find_right(forward *w, double t, const double *q, const double *u, co
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = mbsri_closure_springs(m, d);
     if (status) return status;
+    clear_rows(w, false, d->loop_lambda);
     mbsri_copy((size_t)m->rows, d->loop_lambda, w->springs);
     status = mbsri_forces(m, d, tau, d->loop_lambda);
     if (status) return status;
@@ -88,38 +115,127 @@ static int settle_forces(forward *w)
     return mbsri_check_result(w->m, d, (size_t)w->m->nu, w->udot, w->function);
 }
 
-static void clear_springs(const mbsr_model *m, double *row)
-{
-    const mbsri_closure *c = m->closures.data;
-    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            if (mbsri_is_stiff(c, k)) row[c->row + k] = 0.0;
-        }
-    }
-}
-
 /* The equations factored, refused where a motion (of the name `what`) is not determined. */
 static int factor_loops(forward *w, const char *what)
 {
     const int status = mbsri_fronts_factor(&w->system, NULL, w->function);
-    if (status || w->system.free < 0) return status;
+    if (status || w->settled || w->system.free < 0) return status;
     return mbsri_refuse_motion(w->m, w->d, mbsri_fronts_free_rate(&w->system), w->function, what);
+}
+
+/* What is left of the rows, C u' + bias, into w->rate. */
+static void find_left(forward *w)
+{
+    mbsri_closure_apply(w->m, w->d, w->udot, w->rate);
+    for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
+    clear_rows(w, true, w->rate);
+}
+
+/* ---- motions that nothing determines ---- */
+
+/* What is left of x (nu, in the order of the sweeps) once all is taken that the equations
+ * determine: x - y where K y = K x. */
+static void find_left_free(forward *w, double *x, double *work)
+{
+    const mbsr_model *m = w->m;
+    double *momentum = work, *given = momentum + m->nu;
+    mbsri_mass_product(m, w->d, x, momentum, given + m->nu);
+    mbsri_scatter(m, x, given);
+    mbsri_closure_apply(m, w->d, given, w->more_lambda);
+    mbsri_scatter(m, momentum, given);
+    mbsri_fronts_solve(&w->system, given, w->more_lambda, w->more, w->lambda);
+    mbsri_gather(m, w->more, momentum);
+    for (int k = 0; k < m->nu; ++k) x[k] -= momentum[k];
+}
+
+/* N of as many motions as nothing determines, N^T N = 1. */
+static int find_free(forward *w)
+{
+    const mbsr_model *m = w->m;
+    const size_t nu = (size_t)m->nu, frees = (size_t)w->system.frees;
+    double *N = mbsri_fronts_allocate(&w->system, (nu * (frees + 3) + 2 * m->size.v) * sizeof *N);
+    if (!N)
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d motions that nothing determines", w->function,
+                          w->system.frees);
+    double *x = N + frees * nu, *work = x + nu;
+    for (size_t l = 0; l < frees; ++l) {
+        double *n = N + l * nu;
+        mbsri_gather(m, w->span, n);
+        for (size_t k = 0; k < nu; ++k) n[k] *= sin(12.9898 * (double)(k + 1) * (double)(l + 1));
+        for (int pass = 0; pass < 2; ++pass) find_left_free(w, n, work);
+        mbsri_scatter(m, n, x);
+        for (size_t k = 0; k < nu; ++k) n[k] = x[k] / w->span[k];
+        for (int pass = 0; pass < 2; ++pass) {
+            for (size_t k = 0; k < l; ++k) {
+                const double part = mbsri_dot(m->nu, N + k * nu, n);
+                for (size_t j = 0; j < nu; ++j) n[j] -= part * N[k * nu + j];
+            }
+        }
+        const double size = sqrt(mbsri_dot(m->nu, n, n));
+        for (size_t j = 0; j < nu; ++j) n[j] = size > 0.0 ? n[j] / size : 0.0;
+    }
+    w->free = N;
+    w->frees = w->system.frees;
+    return MBSR_OK;
+}
+
+/* Takes from `right` what acts along motions that nothing determines. */
+static void leave_free_forces(forward *w)
+{
+    const int nu = w->m->nu;
+    for (int l = 0; l < w->frees; ++l) {
+        const double *n = w->free + (size_t)l * (size_t)nu;
+        double along = 0.0;
+        for (int j = 0; j < nu; ++j) along += n[j] * w->span[j] * w->right[j];
+        for (int j = 0; j < nu; ++j) w->right[j] -= along * n[j] / w->span[j];
+    }
+}
+
+/* u' and lambda from what is left of the equations. */
+static void refine(forward *w)
+{
+    const mbsr_model *m = w->m;
+    mbsri_inverse(m, w->d, w->udot);
+    mbsri_scatter(m, w->d->out, w->more);
+    mbsri_closure_transpose(m, w->d, w->lambda, w->right);
+    for (int k = 0; k < m->nu; ++k) w->right[k] -= w->more[k];
+    leave_free_forces(w);
+    find_left(w);
+    for (int k = 0; k < m->rows; ++k) w->rate[k] = -w->rate[k];
+    mbsri_fronts_solve(&w->system, w->right, w->rate, w->more, w->more_lambda);
+    for (int k = 0; k < m->nu; ++k) w->udot[k] += w->more[k];
+    for (int k = 0; k < m->rows; ++k) w->lambda[k] += w->more_lambda[k];
+}
+
+static int check_left(forward *w)
+{
+    const double rate = mbsri_rate_of_model(w->m),
+                 size = rate * rate + mbsri_largest_row(w->m, w->bias, w->system.share) +
+                        mbsri_largest_rate(w->m, w->udot);
+    find_left(w);
+    return mbsri_refuse_left(w->m, w->d, w->rate, w->system.share, size, "acceleration",
+                             w->function);
 }
 
 static int accelerate(forward *w, double t, const double *q, const double *u, const double *tau)
 {
-    mbsri_fronts *s = &w->system;
     int status = find_right(w, t, q, u, tau);
     if (!status) status = factor_loops(w, ": its acceleration is not determined");
     if (status) return status;
-    mbsri_fronts_solve(s, w->right, w->rate, w->udot, w->lambda);
-    const double rate = mbsri_rate_of_model(w->m),
-                 size = rate * rate + mbsri_largest_row(w->m, w->bias, s->share) +
-                        mbsri_largest_rate(w->m, w->udot);
-    mbsri_closure_apply(w->m, w->d, w->udot, w->rate);
-    for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
-    clear_springs(w->m, w->rate);
-    status = mbsri_refuse_left(w->m, w->d, w->rate, s->share, size, "acceleration", w->function);
+    for (int k = 0; k < w->m->nu && w->span; ++k)
+        w->load = fmax(w->load, fabs(w->right[k]) * w->span[k]);
+    if (w->settled && w->system.frees > 0) status = find_free(w);
+    if (status) return status;
+    leave_free_forces(w);
+    const mbsr_error before = w->d->error;
+    mbsri_fronts_solve(&w->system, w->right, w->rate, w->udot, w->lambda);
+    status = check_left(w);
+    if (status || w->settled) {
+        w->d->error = before;
+        refine(w);
+        status = check_left(w);
+    }
     return status ? status : settle_forces(w);
 }
 
@@ -130,18 +246,33 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
     forward w;
     int status = mbsri_check_input(d, (size_t)m->nu, u, function, "u");
     if (status) return status;
-    status = open_forward(&w, m, d, left_out, function);
+    status = open_forward(&w, m, d, left_out, false, function);
     if (!status) status = accelerate(&w, t, q, u, tau);
     if (!status) mbsri_copy((size_t)m->nu, w.udot, udot);
     mbsri_fronts_close(&w.system);
     return status;
 }
 
-int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out,
+int mbsri_loops_settled(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                        const double *u, const bool *left_out, const double *span, double *lambda,
+                        double *doubt, double *load, const char *function)
+{
+    forward w;
+    int status = open_forward(&w, m, d, left_out, true, function);
+    w.span = span;
+    if (!status) status = accelerate(&w, t, q, u, NULL);
+    if (!status) mbsri_copy((size_t)m->rows, w.lambda, lambda);
+    if (!status) mbsri_copy((size_t)m->rows, w.more_lambda, doubt);
+    *load = w.load;
+    mbsri_fronts_close(&w.system);
+    return status;
+}
+
+int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out, bool settled,
                            const char *function, int *count)
 {
     forward w;
-    int status = open_forward(&w, m, d, left_out, function);
+    int status = open_forward(&w, m, d, left_out, settled, function);
     if (!status) status = mbsri_closure_jacobians(m, d);
     if (!status) status = mbsri_fronts_factor(&w.system, NULL, function);
     *count = status ? 0 : w.system.frees;
@@ -156,7 +287,7 @@ static int find_row_rates(forward *w, const double *u)
 {
     int status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = mbsri_closure_rates(w->m, w->d, w->rate);
-    if (!status) clear_springs(w->m, w->rate);
+    if (!status) clear_rows(w, true, w->rate);
     return status;
 }
 
@@ -188,7 +319,7 @@ int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *
                      const bool *left_out, double *u, const char *function)
 {
     forward w;
-    int status = open_forward(&w, m, d, left_out, function);
+    int status = open_forward(&w, m, d, left_out, false, function);
     if (!status) status = push_to_rows(&w, t, q, u);
     mbsri_fronts_close(&w.system);
     return status;

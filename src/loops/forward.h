@@ -19,9 +19,17 @@ int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const doubl
 int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                      const bool *left_out, double *u, const char *function);
 
-/* How many directions without mass no loop holds, at the positions and velocities of the data;
- * left_out: likewise. */
-int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out,
+/* Loop forces lambda (rows) where stiff rows count as rigid but for those of left_out (rows), which
+ * are springs; those are zero. doubt (rows): what a refinement has changed them by. Where motions
+ * are not determined what acts along them is left. *load: the largest of what acts, along span
+ * (nu). */
+int mbsri_loops_settled(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                        const double *u, const bool *left_out, const double *span, double *lambda,
+                        double *doubt, double *load, const char *function);
+
+/* How many directions without mass no loop holds, at the positions and velocities of the data.
+ * left_out: likewise; if `settled` stiff rows count as rigid but for those of left_out. */
+int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out, bool settled,
                            const char *function, int *count);
 
 /* Torques tau (nu) of the joint rates that have motors, and loop forces, left in the data, that

@@ -10,6 +10,7 @@
 #include "fronts/spread.h"
 #include "model/query.h"
 #include "recursion/closures.h"
+#include "recursion/mass_matrix.h"
 #include "recursion/not_finite.h"
 #include "recursion/spans.h"
 
@@ -18,33 +19,10 @@
 typedef struct mobility {
     mbsri_fronts w;
     double *out, *z; /* nu, in the order of the sweeps */
-    double *a, *p;   /* size_v */
+    double *work;    /* 2 size_v */
 } mobility;
 
 /* ---- motions that nothing determines ---- */
-
-/* M z: a = -(H a_pred + J z), and the momenta back along the tree; z and the result in the order of
- * the sweeps. */
-static void multiply(mobility *x, const double *z, double *result)
-{
-    const mbsr_model *m = x->w.m;
-    const mbsr_data *d = x->w.d;
-    double *a = x->a, *p = x->p;
-    mbsri_zero(m->size.v, a);
-    mbsri_zero(m->size.v, p);
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, a + b->pred.v, a + b->v);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z + b->iu, a + b->v);
-        mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, a + b->v, p + b->v);
-    }
-    for (int k = 0; k < m->nu; ++k) result[k] = m->armature[k] * z[k];
-    for (int i = m->bodies; i > 0; --i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, p + b->v, result + b->iu);
-        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, p + b->v, p + b->pred.v);
-    }
-}
 
 /* Rates that these have a part in have no mobility. */
 static void mark_undetermined(mobility *x)
@@ -58,7 +36,7 @@ static void mark_undetermined(mobility *x)
         for (int k = b->iu; k < b->iu + b->n; ++k)
             z[k] = (1.0 + 0.5 * sin(12.9898 * k)) * mbsri_rate_span(&spans, m, b, k - b->iu);
     }
-    multiply(x, z, w->e);
+    mbsri_mass_product(m, w->d, z, w->e, x->work);
     mbsri_scatter(m, w->e, g);
     mbsri_scatter(m, z, found);
     mbsri_closure_apply(m, w->d, found, rows);
@@ -76,8 +54,7 @@ static bool prepare(mobility *x)
     x->out = mbsri_fronts_allocate(&x->w, numbers * sizeof *x->out);
     if (!x->out) return false;
     x->z = x->out + nu;
-    x->a = x->z + 3 * nu + (size_t)m->rows;
-    x->p = x->a + m->size.v;
+    x->work = x->z + 3 * nu + (size_t)m->rows;
     return true;
 }
 

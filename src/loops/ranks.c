@@ -202,7 +202,7 @@ void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found)
     found->independent += pass(s, false, positions, dropped, found);
 }
 
-static mbsri_row_set all_rows(const mbsri_dense *w)
+static mbsri_row_set all_rows(const mbsri_ranking *w)
 {
     return (mbsri_row_set){.m = w->m,
                            .d = w->d,
@@ -211,19 +211,23 @@ static mbsri_row_set all_rows(const mbsri_dense *w)
                            .dependent = MBSRI_DEPENDENT,
                            .C = w->C,
                            .span = w->span,
-                           .Q = w->A,
-                           .scale = w->factor.right,
+                           .Q = w->Q,
+                           .scale = w->scale,
                            .x = w->x,
                            .left = w->y};
 }
 
-void mbsri_rank_scales(const mbsri_dense *w, double *scale)
+void mbsri_rank_scales(mbsri_ranking *w)
 {
     const mbsri_row_set s = all_rows(w);
-    find_scales(&s, scale);
+    if (w->fronts)
+        mbsri_copy((size_t)w->rows, mbsri_row_fronts_scales(w->fronts), w->scale);
+    else
+        find_scales(&s, w->scale);
 }
 
-static void ranks_of_matrix(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
+static void ranks_of_matrix(mbsri_ranking *w, const bool *without, bool *dropped,
+                            mbsri_ranks *found)
 {
     const mbsri_row_set s = all_rows(w);
     for (size_t j = 0; j < (size_t)w->n && without; ++j) {
@@ -235,14 +239,91 @@ static void ranks_of_matrix(mbsri_dense *w, const bool *without, bool *dropped, 
     mbsri_ranks_of(&s, dropped, found);
 }
 
+/* ---- on fronts ---- */
+
+enum { RIGID, STIFF, SOFT, LOOSE, LOOSE_SOFT };
+
+void mbsri_late_rows(const mbsr_model *m, const double *scale, int *late)
+{
+    static const double soft = 1e-2;
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    for (; c < end; ++c) {
+        double most = 0.0;
+        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row)
+            most = fmax(most, c->def.stiffness[k] * scale[row] * scale[row]);
+        for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
+            late[row] = RIGID;
+            if (!mbsri_is_stiff(c, k)) continue;
+            const bool is_soft = c->def.stiffness[k] * scale[row] * scale[row] < soft * most;
+            late[row] = (mbsri_is_loose(c, k) ? LOOSE : STIFF) + (is_soft ? 1 : 0);
+        }
+    }
+}
+
+void mbsri_leave_soft(const mbsr_model *m, const int *late, bool *dropped)
+{
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    for (; c < end; ++c) {
+        bool some = false;
+        for (int row = c->row; row < c->row + c->rows; ++row)
+            some = some || (dropped[row] && late[row] != RIGID);
+        for (int row = c->row; row < c->row + c->rows && some; ++row)
+            dropped[row] = dropped[row] || late[row] == SOFT || late[row] == LOOSE_SOFT;
+    }
+}
+
+static void take_shared(mbsri_ranking *w)
+{
+    const bool *shared = mbsri_row_fronts_shared(w->fronts);
+    for (int k = 0; k < w->rows; ++k) w->shared[k] = shared[k];
+}
+
+/* Of springs: distances of rigid rows are those from each other, not in a position nearby. */
+static int ranks_with_springs(mbsri_ranking *w, const bool *without, const bool *near,
+                              bool *dropped, mbsri_ranks *found)
+{
+    mbsri_ranks all;
+    int status = MBSR_OK;
+    *found = mbsri_no_ranks();
+    mbsri_late_rows(w->m, mbsri_row_fronts_scales(w->fronts), w->late);
+    mbsri_row_fronts_order(w->fronts, w->late);
+    if (!near) {
+        for (int k = 0; k < w->rows; ++k)
+            w->apart[k] = w->late[k] != RIGID || (without && without[k]);
+        status = mbsri_row_fronts_rank(w->fronts, w->apart, NULL, w->shared, found);
+        take_shared(w);
+    }
+    if (!status) status = mbsri_row_fronts_rank(w->fronts, without, near, dropped, &all);
+    if (status) return status;
+    mbsri_leave_soft(w->m, w->late, dropped);
+    found->independent = found->springs = 0;
+    for (int k = 0; k < w->rows; ++k) {
+        if (dropped[k]) continue;
+        if (w->late[k] == RIGID)
+            ++found->independent;
+        else
+            ++found->springs;
+    }
+    return MBSR_OK;
+}
+
+static int ranks_on_fronts(mbsri_ranking *w, const bool *without, const bool *near, bool *dropped,
+                           mbsri_ranks *found)
+{
+    if (w->springs) return ranks_with_springs(w, without, near, dropped, found);
+    const int status = mbsri_row_fronts_rank(w->fronts, without, near, dropped, found);
+    if (!status) take_shared(w);
+    return status;
+}
+
 /* The ranks on fronts or, without these, by matrices; *found counts for nothing where they are lost
  * then. near: see row_fronts.h. */
-static int find_ranks(mbsri_dense *w, const bool *without, const bool *near, bool *dropped,
+static int find_ranks(mbsri_ranking *w, const bool *without, const bool *near, bool *dropped,
                       mbsri_ranks *found)
 {
     int status = MBSR_OK;
     if (w->fronts)
-        status = mbsri_row_fronts_rank(w->fronts, without, near, dropped, found);
+        status = ranks_on_fronts(w, without, near, dropped, found);
     else
         ranks_of_matrix(w, without, dropped, found);
     if (status) return status;
@@ -251,21 +332,21 @@ static int find_ranks(mbsri_dense *w, const bool *without, const bool *near, boo
     return MBSR_OK;
 }
 
-static bool is_lost(const mbsri_dense *w)
+static bool is_lost(const mbsri_ranking *w)
 {
     return w->fronts && mbsri_row_fronts_lost(w->fronts);
 }
 
-int mbsri_ranks_without(mbsri_dense *w, const bool *without, bool *dropped, mbsri_ranks *found)
+int mbsri_ranks_without(mbsri_ranking *w, const bool *without, bool *dropped, mbsri_ranks *found)
 {
     int status = find_ranks(w, without, NULL, dropped, found);
     if (status || !is_lost(w)) return status;
-    status = mbsri_dense_leave_fronts(w);
-    if (!status) status = mbsri_dense_rows(w);
+    status = mbsri_ranking_leave_fronts(w);
+    if (!status) status = mbsri_ranking_rows(w);
     return status ? status : find_ranks(w, without, NULL, dropped, found);
 }
 
-int mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
+int mbsri_ranks_here(mbsri_ranking *w, bool *dropped, mbsri_ranks *found)
 {
     return mbsri_ranks_without(w, NULL, dropped, found);
 }
@@ -274,7 +355,7 @@ enum { DIRECTIONS = 3 };
 
 /* One of some directions of joint rates that the rows leave free, the same in every run, from the
  * vectors that the ranks have left: into x. All zero where there is none. */
-static void free_direction(mbsri_dense *w, int independent, int number, double *x)
+static void free_direction(mbsri_ranking *w, int independent, int number, double *x)
 {
     static const double least[DIRECTIONS] = {0.3, -0.5, -0.5},
                         stride[DIRECTIONS] = {0.6180339887498949, 0.4142135623730951,
@@ -286,7 +367,7 @@ static void free_direction(mbsri_dense *w, int independent, int number, double *
     if (w->fronts) mbsri_row_fronts_allow(w->fronts, x);
     for (int pass = 0; pass < 2 && !w->fronts; ++pass) {
         for (int k = 0; k < independent; ++k) {
-            const double *q = w->A + (size_t)k * n;
+            const double *q = w->Q + (size_t)k * n;
             const double part = mbsri_dot(w->n, q, x);
             for (size_t j = 0; j < n; ++j) x[j] -= part * q[j];
         }
@@ -297,18 +378,18 @@ static void free_direction(mbsri_dense *w, int independent, int number, double *
 }
 
 /* All of them. */
-static void free_directions(mbsri_dense *w, int independent)
+static void free_directions(mbsri_ranking *w, int independent)
 {
     for (int k = 0; k < DIRECTIONS; ++k)
         free_direction(w, independent, k, w->free + (size_t)(k * w->n));
 }
 
 /* At the positions q, with the vectors of the ranks there. near: see row_fronts.h. */
-static int ranks_at(mbsri_dense *w, double t, const double *q, const bool *near, bool *dropped,
+static int ranks_at(mbsri_ranking *w, double t, const double *q, const bool *near, bool *dropped,
                     mbsri_ranks *found)
 {
     int status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_dense_rows(w);
+    if (!status) status = mbsri_ranking_rows(w);
     return status ? status : find_ranks(w, NULL, near, dropped, found);
 }
 
@@ -318,24 +399,24 @@ static int count_of(const mbsri_ranks *ranks)
 }
 
 /* Closes loops from w->q on by all rows but those of `dropped` (NULL: none). */
-static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
+static bool close_beside(mbsri_ranking *w, double t, const bool *dropped)
 {
     const mbsr_assembly_opt opt = mbsri_assembly_standard();
     mbsr_assembly_info info;
-    double *given = w->factor.sigma; /* rows: which had been let go before */
+    bool *given = w->apart; /* which had been let go before */
     for (int k = 0; k < w->rows; ++k) {
         given[k] = w->closer.let_go[k];
         w->closer.let_go[k] = w->closer.let_go[k] || (dropped && dropped[k]);
     }
     const bool closed = mbsri_assemble(&w->closer, t, w->q, &opt, &info) == MBSR_OK;
-    for (int k = 0; k < w->rows; ++k) w->closer.let_go[k] = given[k] != 0.0;
+    for (int k = 0; k < w->rows; ++k) w->closer.let_go[k] = given[k];
     return closed;
 }
 
 /* Positions w->q a step along x (of what joint rates span; n) from q, where the rows that are
  * independent at q close loops, and the ranks there, into w->other; *found is false without such a
  * position. */
-static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
+static int ranks_beside(mbsri_ranking *w, double t, const double *q, const bool *dropped,
                         const double *x, mbsri_ranks *there, bool *found)
 {
     static const double step = 1e-3;
@@ -348,7 +429,7 @@ static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *d
 
 /* The most rows that are independent beside q, where those of `dropped` may open: into w->beside.
  */
-static int widest_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
+static int widest_beside(mbsri_ranking *w, double t, const double *q, const bool *dropped,
                          mbsri_ranks *widest)
 {
     int status = MBSR_OK;
@@ -368,7 +449,7 @@ static int widest_beside(mbsri_dense *w, double t, const double *q, const bool *
 
 /* Whether all rows close beside q in a position that is not singular itself; if so, the ranks
  * there, the rows that depend on others into w->beside. */
-static int closed_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
+static int closed_beside(mbsri_ranking *w, double t, const double *q, const bool *dropped,
                          mbsri_ranks *there, bool *found)
 {
     mbsri_ranks around;
@@ -392,8 +473,8 @@ static int closed_beside(mbsri_dense *w, double t, const double *q, const bool *
     return status;
 }
 
-static int look_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
-                       int *nearby)
+static int look_around(mbsri_ranking *w, double t, const double *q, bool *dropped,
+                       mbsri_ranks *here, int *nearby)
 {
     mbsri_ranks widest, closed;
     bool found = false;
@@ -408,14 +489,14 @@ static int look_around(mbsri_dense *w, double t, const double *q, bool *dropped,
     if (!status && singular) *nearby = found ? closed.independent : widest.independent;
     for (int k = 0; k < w->rows && singular && !status; ++k) dropped[k] = w->beside[k];
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
-    return status ? status : mbsri_dense_rows(w);
+    return status ? status : mbsri_ranking_rows(w);
 }
 
-int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
-                       int *nearby)
+int mbsri_ranks_around(mbsri_ranking *w, double t, const double *q, bool *dropped,
+                       mbsri_ranks *here, int *nearby)
 {
     int status = look_around(w, t, q, dropped, here, nearby);
     if (status || !is_lost(w)) return status;
-    status = mbsri_dense_leave_fronts(w);
+    status = mbsri_ranking_leave_fronts(w);
     return status ? status : look_around(w, t, q, dropped, here, nearby);
 }

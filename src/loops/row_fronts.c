@@ -215,9 +215,12 @@ static bool are_kept_found(mbsri_row_fronts *w, const bool *dropped)
     return found;
 }
 
-static void measure_rows(mbsri_row_fronts *w, const bool *dropped, mbsri_ranks *found)
+/* Of rows without those of `without`. */
+static void measure_rows(mbsri_row_fronts *w, const bool *without, const bool *dropped,
+                         mbsri_ranks *found)
 {
     for (int k = 0; k < w->m->rows; ++k) {
+        if (without && without[k]) continue;
         const double size = w->inverse[k] * w->scale[k] * w->scale[k],
                      pivot = dropped[k]   ? found->largest_dropped
                              : size > 0.0 ? 1.0 / size
@@ -330,7 +333,7 @@ int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, const bool *
         status = mend(w, without, dropped, &found->largest_dropped, &changed);
         if (status) return status;
     }
-    measure_rows(w, dropped, found);
+    measure_rows(w, without, dropped, found);
     w->lost = w->lost || changed || (found->independent > 0 && !(found->smallest_kept > 0.0)) ||
               !are_kept_found(w, dropped);
     return MBSR_OK;

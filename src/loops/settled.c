@@ -26,22 +26,22 @@ static bool any_asked(const mbsri_closer *w)
 static int find_dependent(mbsri_closer *w, double t, const double *q, bool *any)
 {
     const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
-    mbsri_dense dense;
+    mbsri_ranking ranking;
     mbsri_ranks ranks;
     *any = false;
     if (!any_asked(w)) return MBSR_OK;
-    int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
+    int status = mbsri_ranking_open(&ranking, w->m, w->d, false, w->function);
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_dense_rows(&dense);
-    if (!status) status = mbsri_ranks_here(&dense, dense.other, &ranks);
+    if (!status) status = mbsri_ranking_rows(&ranking);
+    if (!status) status = mbsri_ranks_here(&ranking, ranking.other, &ranks);
     for (; c < end && !status; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {
-            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !dense.other[c->row + k])
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !ranking.other[c->row + k])
                 continue;
             w->let_go[c->row + k] = *any = true;
         }
     }
-    mbsri_dense_close(&dense);
+    mbsri_ranking_close(&ranking);
     return status;
 }
 

@@ -3,7 +3,7 @@
 #ifndef MBSRI_LOOPS_SETTLED_H
 #define MBSRI_LOOPS_SETTLED_H
 
-#include "loops/dense.h"
+#include "loops/ranking.h"
 
 #include <mbsrank/closure.h>
 

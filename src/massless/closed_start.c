@@ -7,7 +7,7 @@
 #include "algebra/pivots.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "loops/motion.h"
+#include "loops/refuse.h"
 #include "massless/open.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"

@@ -23,7 +23,7 @@
 #include <math.h>
 
 typedef struct start {
-    mbsri_dense w;
+    mbsri_ranking w;
     const mbsri_dae_form *form;
     double t;
     double *q, *u, *udot, *lambda; /* nq, nu, nu, rows */
@@ -282,7 +282,7 @@ static int find_or_rest(start *s, const double *y, const mbsr_consistent_opt *op
     if (status <= 0) return status;
     const mbsr_error refused = d->error;
     const int refusal = status;
-    status = mbsri_dense_open_ranks(&s->w, m, d, true, "mbsr_dae_consistent");
+    status = mbsri_ranking_open(&s->w, m, d, true, "mbsr_dae_consistent");
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
     if (!status) status = rest(s, opt, info, rests);
     if (status < 0 || *rests) return status;
@@ -314,7 +314,7 @@ int mbsri_loops_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, dou
     if (status) return status;
     status = find(&s, y, opt, info);
     if (!status) status = deliver(&s, y, yp);
-    mbsri_dense_close(&s.w);
+    mbsri_ranking_close(&s.w);
     mbsri_release(&m->allocator, s.memory);
     return status;
 }

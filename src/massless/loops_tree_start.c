@@ -25,14 +25,14 @@ static const char function[] = "mbsr_dae_consistent";
 int mbsri_tree_start_open(mbsri_tree_start *s, const mbsr_model *m, mbsr_data *d)
 {
     *s = (mbsri_tree_start){.m = m, .d = d};
-    return mbsri_dense_open_ranks(&s->w, m, d, true, function);
+    return mbsri_ranking_open(&s->w, m, d, true, function);
 }
 
 void mbsri_tree_start_close(mbsri_tree_start *s)
 {
     if (!s->m) return;
     mbsri_closed_start_close(&s->start);
-    mbsri_dense_close(&s->w);
+    mbsri_ranking_close(&s->w);
 }
 
 /* The rows that depend on others, in the data, and at a singular position those that do there, in
@@ -142,7 +142,7 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
     if (status) return status;
     if (!massive) {
         int directions;
-        status = mbsri_loops_count_free(m, d, s->w.left_out, function, &directions);
+        status = mbsri_loops_count_free(m, d, s->w.left_out, false, function, &directions);
         if (!status)
             status = mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);
         if (!status) status = add_springs(m, d, t, q, u, lambda);

@@ -3,14 +3,14 @@
 #ifndef MBSRI_LOOPS_TREE_START_H
 #define MBSRI_LOOPS_TREE_START_H
 
-#include "loops/dense.h"
+#include "loops/ranking.h"
 #include "massless/closed_start.h"
 
 /* Starts of a model that differ in their gaps; stiff rows count as rigid ones. */
 typedef struct mbsri_tree_start {
     const mbsr_model *m;
     mbsr_data *d;
-    mbsri_dense w;            /* closes loops, finds ranks */
+    mbsri_ranking w;          /* closes loops, finds ranks */
     mbsri_closed_start start; /* where something moves no mass */
     bool ranked;              /* the rows that depend on others are known */
     const double *stiffness;  /* rows: of those that share what others bear, 0: of these; NULL: none

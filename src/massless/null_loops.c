@@ -6,7 +6,6 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "loops/forward.h"
-#include "loops/motion.h"
 #include "loops/ranks.h"
 #include "recursion/rounding.h"
 #include "massless/element_power.h"
@@ -63,59 +62,86 @@ static void clear_rounded_springs(mbsri_null_space *w, const bool *left_out, con
     }
 }
 
-/* In O(bodies + rows), where forward dynamics has these forces, and ranks are had front by front;
- * *served: whether. Stiff rows share what they bear by matrices. */
-static int loop_forces_by_fronts(mbsri_null_space *w, double t, const double *q, const double *u,
-                                 int *independent, bool *served)
+/* The rows without a part in the equations into w->left_out: those that the data leaves out, and
+ * springs that a start takes as they are. Stiffnesses (rows) of the other stiff ones; whether there
+ * are some. */
+static bool find_left_out(mbsri_ranking *w, double *stiffness)
 {
-    mbsri_dense fronts;
-    mbsri_ranks ranks = {.independent = 0};
-    *served = false;
-    if (mbsri_any_stiff(w->m)) return MBSR_OK;
-    int status = mbsri_dense_open_ranks(&fronts, w->m, w->d, true, w->function);
-    if (!status) {
-        const mbsr_error before = w->d->error;
-        mbsri_loops_leave_out(&fronts, false);
-        status = mbsri_loops_forward(w->m, w->d, t, q, u, NULL, fronts.left_out, fronts.out,
-                                     w->function);
-        *served = !status;
-        if (status > 0) w->d->error = before;
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
+    bool any = false;
+    for (; c < end; ++c) {
+        for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
+            w->left_out[row] = mbsri_is_loose(c, k) || w->d->dropped[row];
+            const bool settled = mbsri_is_stiff(c, k) && !w->left_out[row];
+            stiffness[row] = settled ? c->def.stiffness[k] : 0.0;
+            any = any || settled;
+        }
     }
-    if (*served) {
-        mbsri_copy((size_t)fronts.rows, w->d->loop_lambda, w->loads.lambda);
-        status = mbsri_dense_rows(&fronts);
-        if (!status) status = mbsri_ranks_here(&fronts, fronts.other, &ranks);
+    return any;
+}
+
+/* Forces that are rounding of the others and of what acts, by the work of each along its row, or no
+ * more than solving them is in doubt: zero. They would stiffen directions along which nothing
+ * holds. */
+static void clear_traces(mbsri_ranking *w, double load, const double *doubt, double *lambda)
+{
+    static const double rounding = 1e-12, doubtful = 16.0;
+    const double *scale = mbsri_row_fronts_scales(w->fronts);
+    double largest = load, error = 0.0;
+    for (int k = 0; k < w->rows; ++k) {
+        largest = fmax(largest, fabs(lambda[k]) * scale[k]);
+        error = fmax(error, doubtful * fabs(doubt[k]) * scale[k]);
     }
-    *independent = ranks.independent;
-    mbsri_dense_close(&fronts);
-    return status < 0 || *served ? status : MBSR_OK;
+    error = fmax(error, rounding * largest);
+    for (int k = 0; k < w->rows; ++k) {
+        if (fabs(lambda[k]) * scale[k] <= error) lambda[k] = 0.0;
+    }
+}
+
+/* Forces of the springs that are left out, into their rows of lambda. */
+static int take_springs(const mbsri_ranking *w, double t, const double *q, const double *u,
+                        double *lambda)
+{
+    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
+    int status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_velocities(w->m, w->d, u);
+    if (!status) status = mbsri_closure_springs(w->m, w->d);
+    for (; c < end && !status; ++c) {
+        for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
+            if (mbsri_is_stiff(c, k) && w->left_out[row]) lambda[row] = w->d->loop_lambda[row];
+        }
+    }
+    return status;
+}
+
+/* Of rows that depend on each other stiff ones share what they bear by their compliance. */
+static int find_forces(mbsri_null_space *w, mbsri_ranking *ranking, double t, const double *q,
+                       const double *u)
+{
+    double *lambda = w->loads.lambda, *stiffness = ranking->y, *doubt = ranking->out, load;
+    const bool shares = find_left_out(ranking, stiffness);
+    int status = mbsri_loops_settled(w->m, w->d, t, q, u, ranking->left_out, ranking->span, lambda,
+                                     doubt, &load, w->function);
+    if (!status && shares)
+        status = mbsri_row_fronts_share(ranking->fronts, stiffness, ranking->left_out, lambda);
+    if (status) return status;
+    clear_traces(ranking, load, doubt, lambda);
+    status = take_springs(ranking, t, q, u, lambda);
+    if (!status) status = mbsri_ranking_rows(ranking);
+    if (!status) clear_rounded_springs(w, ranking->left_out, u);
+    return status;
 }
 
 int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,
                            int *independent)
 {
-    mbsri_dense dense;
-    bool served = false;
-    const int faster = loop_forces_by_fronts(w, t, q, u, independent, &served);
-    if (faster || served) return faster;
+    mbsri_ranking ranking;
     mbsri_ranks ranks = {.independent = 0};
-    int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
-    double *udot = dense.out, *lambda = NULL;
-    if (!status) {
-        lambda = udot + dense.n;
-        mbsri_loops_leave_out(&dense, false);
-        status = mbsri_loops_factor(&dense, t, q, u);
-    }
-    if (!status) status = mbsri_loops_rates(&dense, t, q, u, NULL, udot, lambda);
-    if (!status) status = mbsri_loops_springs(&dense, t, q, u, lambda);
-    if (!status) status = mbsri_dense_rows(&dense);
-    if (!status) {
-        mbsri_copy((size_t)dense.rows, lambda, w->loads.lambda);
-        clear_rounded_springs(w, dense.left_out, u);
-        mbsri_ranks_here(&dense, dense.other, &ranks);
-    }
+    int status = mbsri_ranking_open(&ranking, w->m, w->d, false, w->function);
+    if (!status) status = find_forces(w, &ranking, t, q, u);
+    if (!status) status = mbsri_ranks_here(&ranking, ranking.other, &ranks);
     *independent = ranks.independent;
-    mbsri_dense_close(&dense);
+    mbsri_ranking_close(&ranking);
     return status;
 }
 

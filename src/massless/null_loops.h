@@ -12,7 +12,7 @@
 
 #include "massless/null_space.h"
 
-/* w->loads.lambda of the motion at a state, from the equations of motion (loops/motion.h):
+/* w->loads.lambda of the motion at a state, from the equations of motion (loops/refuse.h):
  * redundant rows share by least norm, stiff ones by least energy. *independent: rank of the rigid
  * rows. Statuses of mbsr_forward_dynamics. The data is at mbsri_velocities of the state. */
 int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,

@@ -20,7 +20,7 @@
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
-#include "loops/motion.h"
+#include "loops/refuse.h"
 #include "massless/null_loops.h"
 #include "massless/null_slopes.h"
 #include "massless/open.h"

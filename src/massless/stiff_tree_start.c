@@ -44,8 +44,6 @@ typedef struct rigid {
     bool shares;            /* whether some of these are left out, and exert what their gaps say */
 } rigid;
 
-enum { RIGID, STIFF, SOFT, LOOSE, LOOSE_SOFT };
-
 static int allocate_rigid(const mbsr_model *m, mbsr_data *d, rigid *r)
 {
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, gaps = (size_t)m->position_rows,
@@ -84,7 +82,7 @@ static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const 
             r->loose[row] = mbsri_is_loose(c, k);
             r->stiff[row] = mbsri_is_stiff(c, k) && !r->loose[row];
             r->stiffness[row] = r->stiff[row] ? c->def.stiffness[k] : 0.0;
-            r->late[row] = RIGID;
+            r->late[row] = 0;
         }
     }
     status = mbsri_rigid_twin_open(m, d, r->loose, &r->twin);
@@ -110,41 +108,15 @@ static bool some_left_out(const mbsr_model *m, const rigid *r)
     return some;
 }
 
-/* Of rows that depend on each other rigid ones stay, and then stiff ones that are not soft beside
- * others of their closure: the mechanism moves against soft ones. At the guess. */
+/* Which rows that depend on others are left out first; at the guess. */
 static int order_rows(const mbsr_model *m, rigid *r, double t, const double *q)
 {
-    static const double soft = 1e-2;
-    const mbsri_closure *c = m->closures.data;
     int status = mbsri_positions(r->twin.model, r->twin.data, t, q);
     if (!status) status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
     if (status || !r->start.w.fronts) return status;
-    const double *scale = mbsri_row_fronts_scales(r->start.w.fronts);
-    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        double most = 0.0;
-        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row)
-            most = fmax(most, c->def.stiffness[k] * scale[row] * scale[row]);
-        for (int k = 0, row = c->row; k < c->position_rows; ++k, ++row) {
-            if (!mbsri_is_stiff(c, k)) continue;
-            const bool is_soft = c->def.stiffness[k] * scale[row] * scale[row] < soft * most;
-            r->late[row] = (r->loose[row] ? LOOSE : STIFF) + (is_soft ? 1 : 0);
-        }
-    }
+    mbsri_late_rows(m, mbsri_row_fronts_scales(r->start.w.fronts), r->late);
     mbsri_row_fronts_order(r->start.w.fronts, r->late);
     return MBSR_OK;
-}
-
-/* Where rows of a closure depend on others its soft ones all do without, too. */
-static void leave_soft(const mbsr_model *m, const rigid *r, bool *dropped)
-{
-    const mbsri_closure *c = m->closures.data;
-    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        bool some = false;
-        for (int row = c->row; row < c->row + c->rows; ++row)
-            some = some || (dropped[row] && r->late[row] != RIGID);
-        for (int row = c->row; row < c->row + c->rows && some; ++row)
-            dropped[row] = dropped[row] || r->late[row] == SOFT || r->late[row] == LOOSE_SOFT;
-    }
 }
 
 /* Whether the rigid rows that are left out depend on rigid ones alone; after the derivatives. */
@@ -180,7 +152,7 @@ static int begin_sharing(const mbsr_model *m, rigid *r)
         return mbsri_fail(&r->twin.data->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: not found which rows of closures depend on others, "
                           "rigid or stiff; settled = 0 takes springs as they are");
-    leave_soft(m, r, r->twin.data->dropped);
+    mbsri_leave_soft(m, r->late, r->twin.data->dropped);
     for (size_t id = 0; id < m->closures.count; ++id) {
         for (int k = 0, row = c[id].row; k < c[id].position_rows; ++k, ++row) {
             if (!r->stiff[row] || !r->twin.data->dropped[row]) continue;
@@ -268,9 +240,9 @@ static int let_go_dependent(const mbsr_model *m, rigid *r, double t, bool *any)
     mbsri_ranks ranks;
     *any = false;
     int status = mbsri_positions(r->twin.model, r->twin.data, t, r->q);
-    if (!status) status = mbsri_dense_rows(&r->start.w);
+    if (!status) status = mbsri_ranking_rows(&r->start.w);
     if (!status) status = mbsri_ranks_here(&r->start.w, r->other, &ranks);
-    if (!status) leave_soft(m, r, r->other);
+    if (!status) mbsri_leave_soft(m, r->late, r->other);
     for (int k = 0; k < m->rows && !status; ++k) {
         r->start.w.closer.let_go[k] = r->stiff[k] && r->other[k];
         *any = *any || r->start.w.closer.let_go[k];
@@ -376,7 +348,7 @@ int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
         if (status) d->error = r.twin.data->error;
     }
     for (int k = 0; k < m->rows && !status; ++k) d->dropped[k] = r.twin.data->dropped[k];
-    if (!status) leave_soft(m, &r, d->dropped);
+    if (!status) mbsri_leave_soft(m, r.late, d->dropped);
     close_rigid(m, &r);
     return status;
 }

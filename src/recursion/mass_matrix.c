@@ -111,3 +111,23 @@ void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
     for (size_t k = 0; k < (size_t)m->nu; ++k)
         matrix[(size_t)m->order.u_of[k] * ((size_t)m->nu + 1)] += m->armature[k];
 }
+
+/* a = -(H a_pred + J x), and the momenta back along the tree. */
+void mbsri_mass_product(const mbsr_model *m, const mbsr_data *d, const double *x, double *result,
+                        double *work)
+{
+    double *a = work, *p = a + m->size.v;
+    mbsri_zero(2 * m->size.v, work);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_ax(b->d, b->pred.d, -1.0, d->H + b->dp, a + b->pred.v, a + b->v);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, x + b->iu, a + b->v);
+        mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, a + b->v, p + b->v);
+    }
+    for (int k = 0; k < m->nu; ++k) result[k] = m->armature[k] * x[k];
+    for (int i = m->bodies; i > 0; --i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, p + b->v, result + b->iu);
+        mbsri_atx(b->d, b->pred.d, -1.0, d->H + b->dp, p + b->v, p + b->pred.v);
+    }
+}

@@ -13,4 +13,8 @@ void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix);
  * it are locked. The backward recursion must run again afterwards. */
 void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal);
 
+/* result (nu) = the matrix times x (nu), both in the order of the sweeps; work: 2 size_v. */
+void mbsri_mass_product(const mbsr_model *m, const mbsr_data *d, const double *x, double *result,
+                        double *work);
+
 #endif

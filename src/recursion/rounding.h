@@ -1,8 +1,8 @@
-/* What of C and of the mass matrix is nothing but rounding.
+/* What of C is nothing but rounding.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Where such an entry is the largest of its row of K, scaling makes it as large as all others, and
- * a direction counts as held, or as having inertia, that is not. */
+ * Where such an entry is the largest of its row, scaling makes it as large as all others, and a
+ * direction counts as held that is not. */
 #ifndef MBSRI_ROUNDING_H
 #define MBSRI_ROUNDING_H
 
@@ -27,9 +27,5 @@ double mbsri_row_rounding(const mbsri_closure *c);
  * what is added up in them; size: nu of scratch. Overwrites closure_V and closure_w. */
 void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
                      double lever, double *size, double *row);
-
-/* Sets rows and columns of the mass matrix (nu x nu) to zero whose joint rates have no inertia by
- * the measure of the rank decision; directly after mbsri_mass_matrix. Overwrites closure_V. */
-void mbsri_clear_masses(const mbsr_model *m, mbsr_data *d, double *matrix);
 
 #endif

@@ -15,10 +15,10 @@
 #include "loops/closing.h"
 #include "loops/forward.h"
 #include "loops/mobility.h"
-#include "loops/motion.h"
 #include "loops/ranks.h"
 #include "recursion/rounding.h"
 #include "loops/settled.h"
+#include "loops/stretch.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
@@ -86,147 +86,89 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
 
 /* ---- report ---- */
 
+/* Room for the least-squares problems of rows. */
+typedef struct shares {
+    double *A, *b, *length, *work; /* n x rows, n or rows, rows, lwork */
+    int *pivots;
+    int lwork;
+} shares;
+
 /* Rows on which the dependent row `row` rests are not determined one by one: C_kept^T a = c_row. */
-static int mark_shared(mbsri_dense *w, int row, const bool *dropped, const double *length,
-                       int *unique)
+static int mark_shared(mbsri_ranking *w, const shares *s, int row, const bool *dropped, int *unique)
 {
     const size_t n = (size_t)w->n, rows = (size_t)w->rows;
     int kept = 0, rank;
     unique[row] = 0;
-    if (!(length[row] > 0.0)) return MBSR_OK;
+    if (!(s->length[row] > 0.0)) return MBSR_OK;
     for (int k = 0; k < w->rows; ++k) {
         if (dropped[k]) continue;
         for (size_t j = 0; j < n; ++j)
-            w->A[(size_t)kept * n + j] = w->C[j * rows + (size_t)k] / length[k];
+            s->A[(size_t)kept * n + j] = w->C[j * rows + (size_t)k] / s->length[k];
         ++kept;
     }
-    for (size_t j = 0; j < n; ++j) w->b[j] = w->C[j * rows + (size_t)row] / length[row];
+    for (size_t j = 0; j < n; ++j) s->b[j] = w->C[j * rows + (size_t)row] / s->length[row];
     if (kept == 0) return MBSR_OK;
-    if (mbsri_lapack_gelsy(w->n, kept, w->A, w->b, 1e-12, w->factor.pivots, &rank, w->work,
-                           w->lwork))
+    if (mbsri_lapack_gelsy(w->n, kept, s->A, s->b, 1e-12, s->pivots, &rank, s->work, s->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem failed", w->function);
     for (int k = 0, l = 0; k < w->rows; ++k) {
         if (dropped[k]) continue;
-        if (fabs(w->b[l++]) > 1e-6) unique[k] = 0;
+        if (fabs(s->b[l++]) > 1e-6) unique[k] = 0;
     }
     return MBSR_OK;
 }
 
-/* Springs, which determine their forces themselves, are dropped, and marked in w->other. */
-static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
+/* Where digits got lost on fronts. Springs, which determine their forces themselves, are dropped.
+ */
+static int mark_by_matrix(mbsri_ranking *w, const bool *dropped, const bool *stiff, int *unique)
 {
-    double *length = w->factor.sigma;
+    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
+    shares s = {.lwork = mbsri_lapack_gelsy_work(w->n, w->rows)};
+    s.A = mbsri_allocate(&w->m->allocator,
+                         (n * rows + n + 2 * rows + (size_t)s.lwork) * sizeof(double) +
+                             rows * sizeof(int));
+    if (!s.A)
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d rows of closures", w->function, w->rows);
+    s.b = s.A + n * rows;
+    s.length = s.b + n + rows;
+    s.work = s.length + rows;
+    s.pivots = (int *)(void *)(s.work + s.lwork);
     int status = MBSR_OK;
-    for (int k = 0; k < w->rows; ++k) {
+    for (size_t k = 0; k < rows; ++k) {
         double square = 0.0;
-        for (int j = 0; j < w->n; ++j) {
-            const double c = w->C[(size_t)j * (size_t)w->rows + (size_t)k];
-            square += c * c;
-        }
-        length[k] = sqrt(square);
+        for (size_t j = 0; j < n; ++j) square += w->C[j * rows + k] * w->C[j * rows + k];
+        s.length[k] = sqrt(square);
         unique[k] = 1;
     }
     for (int k = 0; k < w->rows && !status; ++k) {
-        if (dropped[k] && !w->other[k]) status = mark_shared(w, k, dropped, length, unique);
+        if (dropped[k] && !stiff[k]) status = mark_shared(w, &s, k, dropped, unique);
     }
-    return status;
-}
-
-/* Directions of the tree that move no mass, into A (n each); at the positions. */
-static int find_massless(mbsri_dense *w, int *count)
-{
-    for (int k = 0; k < w->rows; ++k) w->other[k] = true;
-    const int status = mbsri_dense_factor(w, w->other, NULL);
-    *count = w->factor.moving;
-    for (int l = 0; l < w->factor.moving && !status; ++l)
-        mbsri_dense_null(w, l, w->A + (size_t)l * (size_t)w->n);
-    return status;
-}
-
-/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x
- * size). Returns how many rows and directions meet. */
-static int fill_stretch(mbsri_dense *w, int count, int size)
-{
-    int touched = 0;
-    mbsri_rank_scales(w, w->factor.right);
-    mbsri_zero((size_t)size * (size_t)size, w->factor.K);
-    for (int k = 0; k < w->rows; ++k) {
-        bool some = false;
-        for (int l = 0; l < count && !w->left_out[k] && w->factor.right[k] > 0.0; ++l) {
-            const double *x = w->A + (size_t)l * (size_t)w->n;
-            double sum = 0.0;
-            for (int j = 0; j < w->n; ++j)
-                sum += w->C[(size_t)j * (size_t)w->rows + (size_t)k] * x[j];
-            w->factor.K[(size_t)l * (size_t)size + (size_t)k] = sum / w->factor.right[k];
-            some = some || fabs(sum) > 0.0;
-        }
-        touched += some;
-    }
-    return touched < count ? touched : count;
-}
-
-static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
-{
-    const int size = w->rows > count ? w->rows : count;
-    report->stretch = 1.0;
-    report->stretched = MBSR_NONE;
-    const int held = count > 0 ? fill_stretch(w, count, size) : 0;
-    if (held == 0) return MBSR_OK;
-    if (mbsri_lapack_svd(size, w->factor.K, w->factor.sigma, w->factor.U, w->factor.V, w->work,
-                         w->lwork))
-        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                          "%s: no singular values of rows on directions without mass", w->function);
-    const double *row = w->factor.U + (size_t)(held - 1) * (size_t)size;
-    report->stretch =
-        w->factor.sigma[0] > 0.0 ? w->factor.sigma[held - 1] / w->factor.sigma[0] : 1.0;
-    report->stretched = 0;
-    for (int k = 0; k < w->rows; ++k) {
-        if (fabs(row[k]) > fabs(row[report->stretched])) report->stretched = k;
-    }
-    return MBSR_OK;
-}
-
-static int hold_by_matrices(mbsri_dense *w, mbsr_closure_report *report)
-{
-    int count = 0, status = find_massless(w, &count);
-    if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
-    report->undetermined = w->factor.moving;
-    return status ? status : find_stretch(w, count, report);
-}
-
-/* Likewise where ranks are found on fronts, with matrices where something moves no mass. */
-static int hold_massless(mbsri_dense *w, mbsr_closure_report *report)
-{
-    mbsri_dense full;
-    report->stretch = 1.0;
-    report->stretched = MBSR_NONE;
-    if (w->fronts && report->massless == 0) return MBSR_OK;
-    if (!w->fronts) return hold_by_matrices(w, report);
-    int status = mbsri_dense_open(&full, w->m, w->d, w->function);
-    for (int k = 0; k < w->rows && !status; ++k) full.left_out[k] = w->left_out[k];
-    if (!status) status = hold_by_matrices(&full, report);
-    mbsri_dense_close(&full);
+    mbsri_release(&w->m->allocator, s.A);
     return status;
 }
 
 /* Directions of the tree that move no mass, those of them that no loop holds, and how well the
  * others are held; at rest. */
-static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
+static int count_massless(mbsri_ranking *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
     mbsri_zero((size_t)w->n, w->x);
-    int status = mbsri_positions(m, d, t, q);
+    int row = -1, status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, w->x);
     if (!status) status = mbsri_forces(m, d, NULL, NULL);
     if (!status) status = mbsri_backward(m, d);
+    if (!status) status = mbsri_closure_jacobians(m, d);
     if (status) return status;
     report->massless = w->n - d->total_rank;
-    return hold_massless(w, report);
+    status = mbsri_loops_stretch(w, w->scale, &report->stretch, &row);
+    report->stretched = row < 0 ? MBSR_NONE : row;
+    if (status || report->massless == 0) return status;
+    return mbsri_loops_count_free(m, d, w->left_out, true, w->function, &report->undetermined);
 }
 
-static void mark_stiff(const mbsri_dense *w, bool *stiff)
+static void mark_stiff(const mbsri_ranking *w, bool *stiff)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
@@ -234,20 +176,17 @@ static void mark_stiff(const mbsri_dense *w, bool *stiff)
     }
 }
 
-static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report,
+static int report_on(mbsri_ranking *w, double t, const double *q, mbsr_closure_report *report,
                      int *redundant, int *unique)
 {
     mbsri_ranks here;
     int nearby;
-    bool *dropped = w->left_out;
+    bool *dropped = w->left_out, *stiff = w->other;
     int status = mbsri_ranks_around(w, t, q, dropped, &here, &nearby);
-    bool *stiff = w->other;
     mark_stiff(w, stiff);
     for (int k = 0; k < w->rows && redundant && !status; ++k)
         redundant[k] = dropped[k] && !stiff[k];
     if (!status) status = mbsri_ranks_here(w, dropped, &here);
-    for (int k = 0; k < w->rows && unique && !status && w->fronts; ++k)
-        unique[k] = !mbsri_row_fronts_shared(w->fronts)[k];
     if (status) return status;
     *report = (mbsr_closure_report){.rows = w->rows,
                                     .independent = here.independent,
@@ -256,11 +195,12 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
                                     .largest_dropped = here.largest_dropped,
                                     .weakest = here.weakest < 0 ? MBSR_NONE : here.weakest,
                                     .weakest_pivot = here.weakest_pivot};
+    for (int k = 0; k < w->rows && unique && w->fronts; ++k) unique[k] = !w->shared[k];
+    mbsri_rank_scales(w);
     status = count_massless(w, t, q, report);
     report->mobility = w->n - here.independent - report->undetermined;
-    mark_stiff(w, stiff);
     for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
-    if (!status && unique && !w->fronts) status = mark_unique(w, dropped, unique);
+    if (!status && unique && !w->fronts) status = mark_by_matrix(w, dropped, stiff, unique);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     report->gap = status ? 0.0 : mbsri_largest(w->position_rows, w->g);
     return status;
@@ -270,15 +210,15 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
                          mbsr_closure_report *report, int *redundant, int *unique)
 {
     static const char name[] = "mbsr_closures_report";
-    mbsri_dense w;
+    mbsri_ranking w;
     int status = mbsri_enter(model, data, q && report, MBSRI_STAGE_NONE, name);
     if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
     if (status) return status;
     const bool watching = data->watch.active;
     data->watch.active = false;
-    status = mbsri_dense_open_ranks(&w, model, data, false, name);
+    status = mbsri_ranking_open(&w, model, data, false, name);
     if (!status) status = report_on(&w, t, q, report, redundant, unique);
-    mbsri_dense_close(&w);
+    mbsri_ranking_close(&w);
     data->watch.active = watching;
     return status;
 }

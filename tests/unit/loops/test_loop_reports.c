@@ -5,6 +5,8 @@
 
 #include <mbsrank/driver.h>
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Four-bar linkage in units of `unit` metres, with a distance that makes it rigid where asked for.
@@ -292,9 +294,61 @@ static void reactions_and_torques(void **state)
     loops_free(&s);
 }
 
+static double size_of(const double x[3])
+{
+    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
+/* Two links without mass that reach from the ground to a rocker: their joints see det J = l m sin q
+ * and |J|^2 = r^2 + m^2, r the distance bridged. Many such, of which one is nearly straight. */
+static void links_that_are_stretched(void **state)
+{
+    (void)state;
+    enum { COUNT = 50, STRAIGHT = 33 };
+    static const double l = 0.5, m = 0.4, rocker = 0.3;
+    mbsr_closure_report report;
+    loops s;
+    loops_begin(&s, NULL);
+    for (int k = 0; k < COUNT; ++k) {
+        const int a = loops_rod(&s, NULL, MBSR_GROUND, 0.0, 0.0, 0.0, l),
+                  b = loops_rod(&s, NULL, a, l, 0.0, 0.0, m),
+                  c = loops_rod(&s, NULL, MBSR_GROUND, 0.6, 0.0, 1.0, rocker);
+        loops_pin(&s, NULL, b, m, 0.0, c, rocker, 0.0);
+    }
+    loops_build(&s);
+    double *q = calloc(3 * COUNT, sizeof *q), least = 1.0, most = 0.0;
+    for (int k = 0; k < COUNT; ++k) {
+        const double bend = k == STRAIGHT ? 1e-3 : 0.5 + 0.01 * k,
+                     reach = sqrt(l * l + m * m + 2.0 * l * m * cos(bend)),
+                     sum = reach * reach + m * m, product = l * m * sin(bend),
+                     larger = sqrt(0.5 * (sum + sqrt(sum * sum - 4.0 * product * product))),
+                     x = (0.36 + reach * reach - rocker * rocker) / 1.2,
+                     y = sqrt(reach * reach - x * x);
+        q[3 * k] = atan2(y, x) - atan2(m * sin(bend), l + m * cos(bend));
+        q[3 * k + 1] = bend;
+        q[3 * k + 2] = atan2(y, x - 0.6);
+        const double one = q[3 * k], both = one + bend, other = q[3 * k + 2],
+                     across[3] = {l * sin(one) + m * sin(both), m * sin(both), rocker * sin(other)},
+                     along[3] = {l * cos(one) + m * cos(both), m * cos(both), rocker * cos(other)},
+                     longest = fmax(size_of(across), size_of(along));
+        most = fmax(most, larger / longest);
+        least = fmin(least, product / larger / longest);
+    }
+    assert_ok(mbsr_closures_report(s.m, s.d, 0.0, q, &report, NULL, NULL), mbsr_data_error(s.d));
+    assert_less(report.gap, 1e-12);
+    assert_int_equal(report.massless, 2 * COUNT);
+    assert_int_equal(report.undetermined, 0);
+    assert_int_equal(report.mobility, COUNT);
+    assert_close(report.stretch, least / most, 1e-9 * least / most);
+    assert_int_equal(report.stretched / 2, STRAIGHT);
+    free(q);
+    loops_free(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(units),
+                                       cmocka_unit_test(links_that_are_stretched),
                                        cmocka_unit_test(more_rows_than_freedoms),
                                        cmocka_unit_test(a_spring_beside_rigid_rows),
                                        cmocka_unit_test(contradictory_motions),
