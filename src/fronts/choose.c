@@ -11,13 +11,13 @@
 /* Forces that are eliminated when just as many rates have been passed as there are rows leave
  * little of their pivots, and digits get lost from loop to loop: a plan that waits for some more
  * may cost so much more. */
-static const double careful = 0.8;
-enum { MORE = 3 };
+static const double careful = 0.4;
+enum { MORE = 5 };
 
 /* Those that are linear most often first, so that others stop early; of equals the last one counts.
  */
 static const mbsri_order_rule rules[] = {
-    {MBSRI_ORDER_BORDER, MBSRI_ORDER_FAR, 0},      {MBSRI_ORDER_GROWTH, MBSRI_ORDER_FAR, 0},
+    {MBSRI_ORDER_BORDER, MBSRI_ORDER_FAR, MORE},   {MBSRI_ORDER_GROWTH, MBSRI_ORDER_FAR, MORE},
     {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, 0},    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, MORE},
     {MBSRI_ORDER_GROWTH, MBSRI_ORDER_EARLY, MORE}, {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, 0},
     {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, MORE},   {MBSRI_ORDER_TREE, MBSRI_ORDER_WHOLE, 0}};
@@ -68,7 +68,7 @@ static bool choose_order(const mbsr_model *m, bool far, mbsri_order *order, mbsr
     const size_t all = sizeof rules / sizeof rules[0], count = m->rows > 0 ? all : 1;
     for (size_t k = all - count; k < all; ++k) {
         const double share =
-            rules[k].more > 0 || rules[k].moment != MBSRI_ORDER_EARLY ? careful : 1.0;
+            rules[k].more > 0 || rules[k].moment == MBSRI_ORDER_WHOLE ? careful : 1.0;
         if (rules[k].moment == MBSRI_ORDER_FAR && !far) continue;
         if (!mbsri_order_make(order, rules[k], least / share, other)) return false;
         if (other->steps < steps || other->operations * share > least) continue;

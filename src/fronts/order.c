@@ -201,14 +201,16 @@ static int rates_passed(const mbsri_order *g, const mbsri_closure *c, int enough
 }
 
 /* Rates that are to be passed before the forces of closure k go: twice as many as it has rows where
- * an end has not entered, unless one of its paths has been passed whole and no more come there. */
+ * an end has not entered, and some more; or just as many where one of its paths has been passed
+ * whole, and no more come there, but the other end's motion may be in the border. */
 static int rates_wanted(const mbsri_order *g, int k)
 {
     const mbsri_closure *c = g->closure + k;
     int paths = 0;
     for (int l = 0; l < c->bodies; ++l) paths += mbsri_plan_reads(c, l) && c->body[l] != c->meets;
-    const bool doubly = g->ends_left[k] > 0 && g->tops_left[k] == paths;
-    return (doubly ? 2 : 1) * c->rows + g->rule.more;
+    const bool whole = g->tops_left[k] < paths, doubly = g->ends_left[k] > 0 && !whole;
+    const int more = whole && g->rule.moment == MBSRI_ORDER_FAR ? 0 : g->rule.more;
+    return (doubly ? 2 : 1) * c->rows + more;
 }
 
 static bool may_go(mbsri_order *g, int vertex)
