@@ -7,6 +7,7 @@
  * singular values. */
 #include "loops/stretch.h"
 
+#include "algebra/classes.h"
 #include "algebra/dense.h"
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
@@ -95,12 +96,6 @@ static void sort_ends(stretching *s)
 
 /* ---- what rows see ---- */
 
-static int leader_of(stretching *s, int l)
-{
-    while (s->leader[l] != l) l = s->leader[l] = s->leader[s->leader[l]];
-    return l;
-}
-
 /* Row k of a closure on the direction at work; zero where it is rounding. */
 static double seen_by(const stretching *s, const mbsri_closure *c, int k)
 {
@@ -135,7 +130,7 @@ static bool add_entries(stretching *s, const mbsri_closure *c, int direction, do
         if (s->seen[row] < 0)
             s->seen[row] = direction;
         else
-            s->leader[leader_of(s, direction)] = leader_of(s, s->seen[row]);
+            mbsri_class_join(s->leader, direction, s->seen[row]);
     }
     return true;
 }
@@ -284,7 +279,7 @@ static int find_extremes(stretching *s, extremes *found)
     for (int k = 0; k < s->w->rows; ++k) s->seen[k] = -1;
     for (int l = 0; l < s->directions; ++l) s->next[l] = -1;
     for (int l = s->directions - 1; l >= 0; --l) {
-        const int leader = leader_of(s, l);
+        const int leader = mbsri_class_of(s->leader, l);
         if (leader == l) continue;
         s->next[l] = s->next[leader];
         s->next[leader] = l;

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "massless/null_loops.h"
 
+#include "algebra/classes.h"
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
@@ -170,6 +171,33 @@ static double rounded_along(const mbsri_body *b, size_t rows, const double *forc
            mbsri_largest(turns, V + rotation) * (moment + lever * most);
 }
 
+/* Whether direction l may move the body. */
+static bool moves_body(const mbsri_null_space *w, const mbsri_body *b, int l)
+{
+    const size_t at = (size_t)l * w->m->size.v + b->v;
+    for (size_t k = at; k < at + (size_t)b->d; ++k) {
+        if (w->twist[k] != 0.0 || w->lift.twist_error[k] != 0.0) return true;
+    }
+    return false;
+}
+
+/* Whether it may move what the closure reads. */
+static bool moves_ends(const mbsri_null_space *w, const mbsri_closure *c, int l)
+{
+    const size_t at = (size_t)l * (size_t)w->m->nu;
+    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    for (int n = 0; n < c->bodies; ++n) {
+        const mbsri_body *b = w->m->body + c->body[n];
+        if (c->column[n] < 0) continue;
+        if (moves_body(w, b, l)) return true;
+        for (int j = b->u; j < b->u + b->n && joints; ++j) {
+            if (w->direction[at + (size_t)j] != 0.0 || w->lift.rate_error[at + (size_t)j] != 0.0)
+                return true;
+        }
+    }
+    return false;
+}
+
 /* C x of row k of a closure; *size: what may be rounding in it, over ROUNDING. */
 static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever,
                           const double *twist, const double *a, double *size)
@@ -200,16 +228,17 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
     return sum;
 }
 
-/* What row k of a closure reads of the errors of direction l; beside its size a trace of it is
- * nothing else, where turns cancel. */
-static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, int k, int l)
+/* What row k of a closure reads of the errors of direction l, of that size; beside its size a trace
+ * of it is nothing else, where turns cancel. */
+static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, int k, int l,
+                           double size)
 {
     const size_t rows = (size_t)c->rows;
     const double *C = w->d->closure_C + c->at + k,
                  *twist = w->lift.twist_error + (size_t)l * w->m->size.v,
                  *a = w->lift.rate_error + (size_t)l * (size_t)w->m->nu;
     const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-    const double trace = DBL_EPSILON * w->size * mbsri_direction_size(w, l);
+    const double trace = DBL_EPSILON * w->size * size;
     double sum = 0.0;
     for (int n = 0; n < c->bodies; ++n) {
         if (c->column[n] < 0) continue;
@@ -217,7 +246,8 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
         const double *block = C + (size_t)c->column[n] * rows;
         int turns, rotation, moves, translation;
         const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
-        for (int j = 0; j < moves && rigid; ++j)
+        const bool moved = moves_body(w, b, l);
+        for (int j = 0; j < moves && rigid && moved; ++j)
             sum += trace * fabs(block[(size_t)(translation + j) * rows]);
         for (int j = 0; j < b->d; ++j)
             sum += fabs(block[(size_t)j * rows]) * twist[b->v + (size_t)j];
@@ -227,15 +257,16 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
     return sum;
 }
 
-/* What row k of a closure sees of direction l, 0 where that may be error, and its error. */
+/* What row k of a closure sees of direction l, of that size, 0 where that may be error, and its
+ * error. */
 static double seen_of(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever, int l,
-                      double *error)
+                      double size, double *error)
 {
     const double *twist = w->twist + (size_t)l * w->m->size.v,
                  *a = w->direction + (size_t)l * (size_t)w->m->nu;
-    double size;
-    const double value = seen_by_row(w, c, k, lever, twist, a, &size);
-    *error = ROUNDING * size + doubt_of_row(w, c, k, l);
+    double added;
+    const double value = seen_by_row(w, c, k, lever, twist, a, &added);
+    *error = ROUNDING * added + doubt_of_row(w, c, k, l, size);
     return fabs(value) > MBSRI_NULL_CLEAR * *error ? value : 0.0;
 }
 
@@ -244,12 +275,14 @@ void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const double lever = w->loads.lambda ? lever_of(w) : 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->loads.lambda; ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            const double force = fabs(w->loads.lambda[c->row + k]);
-            for (int l = 0; l < w->k && force > 0.0; ++l) {
-                const double *twist = w->twist + (size_t)l * w->m->size.v,
-                             *a = w->direction + (size_t)l * (size_t)w->m->nu;
+        for (int l = 0; l < w->k; ++l) {
+            const double *twist = w->twist + (size_t)l * w->m->size.v,
+                         *a = w->direction + (size_t)l * (size_t)w->m->nu;
+            if (!moves_ends(w, c, l)) continue;
+            for (int k = 0; k < c->rows; ++k) {
+                const double force = fabs(w->loads.lambda[c->row + k]);
                 double size;
+                if (!(force > 0.0)) continue;
                 (void)seen_by_row(w, c, k, lever, twist, a, &size);
                 sizes[l] += force * size;
             }
@@ -259,23 +292,129 @@ void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
 
 /* ---- which directions rigid rows hold ---- */
 
-/* C N of rigid rows (rows x k) and its errors, into the reduction, N of size 1: sizes (k). */
-static void fill_reduction(mbsri_null_space *w, double lever, double *sizes)
+/* What a rigid row sees of a direction of size 1, and what that may be wrong by. */
+typedef struct seen_entry {
+    int row, direction;
+    double value, error;
+} seen_entry;
+
+/* Directions that rows have in common, and where entries begin. */
+typedef struct held_classes {
+    mbsri_array entries; /* direction by direction */
+    double *sizes;       /* k: of the directions */
+    int *first, *leader; /* k + 1, k */
+    int *place;          /* rows: of the class at work, or the first direction seen; -1: none */
+    int *member;         /* k: directions of the class at work */
+    int *held;           /* k: whether rows hold them */
+    int rows, members;   /* of the class at work */
+} held_classes;
+
+static int no_memory_for_null_space(mbsri_null_space *w)
 {
-    const mbsri_closure *first = mbsri_all_closures(w->m);
-    const int rows = w->m->rows;
+    return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "%s: no memory for what %d rows of closures hold of %d null directions",
+                      w->function, w->m->rows, w->k);
+}
+
+static int find_seen(mbsri_null_space *w, double lever, held_classes *s)
+{
+    const mbsri_closure *first = mbsri_all_closures(w->m), *end = first + w->m->closures.count;
+    for (int k = 0; k < w->m->rows; ++k) s->place[k] = -1;
     for (int l = 0; l < w->k; ++l) {
-        sizes[l] = mbsri_direction_size(w, l);
-        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-            for (int k = 0; k < c->rows; ++k) {
-                const int at = l * rows + c->row + k;
-                double value = 0.0, error = 0.0;
-                if (!mbsri_is_stiff(c, k)) value = seen_of(w, c, k, lever, l, &error);
-                w->element.reduced.A[at] = value / sizes[l];
-                w->element.reduced.error[at] = error / sizes[l];
+        const double size = s->sizes[l] = mbsri_direction_size(w, l);
+        s->leader[l] = l;
+        s->first[l] = (int)s->entries.count;
+        for (const mbsri_closure *c = first; c < end; ++c) {
+            if (!moves_ends(w, c, l)) continue;
+            for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
+                double error;
+                if (mbsri_is_stiff(c, k)) continue;
+                const double value = seen_of(w, c, k, lever, l, size, &error);
+                if (value == 0.0 && error == 0.0) continue;
+                if (!mbsri_reserve(&w->m->allocator, &s->entries, 1, sizeof(seen_entry)))
+                    return no_memory_for_null_space(w);
+                ((seen_entry *)s->entries.data)[s->entries.count++] =
+                    (seen_entry){row, l, value / size, error / size};
+                if (s->place[row] < 0)
+                    s->place[row] = l;
+                else
+                    mbsri_class_join(s->leader, l, s->place[row]);
             }
         }
     }
+    s->first[w->k] = (int)s->entries.count;
+    return MBSR_OK;
+}
+
+/* The members of the class of that leader, and its rows with their places. */
+static void gather_class(const mbsri_null_space *w, held_classes *s, int leader)
+{
+    const seen_entry *e = s->entries.data;
+    s->members = s->rows = 0;
+    for (int l = 0; l < w->k; ++l) {
+        if (mbsri_class_of(s->leader, l) != leader) continue;
+        s->member[s->members++] = l;
+        for (int k = s->first[l]; k < s->first[l + 1]; ++k) {
+            if (s->place[e[k].row] < 0) s->place[e[k].row] = s->rows++;
+        }
+    }
+}
+
+/* Of the class at work the directions that rows leave, and their errors, into T and dT (k x k), at
+ * the columns of directions without pivot. */
+static int reduce_class(mbsri_null_space *w, held_classes *s, double *T, double *dT)
+{
+    const seen_entry *e = s->entries.data;
+    mbsri_reduction *r = &w->element.reduced;
+    const int n = s->rows, m = s->members;
+    const size_t size = mbsri_reduction_size(n, m) / sizeof(double) + 1;
+    w->element.room.count = 0;
+    if (!mbsri_reserve(&w->m->allocator, &w->element.room, size + 2 * (size_t)m, sizeof(double)))
+        return no_memory_for_null_space(w);
+    double *z = (double *)w->element.room.data + size, *error = z + m;
+    mbsri_reduction_place(r, n, m, w->element.room.data);
+    mbsri_zero((size_t)n * (size_t)m, r->A);
+    mbsri_zero((size_t)n * (size_t)m, r->error);
+    for (int c = 0; c < m; ++c) {
+        for (int k = s->first[s->member[c]]; k < s->first[s->member[c] + 1]; ++k) {
+            r->A[c * n + s->place[e[k].row]] = e[k].value;
+            r->error[c * n + s->place[e[k].row]] = e[k].error;
+        }
+    }
+    mbsri_reduce(r, n, m, m, LEAST, NULL);
+    for (int c = 0, l = 0; c < m; ++c) {
+        s->held[s->member[c]] = r->column_taken[c];
+        if (r->column_taken[c]) continue;
+        const size_t at = (size_t)s->member[c] * (size_t)w->k;
+        mbsri_right_null(r, l++, z, error);
+        for (int a = 0; a < m; ++a) {
+            T[at + (size_t)s->member[a]] = z[a] / s->sizes[s->member[a]];
+            dT[at + (size_t)s->member[a]] = error[a] / s->sizes[s->member[a]];
+        }
+    }
+    return MBSR_OK;
+}
+
+/* T (k x count) of the directions that rows leave, and its errors dT; *count. */
+static int find_left(mbsri_null_space *w, held_classes *s, double *T, double *dT, int *count)
+{
+    const size_t k = (size_t)w->k;
+    int status = find_seen(w, lever_of(w), s);
+    mbsri_zero(k * k, T);
+    mbsri_zero(k * k, dT);
+    for (int row = 0; row < w->m->rows; ++row) s->place[row] = -1;
+    for (int l = 0; l < w->k && !status; ++l) {
+        if (s->leader[l] != l) continue;
+        gather_class(w, s, l);
+        status = reduce_class(w, s, T, dT);
+    }
+    *count = 0;
+    for (size_t l = 0; l < k && !status; ++l) {
+        if (s->held[l]) continue;
+        mbsri_copy(k, T + l * k, T + (size_t)*count * k);
+        mbsri_copy(k, dT + l * k, dT + (size_t)(*count)++ * k);
+    }
+    return status;
 }
 
 /* A (n x k) becomes A T, T k x count with the errors dT, without what may be rounding; error (n x
@@ -329,46 +468,43 @@ static void restrict_slopes(int k, int count, const double *T, const double *dT,
     }
 }
 
-static int no_memory_for_null_space(mbsri_null_space *w)
+/* Directions are those that T leaves. */
+static void take_left(mbsri_null_space *w, int count, const double *T, const double *dT,
+                      double *old)
 {
-    return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                      "%s: no memory for what %d rows of closures hold of %d null directions",
-                      w->function, w->m->rows, w->k);
+    const size_t k = (size_t)w->k;
+    combine((size_t)w->m->nu, w->k, count, T, dT, w->direction, w->lift.rate_error, old);
+    combine(w->m->size.v, w->k, count, T, dT, w->twist, w->lift.twist_error, old);
+    combine((size_t)w->m->nq, w->k, count, T, dT, w->element.q_rate, NULL, old);
+    restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
+    restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);
+    for (int l = 0; l < count; ++l) w->sums.head[l] = 1;
+    w->k = count;
+    w->sums.on = false;
 }
 
 int mbsri_null_leave_held(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     const size_t k = (size_t)w->k, rows = (size_t)m->rows, nu = (size_t)m->nu, nq = (size_t)m->nq;
-    const size_t longest = nu > m->size.v   ? nu > nq ? nu : nq
-                           : m->size.v > nq ? m->size.v
-                                            : nq,
-                 wide = 2 * (longest > k ? longest : k) * k,
-                 reduced = mbsri_reduction_size(m->rows, w->k) / sizeof(double) + 1;
-    int status = mbsri_closure_jacobians(m, w->d);
+    const size_t more = nu > nq ? nu : nq, longest = m->size.v > more ? m->size.v : more,
+                 wide = 2 * (longest > k ? longest : k) * k;
+    int status = mbsri_closure_jacobians(m, w->d), count;
     if (status || k == 0 || rows == 0) return status;
-    w->element.room.count = 0;
-    if (!mbsri_reserve(&m->allocator, &w->element.room, reduced + 2 * k * k + wide, sizeof(double)))
-        return no_memory_for_null_space(w);
-    double *T = (double *)w->element.room.data + reduced, *dT = T + k * k, *old = dT + k * k,
-           *sizes = w->sums.gamma;
-    mbsri_reduction_place(&w->element.reduced, m->rows, w->k, w->element.room.data);
-    fill_reduction(w, lever_of(w), sizes);
-    mbsri_reduce(&w->element.reduced, m->rows, w->k, w->k, LEAST, NULL);
-    const int count = w->k - w->element.reduced.rank;
-    for (size_t l = 0; l < (size_t)count; ++l) {
-        mbsri_right_null(&w->element.reduced, (int)l, T + l * k, dT + l * k);
-        for (size_t a = 0; a < k; ++a) T[l * k + a] /= sizes[a], dT[l * k + a] /= sizes[a];
-    }
-    combine(nu, w->k, count, T, dT, w->direction, w->lift.rate_error, old);
-    combine(m->size.v, w->k, count, T, dT, w->twist, w->lift.twist_error, old);
-    combine(nq, w->k, count, T, dT, w->element.q_rate, NULL, old);
-    restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
-    restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);
-    for (int l = 0; l < count; ++l) w->sums.head[l] = 1;
-    w->k = count;
-    w->sums.on = false;
-    return MBSR_OK;
+    double *T = mbsri_allocate(&m->allocator, (2 * k * k + wide) * sizeof(double) +
+                                                  (4 * k + 1 + rows) * sizeof(int));
+    if (!T) return no_memory_for_null_space(w);
+    double *dT = T + k * k, *old = dT + k * k;
+    held_classes s = {.sizes = w->sums.gamma, .first = (int *)(void *)(old + wide)};
+    s.leader = s.first + k + 1;
+    s.member = s.leader + k;
+    s.held = s.member + k;
+    s.place = s.held + k;
+    status = find_left(w, &s, T, dT, &count);
+    if (!status) take_left(w, count, T, dT, old);
+    mbsri_release(&m->allocator, s.entries.data);
+    mbsri_release(&m->allocator, T);
+    return status;
 }
 
 /* ---- stiff rows ---- */
@@ -387,7 +523,7 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
     mbsri_row_entry *entry = (mbsri_row_entry *)w->element.entries.data + entries;
     for (int l = 0; l < w->k; ++l) {
         double doubt;
-        const double value = seen_of(w, c, k, lever, l, &doubt);
+        const double value = seen_of(w, c, k, lever, l, mbsri_direction_size(w, l), &doubt);
         entry[l] = (mbsri_row_entry){l, value, doubt};
     }
     for (int b = 0; b < w->k; ++b) {
