@@ -370,6 +370,15 @@ static void stops_that_let_go(void **state)
     for (size_t k = 0; k < count; ++k) assert_true(check_rich(seed[k], true));
 }
 
+/* Masses that lose rank where loops close: beside that position rows are met once accelerations are
+ * refined. */
+static void masses_at_the_closed_position(void **state)
+{
+    (void)state;
+    check_seeds(1, (const uint64_t[]){301485});
+    assert_true(check_rich(720233, true));
+}
+
 /* Friction that slips at three joints and resists one direction so little that it is nearly all of
  * those that take a single damper each. */
 static void directions_that_look_alike(void **state)
@@ -490,6 +499,7 @@ int main(void)
                                        cmocka_unit_test(rows_left_to_others),
                                        cmocka_unit_test(balances_out_of_reach),
                                        cmocka_unit_test(stops_that_let_go),
+                                       cmocka_unit_test(masses_at_the_closed_position),
                                        cmocka_unit_test(directions_that_look_alike),
                                        cmocka_unit_test(rich_verdicts_agree),
                                        cmocka_unit_test(springs_beside_redundant_rows),
