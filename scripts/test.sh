@@ -147,14 +147,16 @@ first() {
 
 # The others, beside the first: they take what it leaves of the processors.
 others() {
-    local sanitizer= compiler minimal=clang only less
+    local sanitizer= compiler minimal=clang only less trap=()
     renice -n 10 "$BASHPID" >/dev/null 2>&1 || true
     for compiler in clang "$gcc"; do
         if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
     done
     if [ -n "$sanitizer" ]; then
-        run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-            "${linker[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
+        # a trap with its place in the source instead of a text: less code, and a tenth of what the loader relocates
+        if [ "$sanitizer" = clang ] && [ "$long" = OFF ]; then trap=(-DCMAKE_C_FLAGS=-fsanitize-trap=undefined); fi
+        ASAN_OPTIONS=handle_sigill=1 run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
+            "${linker[@]}" "${trap[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
     else
         echo "==== sanitizers: left out, no compiler has them"
     fi
