@@ -314,6 +314,10 @@ static void refused(void **state)
            mbsr_force_planar_bushing(B, (mbsr_planar_frame){0}, C, (mbsr_planar_frame){0}, plane,
                                      across),
            "damping acts where");
+    static const double nothing[9] = {0.0},
+                        pushes[9] = {1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0};
+    refuse(true, planar_bushing(nothing, nothing), "no stiffness");
+    refuse(true, planar_bushing(pushes, nothing), "not positive semi-definite");
     refuse(false, mbsr_force_bushing(B, NULL, C, NULL, K, D), "damping[4] is 5");
     mbsr_force_def other = joint();
     other.as_closure = 3;
