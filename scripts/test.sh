@@ -27,7 +27,7 @@ rm -rf build/test-results
 mkdir -p build/test-results
 
 # What no compiler has a part in is tested once.
-once='hygiene\.(finite|forbidden_calls|format|function_length|links|map|paths|reference|references|rooms|sentences|snippets|tables|validation)'
+once='hygiene\.(columns|finite|forbidden_calls|format|function_length|links|map|names|paths|records|reference|references|rooms|root|sentences|snippets|tables|validation|versions)'
 
 # says PLACE NAME TEXT; fails PLACE NAME: lines of the summary, by their places in it; what has failed.
 says() { echo "$2: $3" >>"build/test-results/$1.line"; }
@@ -153,7 +153,7 @@ first() {
 
 # The others, beside the first: they take what it leaves of the processors.
 others() {
-    local sanitizer= compiler minimal=clang only less trap=()
+    local sanitizer= compiler minimal=clang only less headers='' trap=()
     renice -n 10 "$BASHPID" >/dev/null 2>&1 || true
     for compiler in clang "$gcc"; do
         if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
@@ -177,10 +177,11 @@ others() {
     # by clang, without LAPACK, vector code and what needs IDA; the tests that what is left out may change
     only='(reference|property|files|fe|study|program|hygiene|example)\..*|package\.core_static|unit\.(any_bytes|blocks|completion|dense|finite.*|jacobi|lapack|no_allocation|own_lapack|parallel|start.*|threads)'
     less=("-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG") # a quarter less to compile, tests as fast
+    if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.headers'; fi # done by that compiler
     if [ "$long" = ON ]; then only='.*' less=(); fi
     MBSR_TEST_FEW=1 run 5 minimal "$minimal" -DCMAKE_BUILD_TYPE=Release "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
         -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \
-        -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests)\$"
+        -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests$headers)\$"
 }
 
 others >build/test-results/others.log 2>&1 &
