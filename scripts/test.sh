@@ -2,9 +2,9 @@
 # Installs what is missing, then builds and tests libmbsrank in three ways, in build trees below
 # build/, the second and third beside the first: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
 # Release, static, without LAPACK and vector code). Warnings are errors in all of them. The numerical tests of
-# the first run with the other LAPACK too. What the first build tests in full, the others test with
-# fewer random trees and without the longest runs. Where no compiler has sanitizers there is a clang
-# Debug build in their place.
+# the first run with the other LAPACK too, those that call it. What the first build tests in full, the others
+# test with fewer random trees and without the longest runs; the second and third leave out
+# what reaches no code of its own there. Where no compiler has sanitizers there is a clang Debug build in their place.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: test.sh [--long]
 #     --long    all seeds and whole runs in every build (tests/support/duration.h), and clang Debug
@@ -27,7 +27,7 @@ rm -rf build/test-results
 mkdir -p build/test-results
 
 # What no compiler has a part in is tested once.
-once='hygiene\.(finite|forbidden_calls|format|function_length|links|map|paths|reference|references|rooms|sentences|snippets|tables|validation)'
+once='hygiene\.(columns|finite|forbidden_calls|format|function_length|links|map|names|paths|records|reference|references|rooms|root|sentences|snippets|tables|validation|versions)'
 
 # says PLACE NAME TEXT; fails PLACE NAME: lines of the summary, by their places in it; what has failed.
 says() { echo "$2: $3" >>"build/test-results/$1.line"; }
@@ -87,8 +87,7 @@ other_lapacks() {
         fi
         echo "==== LAPACK $name"
         MBSR_TEST_FEW=1 bash scripts/lapack.sh "$name" ctest --test-dir "$tree" \
-            --output-on-failure --no-tests=error --parallel "$jobs" \
-            -L "$labels" "${no_runs[@]}" |
+            --output-on-failure --no-tests=error --parallel "$jobs" -R "^($by_lapack)\$" |
             tee "$tree/ctest-$name.log" || fails 2 "LAPACK $name"
         says 2 "LAPACK $name" \
             "$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')"
@@ -104,9 +103,9 @@ set -o pipefail
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
-# Long runs, and long tests in which LAPACK has little part.
-no_runs=(-E '^(unit\.(batch|changed_fields|finite.*|fronts|loops_tree_start|memory|parallel|plane|refined|split|start_bytes|stepper_.*|sweeps|threads)|property\.(kept_rates|newton|verdicts))$')
-labels='^(unit|reference|property|linear)$' # in runs too little is asked of LAPACK
+# The fewest tests that reach every arc of the functions that call LAPACK, those whose results its numbers decide, and all
+# models with printed numbers; in runs too little is asked of it.
+by_lapack='(reference|linear)\..*|property\.(flexible_chains|loops_medley|loops_mobility|newton_loops|newton_medley)|unit\.(any_bytes|assembly|axes|beam|callers_fail|completion|compliance|far_starts|flex.*|inertia|inertia_unchecked|joint_check|kept_rates|kinematics|lapack|model|newton|newton_loops|newton_singular|no_allocation|null_.*|ode.*|parameters|rank_.*|results|springs|start|stiffening|units)'
 long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|unit\.(finite_solvers|stepper_order|stepper_real_time)|property\.newton|example\.(12_elastic_support|14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|37_real_time|demo_tree)"
 no_packages=(-E '^package\.(core_shared|core_static|ida_static)$') # the minimal build tests core_static
 # names LABEL NAME...: these tests, without a group, of which CMake allows ten in an expression.
@@ -115,20 +114,27 @@ names() {
     shift
     printf "|$label\\\\.%s" "$@"
 }
-# What reaches no code under sanitizers that the others do not, but half a hundredth of the arcs of gcov.
+# What reaches no code under sanitizers that the others do not, but a fiftieth of the arcs of gcov.
 repeated='program\.(documents|fit)'
-repeated+=$(names contact contact_motion contact_ragdoll contact_round)
-repeated+=$(names ida cuts driver flexible grid groups index1 jumps kinked_forces kinks loops_elastic loops_more massless \
-    no_start outputs paper small_swings static_modes stiff_pins stiffening tolerances)
+repeated+=$(names contact contact_motion contact_ragdoll contact_round contact_slopes)
+repeated+=$(names files robots)
+repeated+=$(names linear four_bar linear_bicycle)
+repeated+=$(names ida cuts driver flexible grid groups index1 jumps kinked_forces kinks loops loops_elastic loops_more massless \
+    friction no_start norms outputs paper rank_watch rounding small_swings stability static_modes stiff_pins stiffening tolerances units)
 repeated+=$(names unit changed_fields far_starts finite_forms finite_stepper fronts index1 joint_tangents joint_twins loops_tree_start \
-    newton_flexible newton_loop_joints newton_loops newton_follower ode_undetermined parallel plane refined slender survey sweeps)
+    newton_flexible newton_loop_joints newton_loops newton_follower ode_undetermined parallel plane refined slender survey sweeps \
+    bounded dense flexible_frames forces_space frames gear_of_one_body groups inertia_space inertia_unchecked joints lapack \
+    loops_units momentum_loops momentum_scales newton_loops_mixed null_vectors rank_bound rank_pivots rigid settled small_cost \
+    start_bytes stiff_inverse)
 repeated+=$(names property flexible_chains fresh_data kept_rates loops_invariance loops_mobility loops_motors loops_ranks newton_loops \
-    random_trees space space_equivalence verdicts)
-repeated+=$(names reference index_added index_joints index_models index_points index_report tree_files validation)
-repeated+=$(names example 10_quarter_car 13_universal_joint 15_flyball_governor 16_heavy_top 17_bouncing_ball \
+    random_trees space space_equivalence stepper_medley verdicts)
+repeated+=$(names reference index_added index_joints index_models index_points index_report paper_equations tree_files validation)
+repeated+=$(names example 01_upper_configuration 02_lower_configuration 03_oscillators 04_own_integrator 05_user_joint \
+    06_caller_memory 07_explicit 08_cvode 09_rank_change 11_gimballed_rotor 19_engine 23_events 24_index_report 25_own_force \
+    30_robot_arm 38_fmu 10_quarter_car 13_universal_joint 15_flyball_governor 16_heavy_top 17_bouncing_ball \
     20_double_wishbone 21_sampled_control 22_road 29_drive_train 33_squeezer 34_spin_up_beam 36_fe_plate 40_quadruped \
     demo_oscillators)
-if [ "$long" = ON ]; then repeated=none labels='^(unit|reference|property|ida|linear)$' no_runs=() long_tests=$once no_packages=(); fi
+if [ "$long" = ON ]; then repeated=none by_lapack='(unit|reference|property|ida|linear)\..*' long_tests=$once no_packages=(); fi
 # The module of WebAssembly, unoptimised but in the long run, where its packages and sources can be had.
 first() {
     local web=()
@@ -147,14 +153,16 @@ first() {
 
 # The others, beside the first: they take what it leaves of the processors.
 others() {
-    local sanitizer= compiler minimal=clang only less
+    local sanitizer= compiler minimal=clang only less headers='' trap=()
     renice -n 10 "$BASHPID" >/dev/null 2>&1 || true
     for compiler in clang "$gcc"; do
         if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
     done
     if [ -n "$sanitizer" ]; then
-        run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-            "${linker[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
+        # a trap with its place in the source instead of a text: less code, and a tenth of what the loader relocates
+        if [ "$sanitizer" = clang ] && [ "$long" = OFF ]; then trap=(-DCMAKE_C_FLAGS=-fsanitize-trap=undefined); fi
+        ASAN_OPTIONS=handle_sigill=1 run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
+            "${linker[@]}" "${trap[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
     else
         echo "==== sanitizers: left out, no compiler has them"
     fi
@@ -169,10 +177,11 @@ others() {
     # by clang, without LAPACK, vector code and what needs IDA; the tests that what is left out may change
     only='(reference|property|files|fe|study|program|hygiene|example)\..*|package\.core_static|unit\.(any_bytes|blocks|completion|dense|finite.*|jacobi|lapack|no_allocation|own_lapack|parallel|start.*|threads)'
     less=("-DCMAKE_C_FLAGS_RELEASE=-O1 -DNDEBUG") # a quarter less to compile, tests as fast
+    if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.headers'; fi # done by that compiler
     if [ "$long" = ON ]; then only='.*' less=(); fi
     MBSR_TEST_FEW=1 run 5 minimal "$minimal" -DCMAKE_BUILD_TYPE=Release "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
         -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \
-        -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests)\$"
+        -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests$headers)\$"
 }
 
 others >build/test-results/others.log 2>&1 &

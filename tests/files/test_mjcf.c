@@ -218,6 +218,12 @@ static void actuators_and_tendons(void **state)
         assert_ok(mbsr_force_verify(s.model, s.data, force, &errors), mbsr_data_error(s.data));
         assert_less(errors.largest, 1e-7);
     }
+    /* the tendon alone stores and dissipates */
+    double energy, power;
+    assert_ok(mbsr_energy(s.model, s.data, NULL, &energy), mbsr_data_error(s.data));
+    assert_ok(mbsr_dissipation(s.model, s.data, &power), mbsr_data_error(s.data));
+    assert_close(energy, 0.5 * 10.0 * (l - 2.0) * (l - 2.0), 1e-13);
+    assert_close(power, 2.0 * rate * rate, 1e-13);
     close_scene(&s);
 }
 

@@ -71,6 +71,41 @@ static void rare_findings(void **state)
     mbsr_file_destroy(file);
 }
 
+/* Actuators with a state that only filters, ranges of tendons, tensors that MuJoCo would repair;
+ * without any of them nothing is found. */
+static void findings_of_actuators(void **state)
+{
+#define DRIVEN(compiler, actuators)                                                                \
+    MUJOCO(compiler "<worldbody><body name='b'><joint name='j' range='-1 1' limited='true'/>"      \
+                    "<geom size='1'/></body></worldbody>"                                          \
+                    "<tendon><fixed name='t'><joint joint='j' coef='2'/></fixed></tendon>"         \
+                    "<actuator>" actuators "</actuator>")
+    (void)state;
+    mbsr_file *file = read_small(DRIVEN("<compiler balanceinertia='true'/>",
+                                        "<general name='a' joint='j' dyntype='filter' gainprm='3'/>"
+                                        "<general name='c' joint='j' dyntype='none'/>"
+                                        "<general name='d' joint='j' dyntype='integrator'/>"
+                                        "<general name='e' joint='j' gaintype='muscle'/>"
+                                        "<general name='f' joint='j' biastype='user'/>"
+                                        "<position name='p' tendon='t' inheritrange='1'/>"),
+                                 NULL);
+    assert_found(file, "compiler", "balanceinertia");
+    assert_found(file, "general 'a'", "acts at once|filter");
+    assert_found(file, "general 'd'", "state of its own");
+    assert_found(file, "general 'e'", "gain is not fixed");
+    assert_found(file, "general 'f'", "bias is not affine");
+    assert_found(file, "position 'p'", "not limited|range of its tendon");
+    assert_int_equal(file->findings, 6);
+    mbsr_file_destroy(file);
+    file = read_small(DRIVEN("<compiler balanceinertia='false'/>",
+                             "<general name='a' joint='j' dyntype='none' gainprm='3'/>"
+                             "<position name='p' joint='j' inheritrange='1'/>"),
+                      NULL);
+    assert_int_equal(file->findings, 0);
+    mbsr_file_destroy(file);
+#undef DRIVEN
+}
+
 /* What a file switches off is not in its model. */
 static void flags(void **state)
 {
@@ -215,6 +250,9 @@ static void refused_files(void **state)
                 "<equality><joint joint1='j'/></equality>"),
          "'j' has not one axis"},
         {MUJOCO("<keyframe><key qpos='1 2'/></keyframe>"), "key|qpos"},
+        {MUJOCO("<asset><hfield name='h' nrow='2' ncol='2' size='1 0 1 1'/></asset><worldbody>"
+                "<geom type='hfield' hfield='h'/></worldbody>"),
+         "hfield 'h'|four positive"},
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
@@ -227,6 +265,7 @@ int main(void)
         cmocka_unit_test(findings),
         cmocka_unit_test(more_findings),
         cmocka_unit_test(rare_findings),
+        cmocka_unit_test(findings_of_actuators),
         cmocka_unit_test(flags),
         cmocka_unit_test(folders_of_meshes),
         cmocka_unit_test(refused_files),

@@ -242,11 +242,47 @@ static void what_is_wrong_is_refused(void **state)
     done(l, d, m);
 }
 
+/* With the data of another, since it has none. */
+static void unfinished_models_are_refused(void **state)
+{
+    (void)state;
+    mbsr_model *m = empty(), *raw = empty();
+    add_body(m, MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
+             mbsr_inertia_particle(1.0));
+    mbsr_data *d = finish(m);
+    mbsr_linear *l;
+    mbsr_parameters *list;
+    mbsr_signal signal;
+    mbsr_mode mode[6] = {{0}};
+    mbsr_error e;
+    const double q[1] = {0.0};
+    double rest[1];
+    int found;
+    const int unfinished = MBSR_ERR_UNFINISHED;
+    assert_refused(mbsr_linear_create(raw, d, 0.0, q, NULL, NULL, &l, &e), &e, unfinished,
+                   MBSR_NONE, MBSR_NONE, "mbsr_linear_create|not finished");
+    assert_refused(mbsr_equilibrium(raw, d, 0.0, q, NULL, rest, NULL, NULL, &e), &e, unfinished,
+                   MBSR_NONE, MBSR_NONE, "mbsr_equilibrium|not finished");
+    assert_refused(mbsr_modes_near(raw, d, 0.0, q, NULL, mode, &found, NULL, NULL, &e), &e,
+                   unfinished, MBSR_NONE, MBSR_NONE, "mbsr_modes_near|not finished");
+    assert_refused(mbsr_mode_participation(raw, d, 0.0, q, mode, q, NULL, rest, rest, NULL, &e), &e,
+                   unfinished, MBSR_NONE, MBSR_NONE, "mbsr_mode_participation|not finished");
+    assert_refused(mbsr_signal_find(raw, NULL, "x", &signal, &e), &e, unfinished, MBSR_NONE,
+                   MBSR_NONE, "mbsr_signal_find|not finished");
+    assert_refused(mbsr_parameters_create(raw, &list, &e), &e, unfinished, MBSR_NONE, MBSR_NONE,
+                   "mbsr_parameters_create|not finished");
+    free_both(m, d);
+    mbsr_model_destroy(raw);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_oscillator),  cmocka_unit_test(a_string_of_masses_and_nodes),
-        cmocka_unit_test(a_damped_node),  cmocka_unit_test(a_pendulum_of_a_loop),
-        cmocka_unit_test(a_sleeping_top), cmocka_unit_test(what_is_wrong_is_refused)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(an_oscillator),
+                                       cmocka_unit_test(a_string_of_masses_and_nodes),
+                                       cmocka_unit_test(a_damped_node),
+                                       cmocka_unit_test(a_pendulum_of_a_loop),
+                                       cmocka_unit_test(a_sleeping_top),
+                                       cmocka_unit_test(what_is_wrong_is_refused),
+                                       cmocka_unit_test(unfinished_models_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -198,6 +198,44 @@ static void same_forces(void **state)
     for (size_t k = 0; k < sizeof in_plane / sizeof *in_plane; ++k) compare(true, in_plane[k]);
 }
 
+/* One stiffness for each entry of the frame. */
+static mbsr_force_def straight_bushing(void)
+{
+    const double K[9] = {50.0, 0.0, 0.0, 0.0, 80.0, 0.0, 0.0, 0.0, 9.0}, D[9] = {0.0};
+    return planar_bushing(K, D);
+}
+
+static void expect_names(bool flat, element make, int count, const char *const *names)
+{
+    loops s;
+    build(&s, flat, make, MBSR_SPRING_LOOSE);
+    assert_int_equal(mbsr_model_rows(s.m), count);
+    unsigned seen = 0; /* they are in any order */
+    for (int row = 0; row < count; ++row) {
+        const char *name;
+        int k = 0;
+        assert_int_equal(mbsr_closure_of_row(s.m, row, NULL, NULL, &name), MBSR_OK);
+        while (k < count && strcmp(name, names[k]) != 0) ++k;
+        if (k == count) fail_msg("row %d has the name '%s'", row, name);
+        seen |= 1u << k;
+    }
+    assert_int_equal(seen, (1u << count) - 1);
+    loops_free(&s);
+}
+
+/* As messages name them. */
+static void rows_have_names(void **state)
+{
+    static const char *const of_hinge[] = {"turn about x", "turn about z", "x"},
+                             *const straight[] = {"x", "y", "turn"}, *const mixed[] = {"mostly x"},
+                             *const one[] = {"axis"};
+    (void)state;
+    expect_names(false, hinge, 3, of_hinge);
+    expect_names(true, axis, 1, one);
+    expect_names(true, straight_bushing, 3, straight);
+    expect_names(true, strut, 1, mixed); /* along (2, 1) */
+}
+
 /* Angular damping acts on theta', as the power says and the moment with it; on small turns it is
  * that of the element. */
 static mbsr_force_def damped_turns(void)
@@ -276,6 +314,10 @@ static void refused(void **state)
            mbsr_force_planar_bushing(B, (mbsr_planar_frame){0}, C, (mbsr_planar_frame){0}, plane,
                                      across),
            "damping acts where");
+    static const double nothing[9] = {0.0},
+                        pushes[9] = {1.0, 2.0, 0.0, 2.0, 1.0, 0.0, 0.0, 0.0, 0.0};
+    refuse(true, planar_bushing(nothing, nothing), "no stiffness");
+    refuse(true, planar_bushing(pushes, nothing), "not positive semi-definite");
     refuse(false, mbsr_force_bushing(B, NULL, C, NULL, K, D), "damping[4] is 5");
     mbsr_force_def other = joint();
     other.as_closure = 3;
@@ -314,9 +356,8 @@ static void refused_by_bodies(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_forces),
-        cmocka_unit_test(angular_damping),
-        cmocka_unit_test(refused),
+        cmocka_unit_test(same_forces),       cmocka_unit_test(rows_have_names),
+        cmocka_unit_test(angular_damping),   cmocka_unit_test(refused),
         cmocka_unit_test(refused_by_bodies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
