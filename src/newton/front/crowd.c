@@ -11,13 +11,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Vectors until GMRES begins anew, how often it does, and what is left of the loads beside them. */
+/* Vectors until GMRES begins anew, how often it does, and plans that leave nothing apart after it
+ * has failed. */
 enum { VECTORS = 30, RESTARTS = 4, RESTS = 10 };
 
 /* Loads whose answers are found at once. */
 enum { LOADS = 6 };
-
-static const double enough = 1e-5;
 
 /* ---- memory ---- */
 
@@ -73,11 +72,11 @@ static size_t crowd_place(const mbsr_model *m, mbsri_front_crowd *c, unsigned ch
     return used;
 }
 
-mbsri_front_crowd *mbsri_front_crowd_create(const mbsr_model *m, int together)
+mbsri_front_crowd *mbsri_front_crowd_create(const mbsr_model *m, int together, double error)
 {
     mbsri_front_crowd *c = mbsri_allocate(&m->allocator, sizeof *c);
     if (!c) return NULL;
-    *c = (mbsri_front_crowd){.together = together};
+    *c = (mbsri_front_crowd){.together = together, .error = error};
     find_lengths(m, c);
     const size_t size = crowd_place(m, c, NULL);
     c->memory = mbsri_allocate(&m->allocator, size);
@@ -490,7 +489,7 @@ bool mbsri_front_crowd_solve(mbsri_front *f, const double *r, mbsri_front_sweep_
     mbsri_zero(n, c->loads);
     sweep(f, r);
     find_forces(f, c->given);
-    const double goal = enough * sqrt(crowd_product(c, n, c->given, c->given));
+    const double goal = c->error * sqrt(crowd_product(c, n, c->given, c->given));
     double left = goal > 0.0 ? INFINITY : goal;
     for (int k = 0; k < RESTARTS && left > goal; ++k) {
         crowd_apply(f, sweep, F, first);
