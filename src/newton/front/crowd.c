@@ -313,12 +313,14 @@ static void find_answers(const mbsri_front *f, int i, int first, by_load *h)
     const int k = f->plan.position[i], n = f->left[k].done, a = f->names[i].a;
     const int *row = f->numbers + f->plan.step[k].numbers;
     const double *L = f->LU + f->plan.step[k].LU, *U = L + n * n, *J = f->linear->of[i].J;
-    for (int j = 0; j < n; ++j) {
+    int loaded = n;
+    for (int j = n - 1; j >= 0; --j) {
         const bool own = row[j] >= a && row[j] < a + b->n;
         for (int l = 0; l < LOADS; ++l)
             h[j][l] = own && first + l < b->d ? -J[(row[j] - a) * b->d + first + l] : 0.0;
+        if (own) loaded = j;
     }
-    for (int j = 0; j < n; ++j) {
+    for (int j = loaded; j < n; ++j) {
         for (int r = j + 1; r < n; ++r) take_answer(L[j * n + r], h[j], h[r]);
     }
     for (int j = n - 1; j >= 0; --j) {
@@ -343,11 +345,11 @@ static void keep_answers(mbsri_front *f, int i, int first, by_load *h)
         mbsri_zero((size_t)x, motion);
         for (int j = 0; j < n; ++j) {
             const int q = column[j] - f->names[i].q, u = column[j] - f->names[i].u;
-            const bool place = q >= 0 && q < b->nq;
-            *(place ? dq + q : du + u) = h[j][l];
-            mbsri_ax(b->n, 1, 1.0, kept + 2 * b->n * j, &h[j][l], dp);
-            mbsri_ax_often(x, 1, 1.0, X + (above + (place ? q : b->nq + u)) * x, &h[j][l], motion);
+            *(q >= 0 && q < b->nq ? dq + q : du + u) = h[j][l];
+            for (int r = 0; r < b->n; ++r) dp[r] += kept[2 * b->n * j + r] * h[j][l];
         }
+        mbsri_ax_often(x, b->nq, 1.0, X + above * x, dq, motion);
+        mbsri_ax_often(x, b->n, 1.0, X + (above + b->nq) * x, du, motion);
     }
 }
 
