@@ -164,7 +164,9 @@ table_contact() {
         function named(x) { if (x in name) return name[x]; sub(/^box_of_/, "", x); return x " spheres in a box" }
         {
             setting = $3
-            if ($2 == "mujoco") { split($3, part, " "); setting = "MuJoCo 3.14, " short(part[3]) " s" } else setting = short($3)
+            split($3, part, " ")
+            if ($2 == "mujoco") setting = "MuJoCo 3.14, " short(part[3]) " s"
+            else setting = part[1] == "steps" ? "fixed steps, " short(part[3]) " s" : short($3)
             printf "| %s | %s | %s | %s | %s | %d |\n", named($1), setting, $4 == "nan" ? "–" : $4 == 0 ? "0" : short($4), digits($5, 2), $6, $7
         }'
 }

@@ -59,8 +59,10 @@ typedef struct mbsr_newton_opt {
                  lean; default 0 */
     int together;   /* n > 0: where joints, elements and pairs of elements by pairs tie more than n
                        bodies to each other, forces in those pairs that load no joints are found by
-                       GMRES, to 1e-5 of their size, in a number of operations that grows as bodies
-                       and pairs; not with transposes; default 0, that of the driver 64 */
+                       GMRES, in a number of operations that grows as bodies and pairs; not with
+                       transposes; default 0, that of the driver 64 */
+    double pairs_error; /* what GMRES leaves of these forces beside their size, above 0 and below 1;
+                           default 1e-5, that of the driver 1e-3 */
 } mbsr_newton_opt;
 
 MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);

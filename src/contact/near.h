@@ -9,14 +9,19 @@
 typedef struct mbsri_box {
     double low[3], high[3];
     int shape;
+    int first[2], last[2]; /* columns of the grid that it reaches into (near.c) */
 } mbsri_box;
+
+/* Columns that a shape is in, on average at most. */
+enum { MBSRI_NEAR_ENTRIES = 4 };
 
 /* What the element keeps in the memory of a data object. */
 typedef struct mbsri_near {
     mbsri_placed *placed; /* by shape */
     int *order;     /* shapes but those of the ground alone, by where they begin along an axis */
     mbsri_box *box; /* of those, in that order, side by side in memory */
-    int (*pair)[2]; /* of shapes, a < b, in ascending order */
+    const mbsri_box **entry; /* boxes by the columns that they are in, and in each in that order */
+    int (*pair)[2];          /* of shapes, a < b, in ascending order */
     int (*spare)[2];
     int *start;
     int *kept; /* whether the order is one; the axis */

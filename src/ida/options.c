@@ -16,6 +16,7 @@ mbsr_ida_opt mbsr_default_ida_opt(void)
     enum { CROWD = 64 };
     mbsr_newton_opt newton = mbsr_default_newton_opt();
     newton.together = CROWD;
+    newton.pairs_error = 1e-3; /* Newton's method leaves more than that */
     return (mbsr_ida_opt){
         .cookie = COOKIE,
         .form = MBSR_DAE_MOMENTUM,

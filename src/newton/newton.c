@@ -28,8 +28,10 @@ static const double too_many = 3000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {
-    return (mbsr_newton_opt){
-        .cookie = MBSRI_COOKIE, .method = MBSR_NEWTON_AUTO, .max_rank = LARGEST_RANK};
+    return (mbsr_newton_opt){.cookie = MBSRI_COOKIE,
+                             .method = MBSR_NEWTON_AUTO,
+                             .max_rank = LARGEST_RANK,
+                             .pairs_error = 1e-5};
 }
 
 /* ---- what is refused ---- */
@@ -57,6 +59,11 @@ static int check_options(const mbsr_model *m, mbsr_dae_form form, const mbsr_new
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
     if (opt->together < 0) return wrong(error, MBSR_ERR_VALUE, "together", opt->together);
+    if (!(opt->pairs_error > 0.0 && opt->pairs_error < 1.0)) {
+        return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: pairs_error is %g, not between 0 and 1",
+                          opt->pairs_error);
+    }
     if (opt->lean && m->elements.pairs > 0)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver does not serve elements by pairs; lean",
                      opt->lean);
@@ -178,7 +185,8 @@ static bool place_sweeps(mbsr_newton *w)
 static bool place_front(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     if (w->lean) return true;
-    w->front = mbsri_front_create(w->model, NULL, opt->transposes ? 0 : opt->together);
+    w->front =
+        mbsri_front_create(w->model, NULL, opt->transposes ? 0 : opt->together, opt->pairs_error);
     if (w->front) w->info.bytes += w->front->bytes;
     return w->front != NULL;
 }
@@ -193,7 +201,7 @@ static bool place_mixed(mbsr_newton *w)
     if (!served) return false;
     for (int i = 0; i <= m->bodies; ++i)
         served[i] = i > 0 && i <= tree->bodies && tree->body[i].flags & MBSRI_BLOCK;
-    w->mixed = mbsri_front_create(m, served, 0);
+    w->mixed = mbsri_front_create(m, served, 0, 0.0);
     mbsri_release(&m->allocator, served);
     if (w->mixed) w->info.bytes += w->mixed->bytes;
     return w->mixed != NULL;

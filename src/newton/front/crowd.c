@@ -11,13 +11,12 @@
 #include <math.h>
 #include <string.h>
 
-/* Vectors until GMRES begins anew, how often it does, and what is left of the loads beside them. */
+/* Vectors until GMRES begins anew, how often it does, and plans that leave nothing apart after it
+ * has failed. */
 enum { VECTORS = 30, RESTARTS = 4, RESTS = 10 };
 
 /* Loads whose answers are found at once. */
 enum { LOADS = 6 };
-
-static const double enough = 1e-5;
 
 /* ---- memory ---- */
 
@@ -73,11 +72,11 @@ static size_t crowd_place(const mbsr_model *m, mbsri_front_crowd *c, unsigned ch
     return used;
 }
 
-mbsri_front_crowd *mbsri_front_crowd_create(const mbsr_model *m, int together)
+mbsri_front_crowd *mbsri_front_crowd_create(const mbsr_model *m, int together, double error)
 {
     mbsri_front_crowd *c = mbsri_allocate(&m->allocator, sizeof *c);
     if (!c) return NULL;
-    *c = (mbsri_front_crowd){.together = together};
+    *c = (mbsri_front_crowd){.together = together, .error = error};
     find_lengths(m, c);
     const size_t size = crowd_place(m, c, NULL);
     c->memory = mbsri_allocate(&m->allocator, size);
@@ -314,12 +313,14 @@ static void find_answers(const mbsri_front *f, int i, int first, by_load *h)
     const int k = f->plan.position[i], n = f->left[k].done, a = f->names[i].a;
     const int *row = f->numbers + f->plan.step[k].numbers;
     const double *L = f->LU + f->plan.step[k].LU, *U = L + n * n, *J = f->linear->of[i].J;
-    for (int j = 0; j < n; ++j) {
+    int loaded = n;
+    for (int j = n - 1; j >= 0; --j) {
         const bool own = row[j] >= a && row[j] < a + b->n;
         for (int l = 0; l < LOADS; ++l)
             h[j][l] = own && first + l < b->d ? -J[(row[j] - a) * b->d + first + l] : 0.0;
+        if (own) loaded = j;
     }
-    for (int j = 0; j < n; ++j) {
+    for (int j = loaded; j < n; ++j) {
         for (int r = j + 1; r < n; ++r) take_answer(L[j * n + r], h[j], h[r]);
     }
     for (int j = n - 1; j >= 0; --j) {
@@ -344,11 +345,11 @@ static void keep_answers(mbsri_front *f, int i, int first, by_load *h)
         mbsri_zero((size_t)x, motion);
         for (int j = 0; j < n; ++j) {
             const int q = column[j] - f->names[i].q, u = column[j] - f->names[i].u;
-            const bool place = q >= 0 && q < b->nq;
-            *(place ? dq + q : du + u) = h[j][l];
-            mbsri_ax(b->n, 1, 1.0, kept + 2 * b->n * j, &h[j][l], dp);
-            mbsri_ax_often(x, 1, 1.0, X + (above + (place ? q : b->nq + u)) * x, &h[j][l], motion);
+            *(q >= 0 && q < b->nq ? dq + q : du + u) = h[j][l];
+            for (int r = 0; r < b->n; ++r) dp[r] += kept[2 * b->n * j + r] * h[j][l];
         }
+        mbsri_ax_often(x, b->nq, 1.0, X + above * x, dq, motion);
+        mbsri_ax_often(x, b->n, 1.0, X + (above + b->nq) * x, du, motion);
     }
 }
 
@@ -490,7 +491,7 @@ bool mbsri_front_crowd_solve(mbsri_front *f, const double *r, mbsri_front_sweep_
     mbsri_zero(n, c->loads);
     sweep(f, r);
     find_forces(f, c->given);
-    const double goal = enough * sqrt(crowd_product(c, n, c->given, c->given));
+    const double goal = c->error * sqrt(crowd_product(c, n, c->given, c->given));
     double left = goal > 0.0 ? INFINITY : goal;
     for (int k = 0; k < RESTARTS && left > goal; ++k) {
         crowd_apply(f, sweep, F, first);

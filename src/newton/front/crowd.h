@@ -14,6 +14,7 @@
 
 typedef struct mbsri_front_crowd {
     int together;      /* the most bodies that are eliminated together */
+    double error;      /* what iterations leave of the loads beside their size */
     int count;         /* of pairs apart */
     bool *apart;       /* by pair */
     int *group, *size; /* N + 1: the next body towards the head of its group; its size there */
@@ -36,7 +37,7 @@ typedef struct mbsri_front_crowd {
 } mbsri_front_crowd;
 
 /* For fronts of a model with elements by pairs. NULL: there is no memory. */
-mbsri_front_crowd *mbsri_front_crowd_create(const mbsr_model *m, int together);
+mbsri_front_crowd *mbsri_front_crowd_create(const mbsr_model *m, int together, double error);
 void mbsri_front_crowd_destroy(const mbsr_model *m, mbsri_front_crowd *crowd);
 
 /* Decides which of the pairs of the linearised equations are apart. */

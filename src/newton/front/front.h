@@ -88,8 +88,10 @@ typedef struct mbsri_front {
     "(mbsr_index_report_create names all such directions)"
 
 /* served: see plan.h. together: of bodies that elements by pairs tie, how many are eliminated
- * together at most; 0: all. NULL: there is no memory. */
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together);
+ * together at most; 0: all; error: what solutions leave of the forces in pairs apart beside their
+ * size. NULL: there is no memory. */
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together,
+                                double error);
 void mbsri_front_destroy(mbsri_front *f);
 
 /* The plan of the pairs that act, as the linearised equations have them. A status, with a text in

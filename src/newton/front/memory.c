@@ -288,22 +288,22 @@ static bool plan(mbsri_front *f)
 }
 
 /* Pairs may be apart where there are some, and `together` says so. */
-static bool place_crowd(mbsri_front *f, int together)
+static bool place_crowd(mbsri_front *f, int together, double error)
 {
     const mbsr_model *m = f->model;
     if (m->elements.pairs == 0 || f->served || together == 0 || together >= m->bodies) return true;
-    f->crowd = mbsri_front_crowd_create(m, together);
+    f->crowd = mbsri_front_crowd_create(m, together, error);
     if (f->crowd) f->bytes += f->crowd->bytes;
     return f->crowd != NULL;
 }
 
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together)
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together, double error)
 {
     mbsri_front *f = mbsri_allocate(&m->allocator, sizeof *f);
     if (!f) return NULL;
     *f = (mbsri_front){.model = m, .served = served ? copy_of(m, served) : NULL};
     if (f->served || !served) f->linear = mbsri_linear_create(m, m->rows > 0, f->served);
-    if (f->linear && place_crowd(f, together) && plan(f)) {
+    if (f->linear && place_crowd(f, together, error) && plan(f)) {
         number(f);
         const size_t size = place_fixed(f, NULL) + f->room;
         f->memory = mbsri_allocate(&m->allocator, size);
