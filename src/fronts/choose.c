@@ -11,7 +11,7 @@
 /* Forces that are eliminated when just as many rates have been passed as there are rows leave
  * little of their pivots, and digits get lost from loop to loop: a plan that waits for some more
  * may cost so much more. */
-static const double careful = 0.4;
+static const double careful = 0.6;
 enum { MORE = 5 };
 
 /* Those that are linear most often first, so that others stop early; of equals the last one counts.

@@ -118,7 +118,7 @@ static size_t bytes_of(const mbsr_model *m, const mbsri_plan *plan)
     const size_t rows = (size_t)m->rows, nu = (size_t)m->nu, most = (size_t)plan->most,
                  callers = (3 * nu + 5 * rows) * sizeof(double),
                  /* of unknowns that are late: seldom more */
-        late = 3 * plan->bytes / 2 + 2 * front_size(most) + (size_t)1024;
+        late = 5 * plan->bytes / 4 + 2 * front_size(most) + (size_t)1024;
     return mbsri_rounded(array_size(m, plan)) + callers + plan->bytes + late + front_size(most + 6);
 }
 
