@@ -401,9 +401,10 @@ static int count_of(const mbsri_ranks *ranks)
 /* Closes loops from w->q on by all rows but those of `dropped` (NULL: none). */
 static bool close_beside(mbsri_ranking *w, double t, const bool *dropped)
 {
-    const mbsr_assembly_opt opt = mbsri_assembly_standard();
+    mbsr_assembly_opt opt = mbsri_assembly_standard();
     mbsr_assembly_info info;
-    bool *given = w->apart; /* which had been let go before */
+    if (dropped) opt.tolerance = 1e-10; /* independent rows; what counts is the step */
+    bool *given = w->apart;             /* which had been let go before */
     for (int k = 0; k < w->rows; ++k) {
         given[k] = w->closer.let_go[k];
         w->closer.let_go[k] = w->closer.let_go[k] || (dropped && dropped[k]);
@@ -419,7 +420,7 @@ static bool close_beside(mbsri_ranking *w, double t, const bool *dropped)
 static int ranks_beside(mbsri_ranking *w, double t, const double *q, const bool *dropped,
                         const double *x, mbsri_ranks *there, bool *found)
 {
-    static const double step = 1e-3;
+    static const double step = 3e-3;
     *found = false;
     if (mbsri_is_zero((size_t)w->n, x)) return MBSR_OK;
     const int status = mbsri_displace(w->m, w->d, q, step, x, w->q);
@@ -447,36 +448,50 @@ static int widest_beside(mbsri_ranking *w, double t, const double *q, const bool
     return status;
 }
 
-/* Whether all rows close beside q in a position that is not singular itself; if so, the ranks
- * there, the rows that depend on others into w->beside. */
-static int closed_beside(mbsri_ranking *w, double t, const double *q, const bool *dropped,
-                         mbsri_ranks *there, bool *found)
+/* Whether all rows close along a direction beside q in a position that is not singular itself; if
+ * so, the ranks there, the rows that depend on others into `rows`. */
+static int closed_along(mbsri_ranking *w, double t, const double *q, const bool *dropped, int n,
+                        bool *rows, mbsri_ranks *there, bool *found)
 {
     mbsri_ranks around;
+    int status = ranks_beside(w, t, q, dropped, w->free + (size_t)(n * w->n), there, found);
+    if (status || !*found) return status;
+    *found = close_beside(w, t, NULL);
+    if (!*found) return MBSR_OK;
+    mbsri_copy((size_t)w->m->nq, w->q, w->q_beside);
+    status = ranks_at(w, t, w->q_beside, NULL, rows, there);
+    if (status) return status;
+    free_direction(w, there->independent, n, w->x);
+    status = ranks_beside(w, t, w->q_beside, rows, w->x, &around, found);
+    *found = *found && count_of(&around) <= count_of(there);
+    return status;
+}
+
+/* Of such positions the one with the most rows that are independent, into `closed` and w->beside:
+ * one loop may have closed in its singular position again. `most`: there are no more. */
+static int closed_beside(mbsri_ranking *w, double t, const double *q, const bool *dropped, int most,
+                         mbsri_ranks *closed, bool *found)
+{
     bool *rows = w->beside + w->rows;
     int status = MBSR_OK;
     *found = false;
-    for (int n = 0; n < DIRECTIONS && !status && !*found; ++n) {
-        const double *along = w->free + (size_t)(n * w->n);
-        status = ranks_beside(w, t, q, dropped, along, there, found);
-        if (status || !*found) continue;
-        *found = close_beside(w, t, NULL);
-        if (!*found) continue;
-        mbsri_copy((size_t)w->m->nq, w->q, w->q_beside);
-        status = ranks_at(w, t, w->q_beside, NULL, rows, there);
-        if (status) return status;
-        free_direction(w, there->independent, n, w->x);
-        status = ranks_beside(w, t, w->q_beside, rows, w->x, &around, found);
-        *found = *found && count_of(&around) <= count_of(there);
+    for (int n = 0; n < DIRECTIONS && !status; ++n) {
+        mbsri_ranks there;
+        bool closes;
+        if (*found && count_of(closed) >= most) break;
+        status = closed_along(w, t, q, dropped, n, rows, &there, &closes);
+        if (status || !closes || (*found && count_of(&there) <= count_of(closed))) continue;
+        *found = true;
+        *closed = there;
+        for (int k = 0; k < w->rows; ++k) w->beside[k] = rows[k];
     }
-    for (int k = 0; k < w->rows && *found; ++k) w->beside[k] = rows[k];
     return status;
 }
 
 static int look_around(mbsri_ranking *w, double t, const double *q, bool *dropped,
                        mbsri_ranks *here, int *nearby)
 {
-    mbsri_ranks widest, closed;
+    mbsri_ranks widest, closed = mbsri_no_ranks();
     bool found = false;
     int status = ranks_at(w, t, q, NULL, dropped, here);
     if (status || is_lost(w)) return status;
@@ -485,7 +500,8 @@ static int look_around(mbsri_ranking *w, double t, const double *q, bool *droppe
     widest = *here;
     status = widest_beside(w, t, q, dropped, &widest);
     const bool singular = count_of(&widest) > count_of(here);
-    if (!status && singular) status = closed_beside(w, t, q, dropped, &closed, &found);
+    if (!status && singular)
+        status = closed_beside(w, t, q, dropped, count_of(&widest), &closed, &found);
     if (!status && singular) *nearby = found ? closed.independent : widest.independent;
     for (int k = 0; k < w->rows && singular && !status; ++k) dropped[k] = w->beside[k];
     if (!status) status = mbsri_positions(w->m, w->d, t, q);

@@ -1,6 +1,7 @@
 /* Ranks of many loops at random places of one tree, so that many of them are open at once, by the
  * singular values of all rows, and starts there.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "loops.h"
 #include "oracle.h"
 
@@ -130,8 +131,46 @@ static void starts(void **state)
     }
 }
 
+/* Cranks of one length in a line, coupled in a row or in parallel: flat, where every loop may
+ * branch, of each two rows one depends on others there alone. */
+static void flat_mechanisms(void **state)
+{
+    (void)state;
+    const int seeds = test_long() ? 1500 : 174;
+    int missed = 0;
+    for (uint64_t seed = 1; seed <= (uint64_t)seeds; ++seed) {
+        test_rng rng = test_seed(seed);
+        const int count = test_integer(&rng, 1, 14);
+        const double length = 0.6 + 0.4 * test_uniform(&rng);
+        const bool in_parallel = test_integer(&rng, 0, 2) == 1;
+        mbsr_closure_report report;
+        loops s;
+        loops_begin(&s, NULL);
+        const int first = loops_rod(&s, NULL, MBSR_GROUND, 0.0, 0.0, 1.0, length);
+        double place = 0.0;
+        for (int k = 1, last = first; k <= count; ++k) {
+            const double way = 1.0 + 0.5 * test_uniform(&rng);
+            const bool again = in_parallel && test_uniform(&rng) > 0.0;
+            const int rod = loops_rod(&s, NULL, again ? first : last, length, 0.0, 1.0, way);
+            place = (again ? 0.0 : place) + way;
+            last = loops_rod(&s, NULL, MBSR_GROUND, place, 0.0, 1.0, length);
+            loops_pin(&s, NULL, rod, way, 0.0, last, length, 0.0);
+        }
+        loops_build(&s);
+        double *q = calloc((size_t)s.nq, sizeof *q);
+        assert_ok(mbsr_closures_report(s.m, s.d, 0.0, q, &report, NULL, NULL),
+                  mbsr_data_error(s.d));
+        assert_int_equal(report.independent, count);
+        missed += report.nearby != s.rows;
+        free(q);
+        loops_free(&s);
+    }
+    assert_in_range(missed, 0, seeds / 200);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(reports), cmocka_unit_test(starts)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(reports), cmocka_unit_test(starts),
+                                       cmocka_unit_test(flat_mechanisms)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
