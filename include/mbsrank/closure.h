@@ -350,14 +350,14 @@ typedef struct mbsr_closure_report {
     double smallest_kept;   /* squared distance of an independent row from the span of all others
                                that are rigid */
     double largest_dropped; /* of a dependent one */
-    int weakest; /* of the rows that the data does not leave out, the one nearest to the span of
-                             those before it; MBSR_NONE where there are none */
+    int weakest; /* of the rigid rows that the data does not leave out, the one nearest to the span
+                             of the others; MBSR_NONE where there are none */
     double weakest_pivot; /* its squared distance */
     double gap;           /* largest |g| */
     double stretch; /* smallest over largest singular value of the rows on the directions without
-                       mass that they hold, each of which begins at a joint; 1 where there are
-                       none. Where it vanishes these bodies
-                       are stretched: a motion that goes on would be an impact */
+                       mass that they hold, each of which begins at a joint; 1 where there are none.
+                       Where it vanishes these bodies are stretched: a motion that goes on would be
+                       an impact */
     int stretched;  /* the row that has most part in it, or MBSR_NONE */
 } mbsr_closure_report;
 

@@ -90,6 +90,10 @@ int mbsri_fronts_factor(mbsri_fronts *w, const double *armature, const char *fun
 void mbsri_fronts_solve(mbsri_fronts *w, const double *g, const double *b, double *x,
                         double *lambda);
 
+/* x (nu, in the order of the sweeps) becomes what of it the equations do not determine, x - y where
+ * K y = K x. work: 2 nu + rows + 2 size_v. */
+void mbsri_fronts_leave_free(mbsri_fronts *w, double *x, double *work);
+
 /* Step k on the way back, where s has what is left of the right-hand sides, e joint forces, and v
  * what its front leaves: the rates of its joint into e, with `work` of n; motion of its body and
  * unknowns that it has eliminated into v. */

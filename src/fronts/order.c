@@ -208,7 +208,8 @@ static int rates_wanted(const mbsri_order *g, int k)
     const mbsri_closure *c = g->closure + k;
     int paths = 0;
     for (int l = 0; l < c->bodies; ++l) paths += mbsri_plan_reads(c, l) && c->body[l] != c->meets;
-    const bool whole = g->tops_left[k]<paths, doubly = g->ends_left[k]> 0 && !whole;
+    const bool whole = g->tops_left[k] < paths;
+    const bool doubly = g->ends_left[k] > 0 && !whole;
     const int more = whole && g->rule.moment == MBSRI_ORDER_FAR ? 0 : g->rule.more;
     return (doubly ? 2 : 1) * c->rows + more;
 }

@@ -5,6 +5,8 @@
 #include "algebra/dense.h"
 #include "fronts/idle.h"
 #include "model/query.h"
+#include "recursion/closures.h"
+#include "recursion/mass_matrix.h"
 
 /* ---- to the root ---- */
 
@@ -117,4 +119,17 @@ void mbsri_fronts_solve(mbsri_fronts *w, const double *g, const double *b, doubl
     for (size_t k = 0; k < rows; ++k) {
         if (w->left_out[k]) lambda[k] = 0.0;
     }
+}
+
+void mbsri_fronts_leave_free(mbsri_fronts *w, double *x, double *work)
+{
+    const mbsr_model *m = w->m;
+    double *g = work, *y = g + m->nu, *rows = y + m->nu;
+    mbsri_mass_product(m, w->d, x, w->e, rows + m->rows);
+    mbsri_scatter(m, w->e, g);
+    mbsri_scatter(m, x, y);
+    mbsri_closure_apply(m, w->d, y, rows);
+    mbsri_fronts_solve(w, g, rows, y, rows);
+    mbsri_gather(m, y, w->e);
+    for (int k = 0; k < m->nu; ++k) x[k] -= w->e[k];
 }

@@ -21,7 +21,6 @@
 #include "recursion/elements.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
-#include "recursion/mass_matrix.h"
 #include "recursion/not_finite.h"
 #include "recursion/spans.h"
 
@@ -133,27 +132,14 @@ static void find_left(forward *w)
 
 /* ---- motions that nothing determines ---- */
 
-/* What is left of x (nu, in the order of the sweeps) once all is taken that the equations
- * determine: x - y where K y = K x. */
-static void find_left_free(forward *w, double *x, double *work)
-{
-    const mbsr_model *m = w->m;
-    double *momentum = work, *given = momentum + m->nu;
-    mbsri_mass_product(m, w->d, x, momentum, given + m->nu);
-    mbsri_scatter(m, x, given);
-    mbsri_closure_apply(m, w->d, given, w->more_lambda);
-    mbsri_scatter(m, momentum, given);
-    mbsri_fronts_solve(&w->system, given, w->more_lambda, w->more, w->lambda);
-    mbsri_gather(m, w->more, momentum);
-    for (int k = 0; k < m->nu; ++k) x[k] -= momentum[k];
-}
-
 /* N of as many motions as nothing determines, N^T N = 1. */
 static int find_free(forward *w)
 {
+    static const double rounding = 1e-9; /* of a motion that depends on others */
     const mbsr_model *m = w->m;
     const size_t nu = (size_t)m->nu, frees = (size_t)w->system.frees;
-    double *N = mbsri_fronts_allocate(&w->system, (nu * (frees + 3) + 2 * m->size.v) * sizeof *N);
+    const size_t work_size = 2 * nu + (size_t)m->rows + 2 * m->size.v;
+    double *N = mbsri_fronts_allocate(&w->system, (nu * (frees + 1) + work_size) * sizeof *N);
     if (!N)
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d motions that nothing determines", w->function,
@@ -163,9 +149,10 @@ static int find_free(forward *w)
         double *n = N + l * nu;
         mbsri_gather(m, w->span, n);
         for (size_t k = 0; k < nu; ++k) n[k] *= sin(12.9898 * (double)(k + 1) * (double)(l + 1));
-        for (int pass = 0; pass < 2; ++pass) find_left_free(w, n, work);
+        for (int pass = 0; pass < 2; ++pass) mbsri_fronts_leave_free(&w->system, n, work);
         mbsri_scatter(m, n, x);
         for (size_t k = 0; k < nu; ++k) n[k] = x[k] / w->span[k];
+        const double whole = sqrt(mbsri_dot(m->nu, n, n));
         for (int pass = 0; pass < 2; ++pass) {
             for (size_t k = 0; k < l; ++k) {
                 const double part = mbsri_dot(m->nu, N + k * nu, n);
@@ -173,7 +160,7 @@ static int find_free(forward *w)
             }
         }
         const double size = sqrt(mbsri_dot(m->nu, n, n));
-        for (size_t j = 0; j < nu; ++j) n[j] = size > 0.0 ? n[j] / size : 0.0;
+        for (size_t j = 0; j < nu; ++j) n[j] = size > rounding * whole ? n[j] / size : 0.0;
     }
     w->free = N;
     w->frees = w->system.frees;
@@ -265,6 +252,21 @@ int mbsri_loops_settled(const mbsr_model *m, mbsr_data *d, double t, const doubl
     if (!status) mbsri_copy((size_t)m->rows, w.more_lambda, doubt);
     *load = w.load;
     mbsri_fronts_close(&w.system);
+    return status;
+}
+
+int mbsri_loops_take_springs(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                             const double *u, const bool *those, double *lambda)
+{
+    const mbsri_closure *c = m->closures.data;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_closure_springs(m, d);
+    for (size_t id = 0; id < m->closures.count && !status; ++id, ++c) {
+        for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
+            if (mbsri_is_stiff(c, k) && (!those || those[row])) lambda[row] = d->loop_lambda[row];
+        }
+    }
     return status;
 }
 

@@ -27,6 +27,11 @@ int mbsri_loops_settled(const mbsr_model *m, mbsr_data *d, double t, const doubl
                         const double *u, const bool *left_out, const double *span, double *lambda,
                         double *doubt, double *load, const char *function);
 
+/* Forces of springs at (t, q, u), into their rows of lambda (rows); those (rows; NULL: all): of
+ * which. */
+int mbsri_loops_take_springs(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                             const double *u, const bool *those, double *lambda);
+
 /* How many directions without mass no loop holds, at the positions and velocities of the data.
  * left_out: likewise; if `settled` stiff rows count as rigid but for those of left_out. */
 int mbsri_loops_count_free(const mbsr_model *m, mbsr_data *d, const bool *left_out, bool settled,

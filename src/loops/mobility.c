@@ -10,7 +10,6 @@
 #include "fronts/spread.h"
 #include "model/query.h"
 #include "recursion/closures.h"
-#include "recursion/mass_matrix.h"
 #include "recursion/not_finite.h"
 #include "recursion/spans.h"
 
@@ -19,7 +18,6 @@
 typedef struct mobility {
     mbsri_fronts w;
     double *out, *z; /* nu, in the order of the sweeps */
-    double *work;    /* 2 size_v */
 } mobility;
 
 /* ---- motions that nothing determines ---- */
@@ -30,31 +28,26 @@ static void mark_undetermined(mobility *x)
     mbsri_fronts *w = &x->w;
     const mbsr_model *m = w->m;
     const mbsri_spans spans = mbsri_spans_of(m, NULL);
-    double *z = x->z, *g = z + m->nu, *found = g + m->nu, *rows = found + m->nu;
+    double *z = x->z, *free = z + m->nu;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int k = b->iu; k < b->iu + b->n; ++k)
             z[k] = (1.0 + 0.5 * sin(12.9898 * k)) * mbsri_rate_span(&spans, m, b, k - b->iu);
     }
-    mbsri_mass_product(m, w->d, z, w->e, x->work);
-    mbsri_scatter(m, w->e, g);
-    mbsri_scatter(m, z, found);
-    mbsri_closure_apply(m, w->d, found, rows);
-    mbsri_fronts_solve(w, g, rows, found, rows);
-    mbsri_gather(m, found, w->e);
+    mbsri_copy((size_t)m->nu, z, free);
+    mbsri_fronts_leave_free(w, free, free + m->nu);
     for (int k = 0; k < m->nu; ++k) {
-        if (fabs(w->e[k] - z[k]) > 1e-6 * z[k]) x->out[k] = -1.0;
+        if (fabs(free[k]) > 1e-6 * z[k]) x->out[k] = -1.0;
     }
 }
 
 static bool prepare(mobility *x)
 {
     const mbsr_model *m = x->w.m;
-    const size_t nu = (size_t)m->nu, numbers = 4 * nu + (size_t)m->rows + 2 * m->size.v;
+    const size_t nu = (size_t)m->nu, numbers = 5 * nu + (size_t)m->rows + 2 * m->size.v;
     x->out = mbsri_fronts_allocate(&x->w, numbers * sizeof *x->out);
     if (!x->out) return false;
     x->z = x->out + nu;
-    x->work = x->z + 3 * nu + (size_t)m->rows;
     return true;
 }
 

@@ -113,22 +113,6 @@ static int find_accelerations(mbsri_tree_start *s, double t, const double *offse
     return status;
 }
 
-/* Forces of springs, into their rows of lambda. */
-static int add_springs(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                       const double *u, double *lambda)
-{
-    const mbsri_closure *c = m->closures.data;
-    int status = mbsri_positions(m, d, t, q);
-    if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_closure_springs(m, d);
-    for (size_t id = 0; id < m->closures.count && !status; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            if (mbsri_is_stiff(c, k)) lambda[c->row + k] = d->loop_lambda[c->row + k];
-        }
-    }
-    return status;
-}
-
 /* Velocities, u' and lambda at closed positions. */
 static int find_motion(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                        double *udot, double *lambda, const mbsr_consistent_opt *opt,
@@ -145,7 +129,7 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
         status = mbsri_loops_count_free(m, d, s->w.left_out, false, function, &directions);
         if (!status)
             status = mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);
-        if (!status) status = add_springs(m, d, t, q, u, lambda);
+        if (!status) status = mbsri_loops_take_springs(m, d, t, q, u, NULL, lambda);
         info->null_directions = directions;
         return status;
     }

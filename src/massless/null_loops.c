@@ -99,22 +99,6 @@ static void clear_traces(mbsri_ranking *w, double load, const double *doubt, dou
     }
 }
 
-/* Forces of the springs that are left out, into their rows of lambda. */
-static int take_springs(const mbsri_ranking *w, double t, const double *q, const double *u,
-                        double *lambda)
-{
-    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
-    int status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_velocities(w->m, w->d, u);
-    if (!status) status = mbsri_closure_springs(w->m, w->d);
-    for (; c < end && !status; ++c) {
-        for (int k = 0, row = c->row; k < c->rows; ++k, ++row) {
-            if (mbsri_is_stiff(c, k) && w->left_out[row]) lambda[row] = w->d->loop_lambda[row];
-        }
-    }
-    return status;
-}
-
 /* Of rows that depend on each other stiff ones share what they bear by their compliance. */
 static int find_forces(mbsri_null_space *w, mbsri_ranking *ranking, double t, const double *q,
                        const double *u)
@@ -127,7 +111,7 @@ static int find_forces(mbsri_null_space *w, mbsri_ranking *ranking, double t, co
         status = mbsri_row_fronts_share(ranking->fronts, stiffness, ranking->left_out, lambda);
     if (status) return status;
     clear_traces(ranking, load, doubt, lambda);
-    status = take_springs(ranking, t, q, u, lambda);
+    status = mbsri_loops_take_springs(w->m, w->d, t, q, u, ranking->left_out, lambda);
     if (!status) status = mbsri_ranking_rows(ranking);
     if (!status) clear_rounded_springs(w, ranking->left_out, u);
     return status;
