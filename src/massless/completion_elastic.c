@@ -17,6 +17,7 @@
 #include "algebra/differences.h"
 #include "algebra/numbers.h"
 #include "forms/dae.h"
+#include "recursion/closures.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
 
@@ -76,14 +77,30 @@ static int ask_springs(mbsr_completion *w, const double *push, bool *some)
     return status;
 }
 
+/* Whether loop forces take all of a push, whose solution is w->x: motions are rounding then. */
+static bool is_held(const mbsr_completion *w, const double *push)
+{
+    static const double little = 1e-9;
+    const mbsr_model *m = w->m;
+    double *force = w->form.u, left = 0.0, most = 0.0;
+    if (m->rows == 0) return false;
+    mbsri_closure_transpose(m, w->d, w->x + w->loops, force);
+    for (int k = 0; k < m->nu; ++k) {
+        left = fmax(left, fabs(push[k] + w->solver.c * force[k]) / w->span.per[k]);
+        most = fmax(most, fabs(push[k]) / w->span.per[k]);
+    }
+    return left <= little * most;
+}
+
 /* Whether the motion that a push makes grows with c, or faster: twice the solution is known. */
 static int ask_growth(mbsr_completion *w, bool *grows)
 {
     static const double much = 5.0, rounding = 1e-9;
+    *grows = w->kind.faster = false;
+    if (is_held(w, w->r + w->rates)) return MBSR_OK;
     const int status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->other);
     if (status) return status;
     const double largest = mbsri_completion_speed(w, w->other + w->rates);
-    *grows = w->kind.faster = false;
     for (int k = w->rates; k < w->loops; ++k) {
         const double now = fabs(w->x[k]), then = fabs(w->other[k]);
         if (!(then > much * now && then > rounding * largest)) continue;
