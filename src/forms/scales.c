@@ -13,7 +13,9 @@
 #include "dynamics/entry.h"
 #include "model/record.h"
 #include "recursion/backward.h"
+#include "recursion/group.h"
 #include "recursion/mass_matrix.h"
+#include "recursion/modal.h"
 
 #include <mbsrank/dae.h>
 #include <mbsrank/closure.h>
@@ -26,24 +28,53 @@ static const double share_of_locked = 0.03;
 /* Of what a rate moves with closed loops: several momenta act on one rate. */
 static const double share_of_moved = 0.35;
 
-/* mbsr_rank_info.scale of the joint of a body; 0 without mass. */
-static double scale_of(const mbsr_model *model, mbsr_data *data, int id)
-{
-    mbsr_rank_info info;
-    return mbsr_body_rank(model, data, id, &info) == MBSR_OK ? info.scale : 0.0;
-}
+enum { KINDS = 3 };
 
-/* What is left of D; 0 where there is none. */
-static void of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
+/* Diag(J^T W J) and the armature of a joint, the largest entry of each kind of rate, to `largest`.
+ */
+static void add_joint(const mbsri_body *b, const mbsr_data *d, const mbsr_coordinate_kind *kind,
+                      double *largest)
 {
-    for (int id = 0; id < model->bodies; ++id) {
-        const mbsri_body *b = model->body + model->index[id];
-        const double scale = scale_of(model, data, id);
-        for (int k = 0; k < b->n; ++k) mass[b->u + k] = scale;
+    for (int k = 0; k < b->n; ++k) {
+        const double mass =
+            mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, d->scratch) + b->mass.armature[k];
+        largest[(int)kind[k]] = fmax(largest[(int)kind[k]], mass);
     }
 }
 
-enum { KINDS = 3 };
+/* What is left of D for each kind of rate, of all joints that are eliminated together: their
+ * mbsr_rank_info.scale, the largest entry of diag(J^T W J), where they have rates of one kind. */
+static int of_group(const mbsr_model *model, mbsr_data *data, int i, double *largest)
+{
+    const mbsri_group g = mbsri_group_of(model, data, model->body[i].group.head);
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    mbsr_rank_info info;
+    const int status = mbsr_body_rank(model, data, model->body[i].id, &info);
+    for (int k = 0; k < KINDS; ++k) largest[k] = status ? 0.0 : info.scale;
+    if (status || model->body[i].flexible.modal) return status;
+    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
+    for (int k = 0; k < g.members; ++k) {
+        const mbsri_body *b = model->body + g.member[k];
+        mbsr_body_coordinate_kinds(model, b->id, NULL, kind);
+        add_joint(b, data, kind, largest);
+    }
+    return MBSR_OK;
+}
+
+/* What is left of D; 0 where there is none. */
+static int of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
+{
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    int status = MBSR_OK;
+    for (int i = 1; i <= model->bodies && !status; ++i) {
+        const mbsri_body *b = model->body + i;
+        double largest[KINDS];
+        status = of_group(model, data, i, largest);
+        mbsr_body_coordinate_kinds(model, b->id, NULL, kind);
+        for (int k = 0; k < b->n; ++k) mass[b->u + k] = largest[(int)kind[k]];
+    }
+    return status;
+}
 
 /* The largest of the masses of each kind of rate; of a kind that has none, from the other one and
  * the length typical of the model. */
@@ -108,10 +139,10 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
     int status = mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
     if (status) return status;
     double *locked = data->out, largest[KINDS];
-    of_joints(model, data, mass);
+    status = of_joints(model, data, mass);
     find_largest_mass(model, mass, largest);
     mbsri_mass_diagonal(model, data, locked);
-    status = close_loops(model, data, locked, mass);
+    if (!status) status = close_loops(model, data, locked, mass);
     if (!status) fill_kinds(model, largest, mass);
     for (int k = 0; k < model->nu && !status; ++k)
         mass[k] = fmax(mass[k], share_of_locked * locked[k]);

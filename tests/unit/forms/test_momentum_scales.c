@@ -9,6 +9,7 @@
 #include <mbsrank/driver.h>
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 static void run_to_backward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -22,46 +23,78 @@ static void run_to_backward(const mbsr_model *m, mbsr_data *d, double t, const d
 
 enum { KINDS = 3 };
 
-/* Of the joint of each body, and the largest by kinds of rates. */
-static void scales_of(const mbsr_model *m, mbsr_data *d, double *scale, double *largest)
+static void scales_of(const mbsr_model *m, mbsr_data *d, double *scale)
 {
-    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
     for (int i = 0; i < mbsr_model_bodies(m); ++i) {
         mbsr_rank_info info;
-        mbsr_coordinate_kind kind[MBSR_MAX_D];
         assert_ok(mbsr_body_rank(m, d, i, &info), mbsr_data_error(d));
-        assert_ok(mbsr_body_coordinate_kinds(m, i, NULL, kind), NULL);
         scale[i] = info.scale;
-        for (int k = 0; k < info.n; ++k)
-            largest[(int)kind[k]] = fmax(largest[(int)kind[k]], info.scale);
     }
 }
 
-/* The scale of the joint, or 3 % of the diagonal entry; without mass the largest of the kind, where
- * there is one. Ranks are there afterwards as before. Returns how many are of the diagonal. */
+/* Whether a joint is eliminated by itself. */
+static bool is_alone(const mbsr_model *m, int body)
+{
+    int members = 0;
+    for (int i = 0; i < mbsr_model_bodies(m); ++i)
+        members += mbsr_body_group(m, i) == mbsr_body_group(m, body);
+    return members == 1;
+}
+
+/* Those of one joint: its scale, or 3 % of the diagonal entry. Of several kinds of rates one has
+ * the scale, others less, and so have joints of a group. Returns how many are of the diagonal. */
+static int check_joint(int n, const mbsr_coordinate_kind *kind, bool alone, double scale,
+                       const double *locked, const double *mass)
+{
+    double found = alone ? 0.0 : scale;
+    int raised = 0;
+    bool same = alone;
+    for (int k = 0; k < n; ++k) {
+        same = same && kind[k] == kind[0];
+        found = fmax(found, mass[k]);
+        raised += locked[k] > scale;
+        assert_true(mass[k] >= (1.0 - 1e-12) * locked[k]);
+    }
+    for (int k = 0; k < n; ++k) {
+        const double expected = fmax(scale, locked[k]);
+        if (same) assert_close(mass[k], expected, 1e-12 * expected);
+        assert_true(mass[k] <= (1.0 + 1e-12) * expected);
+    }
+    assert_true(found >= (1.0 - 1e-12) * scale);
+    return raised;
+}
+
+/* Of all joints; without mass no more than the largest of the kind, where there is one. Ranks are
+ * there afterwards as before. */
 static int check(const mbsr_model *m, mbsr_data *d)
 {
     const int nu = mbsr_model_nu(m), bodies = mbsr_model_bodies(m);
-    double *mass = calloc((size_t)(nu + 2 * bodies + nu * nu) + 1, sizeof *mass),
-           *scale = mass + nu, *again = scale + bodies, *matrix = again + bodies, largest[KINDS];
+    double *mass = calloc((size_t)(2 * nu + 2 * bodies + nu * nu) + 1, sizeof *mass),
+           *locked = mass + nu, *scale = locked + nu, *again = scale + bodies,
+           *matrix = again + bodies, largest[KINDS] = {0.0};
     int raised = 0;
-    scales_of(m, d, scale, largest);
+    scales_of(m, d, scale);
     assert_ok(mbsr_momentum_scales(m, d, mass), mbsr_data_error(d));
-    scales_of(m, d, again, largest);
+    scales_of(m, d, again);
     assert_ok(mbsr_mass_matrix(m, d, matrix), mbsr_data_error(d));
-    for (int i = 0; i < bodies; ++i) {
-        int u, n;
-        mbsr_coordinate_kind kind[MBSR_MAX_D];
-        assert_ok(mbsr_body_coordinates(m, i, NULL, NULL, &u, &n), NULL);
-        assert_ok(mbsr_body_coordinate_kinds(m, i, NULL, kind), NULL);
-        assert_true(again[i] == scale[i]);
-        for (int k = u; k < u + n; ++k) {
-            const double locked = 0.03 * matrix[k * (nu + 1)],
-                         own = scale[i] > 0.0 ? scale[i] : largest[(int)kind[k - u]],
-                         expected = fmax(own, locked);
-            assert_true(mass[k] > 0.0);
-            if (own > 0.0) assert_close(mass[k], expected, 1e-12 * expected);
-            raised += scale[i] > 0.0 && locked > scale[i];
+    for (int k = 0; k < nu; ++k) locked[k] = 0.03 * matrix[k * (nu + 1)];
+    for (int turn = 0; turn < 2; ++turn) {
+        for (int i = 0; i < bodies; ++i) {
+            int u, n;
+            mbsr_coordinate_kind kind[MBSR_MAX_D];
+            assert_ok(mbsr_body_coordinates(m, i, NULL, NULL, &u, &n), NULL);
+            assert_ok(mbsr_body_coordinate_kinds(m, i, NULL, kind), NULL);
+            assert_true(again[i] == scale[i]);
+            if (turn == 0 && scale[i] > 0.0)
+                raised += check_joint(n, kind, is_alone(m, i), scale[i], locked + u, mass + u);
+            for (int k = u; k < u + n; ++k) {
+                double *most = largest + (int)kind[k - u];
+                assert_true(mass[k] > 0.0);
+                if (scale[i] > 0.0)
+                    *most = fmax(*most, mass[k]);
+                else if (turn == 1 && *most > 0.0)
+                    assert_true(mass[k] <= fmax(*most, locked[k]));
+            }
         }
     }
     free(mass);
@@ -107,6 +140,36 @@ static void no_kind_has_the_mass_of_another(void **state)
         masses_of_kinds(s, mass);
         assert_close(mass[1] / turned, 0.5, 1e-12);
         assert_close(mass[2] / mass[1], 1.0, 1e-12);
+    }
+}
+
+/* A free body has its mass along ways, and its largest moment along turns. */
+static void free_bodies_turn_by_their_moments(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof systems / sizeof *systems; ++k) {
+        const units *s = systems + k;
+        const double turned = s->mass * s->length * s->length, zero[6] = {0.0},
+                     q[7] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0},
+                     tensor[6] = {0.004 * turned, 0.006 * turned, 0.005 * turned, 0.0, 0.0, 0.0};
+        mbsr_body_def body = mbsr_default_body_def();
+        mbsr_model *m = NULL;
+        mbsr_data *d = NULL;
+        double mass[6];
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        body.joint = mbsr_joint_free(NULL, NULL);
+        body.inertia = mbsr_inertia_rigid(2.0 * s->mass, zero, tensor);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        run_to_backward(m, d, 0.0, q, zero);
+        assert_ok(mbsr_momentum_scales(m, d, mass), mbsr_data_error(d));
+        for (int l = 0; l < 3; ++l) {
+            assert_close(mass[l] / turned, 0.006, 1e-14);
+            assert_close(mass[3 + l] / s->mass, 2.0, 1e-12);
+        }
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
     }
 }
 
@@ -167,6 +230,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(light_carriers_are_tested_as_what_they_carry),
         cmocka_unit_test(no_kind_has_the_mass_of_another),
+        cmocka_unit_test(free_bodies_turn_by_their_moments),
         cmocka_unit_test(random_trees),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
