@@ -22,6 +22,7 @@
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
+#include "recursion/sizes.h"
 #include "recursion/spans.h"
 
 #include <math.h>
@@ -205,13 +206,27 @@ static int check_left(forward *w)
                              w->function);
 }
 
+/* The largest work of what acts on a body or joint by itself, before anything cancels, along the
+ * spans of rates. */
+static double find_load(const forward *w)
+{
+    const mbsr_data *d = w->d;
+    double *size = d->scratch, largest = 0.0;
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        const mbsri_body *b = w->m->body + i;
+        for (int r = 0; r < b->d; ++r) size[r] = fabs(d->f[b->v + (size_t)r]);
+        for (int k = 0; k < b->n; ++k)
+            largest = fmax(largest, mbsri_joint_size(b, d, k, size) * w->span[b->u + k]);
+    }
+    return largest;
+}
+
 static int accelerate(forward *w, double t, const double *q, const double *u, const double *tau)
 {
     int status = find_right(w, t, q, u, tau);
     if (!status) status = factor_loops(w, ": its acceleration is not determined");
     if (status) return status;
-    for (int k = 0; k < w->m->nu && w->span; ++k)
-        w->load = fmax(w->load, fabs(w->right[k]) * w->span[k]);
+    if (w->span) w->load = find_load(w);
     if (w->settled && w->system.frees > 0) status = find_free(w);
     if (status) return status;
     leave_free_forces(w);

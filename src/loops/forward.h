@@ -21,8 +21,8 @@ int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *
 
 /* Loop forces lambda (rows) where stiff rows count as rigid but for those of left_out (rows), which
  * are springs; those are zero. doubt (rows): what a refinement has changed them by. Where motions
- * are not determined what acts along them is left. *load: the largest of what acts, along span
- * (nu). */
+ * are not determined what acts along them is left. *load: the largest of what acts along span (nu),
+ * before anything cancels. */
 int mbsri_loops_settled(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                         const double *u, const bool *left_out, const double *span, double *lambda,
                         double *doubt, double *load, const char *function);

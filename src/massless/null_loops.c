@@ -86,7 +86,7 @@ static bool find_left_out(mbsri_ranking *w, double *stiffness)
  * holds. */
 static void clear_traces(mbsri_ranking *w, double load, const double *doubt, double *lambda)
 {
-    static const double rounding = 1e-12, doubtful = 16.0;
+    static const double rounding = 1e-9, doubtful = 16.0;
     const double *scale = mbsri_row_fronts_scales(w->fronts);
     double largest = load, error = 0.0;
     for (int k = 0; k < w->rows; ++k) {
