@@ -11,9 +11,9 @@
  *
  *   W x = C_h^T lambda,    C_h x + mu |A|^2 S^-2 lambda = -g
  *
- * mu begins with the size of the gaps, 1e-3 at most, falls tenfold with each step that makes them
- * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest
- * lever or the gaps, whichever is more. It ends
+ * mu begins with the size of the gaps, 1e-3 at most, with next to nothing where they are small,
+ * falls tenfold with each step that makes them smaller and rises with each that does not; steps
+ * turn by 1 rad at most, and move by the longest lever or the gaps, whichever is more. It ends
  *
  *   closed      every gap is below the tolerance
  *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have
@@ -261,11 +261,12 @@ static bool stopped(search *s, int iteration)
 
 static int search_closed(search *s, double *q, mbsr_assembly_info *info)
 {
+    static const double near = 1e-2, hardly = 1e-5;
     int status = evaluate_gaps(s, q, s->w->g);
     if (status) return status;
     double limit = measure_gaps(s, info);
     info->gap_before = info->gap;
-    s->mu = fmin(s->mu, s->norm);
+    s->mu = s->norm > near ? fmin(s->mu, s->norm) : hardly * s->norm;
     if (info->closure != MBSR_NONE) status = look(s);
     while (!status && info->closure != MBSR_NONE) {
         bool better = false;

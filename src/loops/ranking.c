@@ -32,7 +32,7 @@ static int open_arrays(mbsri_ranking *w)
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, nq = (size_t)w->m->nq;
     double **const array[] = {&w->span, &w->x,        &w->g,    &w->scale, &w->y,
                               &w->q,    &w->q_beside, &w->free, &w->out};
-    const size_t length[] = {n, n, rows, rows, rows, nq, nq, 3 * n, n + rows};
+    const size_t length[] = {n, n, rows, rows, rows, nq, nq, 8 * n, n + rows};
     enum { ARRAYS = sizeof length / sizeof *length };
     size_t numbers = 0;
     for (int k = 0; k < ARRAYS; ++k) numbers += length[k];

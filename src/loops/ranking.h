@@ -19,7 +19,7 @@ typedef struct mbsri_ranking {
     double *g, *scale, *y; /* rows */
     double *q;             /* nq */
     double *q_beside;      /* nq: near a singular position (ranks.c) */
-    double *free;          /* 3 n: directions that loops leave free (ranks.c) */
+    double *free;          /* 8 n: directions that loops leave free (ranks.c) */
     double *out;           /* n + rows: for results */
     mbsri_closer closer;
     int *late;      /* rows: their order where there are springs (row_fronts.h) */

@@ -351,15 +351,19 @@ int mbsri_ranks_here(mbsri_ranking *w, bool *dropped, mbsri_ranks *found)
     return mbsri_ranks_without(w, NULL, dropped, found);
 }
 
-enum { DIRECTIONS = 3 };
+/* Along which rows may be independent that are not here, and more of them, along which all loops
+ * may close. */
+enum { WIDE = 3, DIRECTIONS = 8 };
 
 /* One of some directions of joint rates that the rows leave free, the same in every run, from the
  * vectors that the ranks have left: into x. All zero where there is none. */
 static void free_direction(mbsri_ranking *w, int independent, int number, double *x)
 {
-    static const double least[DIRECTIONS] = {0.3, -0.5, -0.5},
+    static const double least[DIRECTIONS] = {0.3, -0.5, -0.5, -0.5, -0.5, -0.5, -0.5, -0.5},
                         stride[DIRECTIONS] = {0.6180339887498949, 0.4142135623730951,
-                                              0.7320508075688772};
+                                              0.7320508075688772, 0.2360679774997898,
+                                              0.3166247903553998, 0.6055512754639891,
+                                              0.1231056256176605, 0.3588989435406740};
     const size_t n = (size_t)w->n;
     double largest = 0.0;
     for (size_t j = 0; j < n; ++j)
@@ -434,7 +438,7 @@ static int widest_beside(mbsri_ranking *w, double t, const double *q, const bool
                          mbsri_ranks *widest)
 {
     int status = MBSR_OK;
-    for (int n = 0; n < DIRECTIONS && !status && count_of(widest) < w->rows; ++n) {
+    for (int n = 0; n < WIDE && !status && count_of(widest) < w->rows; ++n) {
         mbsri_ranks there;
         bool found;
         const double *along = w->free + (size_t)(n * w->n);
