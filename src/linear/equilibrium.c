@@ -231,9 +231,10 @@ static int refuse_unbalanced(rest *w, mbsr_error *error)
 /* The steps. */
 static int settle_balance(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
 {
+    const double falling = largest_acceleration(w); /* before anything that holds may be near */
+    w->rate = fmax(w->rate, sqrt(falling));
     const double least = 1e-5 * w->rate;
-    double c = fmax(sqrt(largest_acceleration(w) / longest), 1e-3 * w->rate),
-           force = imbalance(w, w->F, NULL);
+    double c = fmax(sqrt(falling / longest), 1e-3 * w->rate), force = imbalance(w, w->F, NULL);
     const double most = 1e4 * fmax(c, w->rate); /* steps along massless directions stay long */
     int idle = 0;
     if (!(c > 0.0)) return MBSR_OK; /* no forces, here and nearby */
@@ -254,6 +255,7 @@ static int settle_balance(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *
         accept(w);
         memcpy(w->F, w->delta, (size_t)w->size * sizeof *w->F);
         w->info.step = length;
+        if (length > 1e-6) w->force = fmax(w->force, fabs(left - force) / length);
         /* a large c makes any step short: it is to be short at the model's own rate too */
         const double over = w->rate > 0.0 ? fmax(1.0, c / w->rate) : 1.0;
         if (length * over * over <= opt->tolerance) return MBSR_OK;
