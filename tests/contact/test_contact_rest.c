@@ -77,7 +77,7 @@ static mbsr_model *make(uint64_t seed, const units *s, mbsr_contacts *contacts, 
 static void thrown_shapes_come_to_rest(void **state)
 {
     (void)state;
-    const uint64_t seeds = test_long() ? 40 : 3;
+    const uint64_t seeds = test_long() ? 12 : 3;
     mbsr_equilibrium_opt opt = mbsr_default_equilibrium_opt();
     opt.max_iterations = 5000; /* some roll far */
     for (uint64_t seed = 1; seed <= seeds; ++seed) {
