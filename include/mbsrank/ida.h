@@ -101,7 +101,8 @@ typedef struct mbsr_ida_opt {
 /* Unless atol_each is given, momenta are tested by the error they make in a velocity. With mass
  * that of mbsr_momentum_scales at the start, for index-1 velocities the mbsr_rank_info.scale of the
  * joint (where that is zero, the smallest of mbsr_momentum_scales there), and atol that of the
- * joint's u, for index-1 velocities the smallest of the joint's, tolerances are
+ * joint's u, for index-1 velocities the smallest of the joint's (of a joint that turns and moves
+ * the smallest sqrt(mass) atol, with the mass of mbsr_momentum_scales), tolerances are
  *
  *   momentum p             mass (rtol |u| + atol)
  *   index-1 velocity v     rtol |v| + sqrt(mass) atol

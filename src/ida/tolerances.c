@@ -145,24 +145,31 @@ static void scale_momenta(mbsr_ida *ida)
 }
 
 /* v: the square root of the mass on its joint, without any of the smallest that momenta have there,
- * and of the joint's tolerances, which are taken anew, the smallest. */
+ * and of the joint's tolerances, which are taken anew, the smallest; of a joint that turns and
+ * moves the smallest product of both, with the masses of momenta. */
 static int scale_velocities(mbsr_ida *ida, int body)
 {
     const int nq = mbsr_model_nq(ida->model);
-    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY, least = INFINITY;
+    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY, least = INFINITY,
+           product = INFINITY;
     const double *mass = N_VGetArrayPointer(ida->tol.mass);
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
     mbsr_rank_info info;
+    bool same = true;
     int first, n;
     const int status = mbsr_body_rank(ida->model, ida->data, body, &info);
     if (status) return pass_on_error(ida, status);
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
+    mbsr_body_coordinate_kinds(ida->model, body, NULL, kind);
     set_body(ida, body, nq, atol);
     for (int k = nq + first; k < nq + first + n; ++k) {
+        same = same && kind[k - nq - first] == kind[0];
         smallest = fmin(smallest, atol[k]);
         least = fmin(least, mass[k]);
+        product = fmin(product, sqrt(mass[k]) * atol[k]);
     }
-    const double scale = sqrt(info.scale > 0.0 ? info.scale : least);
-    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = smallest * scale;
+    if (same) product = smallest * sqrt(info.scale > 0.0 ? info.scale : least);
+    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = product;
     return MBSR_OK;
 }
 
