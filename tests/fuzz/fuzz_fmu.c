@@ -52,7 +52,7 @@ static void remove_folders(void)
     for (int k = 0; k < 2 * MODELS; ++k) {
         char command[96];
         if (!kept[k % 2][k / 2].size) continue;
-        snprintf(command, sizeof command, "rm -r '%s'", kept[k % 2][k / 2].folder);
+        snprintf(command, sizeof command, "rm -rf '%s'", kept[k % 2][k / 2].folder);
         if (system(command)) abort();
     }
 }
