@@ -23,13 +23,18 @@ static const mbsr_shape_kind kinds[] = {MBSR_SHAPE_BOX,      MBSR_SHAPE_SPHERE,
 static void add_piece(pile *p, int number)
 {
     mbsr_error error;
-    const double tensor[6] = {0.02, 0.03, 0.04, 0, 0, 0}, at[3] = {0, 0, 0};
+    const double tensor[6] = {0.02, 0.03, 0.04, 0, 0, 0}, way[3] = {0.3, -0.5, 0.8};
+    const double at[3] = {number % 2 ? 0.02 : 0.0, 0.0, number % 2 ? -0.03 : 0.0}, o[3] = {0, 0, 0};
     mbsr_body_def body = mbsr_default_body_def();
     mbsr_shape shape = sample_shape(kinds[number % 6], MBSR_GROUND);
-    body.joint = mbsr_joint_free(NULL, NULL);
+    const mbsr_frame turned = mbsr_frame_along(o, way);
+    body.joint = number % 3 == 1 ? mbsr_joint_free(&turned, &turned) : mbsr_joint_free(NULL, NULL);
     body.inertia = mbsr_inertia_rigid(1.0, at, tensor);
     assert_int_equal(mbsr_model_add_body(p->model, &body, &shape.body), MBSR_OK);
     assert_int_equal(mbsr_contacts_add(p->contacts, &shape, NULL, &error), MBSR_OK);
+    const double armature[6] = {0.01, 0.01, 0.01, 0.0, 0.5, 0.0};
+    if (number % 5 == 2)
+        assert_int_equal(mbsr_model_armature(p->model, shape.body, 6, armature), MBSR_OK);
 }
 
 /* The same states whatever the order; place: of each piece. */
@@ -40,7 +45,7 @@ static void draw_states(pile *p, const int place[BODIES])
         for (int k = 0; k < BODIES; ++k) {
             double *q = p->q[s] + 7 * place[k], *u = p->u[s] + 6 * place[k], length = 0.0;
             for (int l = 0; l < 4; ++l) q[l] = draw(&seed), length += q[l] * q[l];
-            for (int l = 0; l < 4; ++l) q[l] /= sqrt(length);
+            for (int l = 0; l < 4; ++l) q[l] *= (1.0 + 0.3 * (k % 4)) / sqrt(length);
             q[4] = 0.35 * (k % 3) + 0.02 * draw(&seed);
             q[5] = 0.35 * (k / 3 % 2) + 0.02 * draw(&seed);
             q[6] = 0.2 + 0.3 * (k / 6) + 0.02 * draw(&seed);
@@ -64,6 +69,8 @@ static void open_pile(pile *p, const int place[BODIES])
     }
     assert_int_equal(mbsr_contacts_add(p->contacts, &ground, NULL, &error), MBSR_OK);
     assert_int_equal(mbsr_contacts_force(p->contacts, 0, &force, &error), MBSR_OK);
+    assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
+    force = mbsr_force_gravity(0.0, 1.0, -9.81);
     assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
     assert_int_equal(mbsr_model_finish(p->model), MBSR_OK);
     for (int k = 0; k < THREADS; ++k)
