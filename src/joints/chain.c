@@ -490,9 +490,28 @@ int mbsri_chain_place(const mbsr_joint_args *args, double *p, double *H, double 
     return MBSR_OK;
 }
 
+bool mbsri_chain_is_steady(mbsr_space pred_space, const double *param, const int *option)
+{
+    const double *B = param + MBSRI_B;
+    const int last = option[0] - 1;
+    bool steady = pred_space == MBSR_SPACE_FIXED && last >= 0 &&
+                  (option[1 + last] & MBSRI_STEP_KIND) == MBSRI_QUATERNION && B[0] == 0.0 &&
+                  B[1] == 0.0 && B[2] == 0.0;
+    for (int step = 0; step < last && steady; ++step)
+        steady = (option[1 + step] & (MBSRI_STEP_KIND | MBSRI_DRIVEN)) == MBSRI_TRANSLATION;
+    return steady;
+}
+
+/* Whether the joint's rates and biases, which arrive as zero, are. */
+static bool stays(const mbsr_joint_args *args)
+{
+    return mbsri_chain_is_steady(args->pred_space, args->param, args->option);
+}
+
 int mbsri_chain_bias(const mbsr_joint_args *args, double *kII)
 {
     chain w;
+    if (stays(args)) return MBSR_OK;
     const int status = walk_to(args, &w);
     if (status) return status;
     /* -H' V_pi = omega_pi x rho' */
@@ -512,6 +531,7 @@ int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, d
 {
     (void)Kdot;
     chain w;
+    if (stays(args)) return MBSR_OK;
     const int status = walk_to(args, &w);
     if (status) return status;
     double rhod[3], lower[9];
