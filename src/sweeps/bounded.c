@@ -21,6 +21,12 @@ void mbsri_bounded_prepare(const mbsr_model *m, mbsri_sweep_load *bounds)
     (void)m, (void)bounds;
 }
 
+bool mbsri_bounded_free(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
+{
+    (void)m, (void)d, (void)bounds;
+    return false;
+}
+
 bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
 {
     (void)m, (void)d, (void)bounds;
@@ -29,6 +35,7 @@ bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load 
 
 #else
 
+#include "joints/chain.h"
 #include "sweeps/block_bound.h"
 #include "sweeps/build.h"
 #include "sweeps/dynamics.h"
@@ -62,7 +69,9 @@ static bool is_regular_in_every_pose(const mbsr_model *m, int i)
     const mbsr_inertia *inertia = &b->inertia;
     const bool last = i == m->bodies || m->body[i + 1].parent != i;
     if (b->d != 6 || b->n != 6 || b->pred.d != 0 || !last || b->mass.added ||
-        inertia->kind != MBSR_INERTIA_SPATIAL || !(inertia->mass > 0.0))
+        inertia->kind != MBSR_INERTIA_SPATIAL || !(inertia->mass > 0.0) ||
+        b->joint.table->position != mbsri_chain_position || b->lock.count > 0 ||
+        !mbsri_chain_is_steady(b->pred.space, b->joint.param, b->joint.option))
         return false;
     const double *I = inertia->tensor,
                  l = sqrt((I[MBSR_XX] + I[MBSR_YY] + I[MBSR_ZZ]) / (3.0 * inertia->mass)),
@@ -114,26 +123,42 @@ static bool is_turned_unit(const double J[36])
     return most < rounding;
 }
 
-bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
+/* Ranks are to be found, by this evaluation alone. */
+static mbsri_sweep_run begin_ranks(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
 {
-    const mbsri_sweep_run run = {.model = m,
-                                 .data = d,
-                                 .tree = m->tree.plain,
-                                 .load = bounds,
-                                 .rank = d->rank,
-                                 .tau = d->tau};
-    if (d->exactly) return false;
     d->single = true;
     d->accelerated = false;
     d->total_rank = m->nu;
+    return (mbsri_sweep_run){.model = m,
+                             .data = d,
+                             .tree = m->tree.plain,
+                             .load = bounds,
+                             .rank = d->rank,
+                             .tau = d->tau};
+}
+
+bool mbsri_bounded_free(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
+{
+    bool free = !d->exactly && m->rows == 0;
+    for (int i = 1; i <= m->bodies && free; ++i)
+        free = bounds[i].bound[3] > 0.0 && is_turned_unit(d->J + m->body[i].dn);
+    if (!free) return false;
+    const mbsri_sweep_run run = begin_ranks(m, d, bounds);
+    for (int i = 1; i <= m->bodies; ++i) {
+        d->rank[i] = 6;
+        mbsri_zero(36, d->Jdot + m->body[i].dn);
+    }
+    return mbsri_sweeps_as_watched(&run);
+}
+
+bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
+{
+    if (d->exactly) return false;
+    const mbsri_sweep_run run = begin_ranks(m, d, bounds);
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->Mbar);
     mbsri_zero((size_t)m->root.d, d->fbar);
     for (int i = 1; i <= m->bodies; ++i) open_body(m, d, i, bounds[i].bound);
     for (int i = m->bodies; i >= 1; --i) {
-        if (bounds[i].bound[3] > 0.0 && is_turned_unit(d->J + m->body[i].dn)) {
-            d->rank[i] = 6; /* what it hands to the root nobody reads */
-            continue;
-        }
         const double *bound = bounds[i].bound;
         double *above = bounds[m->body[i].parent].bound;
         if (!pass_bounded(&run, i)) return false;

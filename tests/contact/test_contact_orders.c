@@ -1,5 +1,5 @@
 /* Contacts do not depend on the number of threads, nor beyond rounding on the order of bodies; and
- * Newton systems of bodies in a pile, and apart on the ground, are solved.
+ * Newton systems of bodies in a pile, and apart on the ground, are solved, transposed too.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "shapes.h"
 
@@ -54,6 +54,22 @@ static void draw_states(pile *p, const int place[BODIES])
     }
 }
 
+/* A spring between the first two, one from another to the ground, and a spring in a joint: bodies
+ * that do not float, among others that do. */
+static void add_springs(pile *p)
+{
+    const double at[3] = {0.05, 0.0, 0.02}, stiffness[3] = {3.0, 4.0, 5.0},
+                 damping[3] = {0.1, 0.2, 0.3}, rest[4] = {1.0, 0.0, 0.0, 0.0};
+    const mbsr_force_def forces[] = {
+        mbsr_force_point_spring(0, at, 1, at, 50.0, 2.0, 0.1),
+        mbsr_force_point_spring(3, at, MBSR_GROUND, at, 50.0, 2.0, 0.1),
+        mbsr_force_joint_rotation_spring(5, stiffness, damping, rest)};
+    for (int k = 0; k < 3; ++k)
+        assert_int_equal(mbsr_model_add_force(p->model, forces + k, NULL), MBSR_OK);
+}
+
+static bool springs; /* of piles that are opened */
+
 static void open_pile(pile *p, const int place[BODIES])
 {
     mbsr_error error;
@@ -72,6 +88,7 @@ static void open_pile(pile *p, const int place[BODIES])
     assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
     force = mbsr_force_gravity(0.0, 1.0, -9.81);
     assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
+    if (springs) add_springs(p);
     assert_int_equal(mbsr_model_finish(p->model), MBSR_OK);
     for (int k = 0; k < THREADS; ++k)
         assert_int_equal(mbsr_data_create(p->model, p->data + k, &error), MBSR_OK);
@@ -248,6 +265,48 @@ static void newton_systems(void **unused)
 {
     (void)unused;
     check_newton(0, 1e-5, 1e-9);
+    springs = true;
+    check_newton(0, 1e-5, 1e-9);
+    springs = false;
+}
+
+/* v.A^-1 r = r.A^-T v, and A^-1 r as a solver without transposes has it. */
+static void transposed_systems(void **unused)
+{
+    (void)unused;
+    enum { SIZE = 19 * BODIES };
+    uint64_t seed = 9;
+    double y[SIZE], yp[SIZE], r[SIZE], v[SIZE], delta[SIZE], same[SIZE], x[SIZE];
+    pile *p = malloc(sizeof *p);
+    assert_non_null(p);
+    mbsr_newton *newton = newton_of(p, 0, 1e-5), *both = NULL;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.transposes = 1;
+    assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &both, NULL), MBSR_OK);
+    for (int s = 0; s < STATES; ++s) {
+        double forward = 0.0, backward = 0.0, sum = 0.0, largest = 0.0;
+        assert_int_equal(
+            mbsr_dae_pack(p->model, p->data[0], MBSR_DAE_MOMENTUM, 0.0, p->q[s], p->u[s], y),
+            MBSR_OK);
+        for (int k = 0; k < SIZE; ++k) yp[k] = 0.0, r[k] = draw(&seed), v[k] = draw(&seed);
+        assert_int_equal(mbsr_newton_factor(newton, p->data[0], 0.0, y, yp, 300.0), MBSR_OK);
+        assert_int_equal(mbsr_newton_factor(both, p->data[1], 0.0, y, yp, 300.0), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve(both, r, same), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve_transposed(both, v, x), MBSR_OK);
+        for (int k = 0; k < SIZE; ++k) {
+            forward += v[k] * delta[k];
+            backward += x[k] * r[k];
+            sum += fabs(v[k] * delta[k]) + fabs(x[k] * r[k]);
+            largest = fmax(largest, fabs(delta[k]));
+        }
+        assert_close(forward, backward, 1e-9 * sum);
+        for (int k = 0; k < SIZE; ++k) assert_close(delta[k], same[k], 1e-9 * largest);
+    }
+    mbsr_newton_destroy(newton);
+    mbsr_newton_destroy(both);
+    close_pile(p);
+    free(p);
 }
 
 /* Pairs that the elimination leaves out. */
@@ -257,6 +316,9 @@ static void crowds(void **unused)
     static const int together[] = {1, 2, 5, BODIES - 1};
     iterated = 0;
     for (int k = 0; k < 4; ++k) check_newton(together[k], 1e-5, 1e-5);
+    springs = true;
+    for (int k = 0; k < 3; ++k) check_newton(together[k], 1e-5, 1e-5);
+    springs = false;
     assert_true(iterated > 2 * STATES);
 }
 
@@ -334,9 +396,9 @@ static void refused(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(threads),         cmocka_unit_test(orders),
-        cmocka_unit_test(newton_systems),  cmocka_unit_test(crowds),
-        cmocka_unit_test(crowds_as_asked), cmocka_unit_test(too_stiff),
-        cmocka_unit_test(refused)};
+        cmocka_unit_test(threads),        cmocka_unit_test(orders),
+        cmocka_unit_test(newton_systems), cmocka_unit_test(transposed_systems),
+        cmocka_unit_test(crowds),         cmocka_unit_test(crowds_as_asked),
+        cmocka_unit_test(too_stiff),      cmocka_unit_test(refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

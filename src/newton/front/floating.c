@@ -169,14 +169,11 @@ static void pose_moved_by(const floating *b, const double r[POSES], double x[N])
     mbsri_rotate3(b->R[1], way, x + 3);
 }
 
-/* C (6 x 6) = A (6 x 6) B, B of two blocks */
-static void times_blocks(const double *A, double B[2][9], double *C)
+/* C (6 x 6, its columns `rows` apart) += A (6 x 6) B, B of two blocks */
+static inline void add_times_blocks(const double *A, double B[2][9], double *C, int rows)
 {
-    for (int j = 0; j < N; ++j) {
-        const double *x = B[j / 3] + 3 * (j % 3), *of = A + 3 * N * (j / 3);
-        for (int r = 0; r < N; ++r)
-            C[N * j + r] = of[r] * x[0] + of[N + r] * x[1] + of[2 * N + r] * x[2];
-    }
+    for (int l = 0; l < N; ++l)
+        mbsri_add_columns(N / 2, 3, 1.0, A + 3 * N * (l / 3), B[l / 3] + 3 * (l % 3), C + l * rows);
 }
 
 /* C (6 x count) = -R^T A, the columns of A `stride` numbers apart */
@@ -194,14 +191,11 @@ static void turn_back(const floating *b, int count, const double *A, int stride,
 static void take_forces(const floating *on, floating *by, const double *E, int stride, double *held,
                         double *A, int rows)
 {
-    double over[MOTIONS * N], C[2][N * N];
+    double over[MOTIONS * N];
     turn_back(on, MOTIONS, E, stride, over);
-    for (int k = 0; k < N * N; ++k) held[k] += over[k];
-    times_blocks(over, by->X, C[0]);
-    times_blocks(over + N * N, by->R, C[1]);
-    for (int l = 0; l < N; ++l) {
-        for (int r = 0; r < N; ++r) A[l * rows + r] += C[0][N * l + r] + C[1][N * l + r];
-    }
+    mbsri_add_pairs(N * N / 2, over, held);
+    add_times_blocks(over, by->X, A, rows);
+    add_times_blocks(over + N * N, by->R, A, rows);
 }
 
 /* ---- what is known ---- */
@@ -211,7 +205,7 @@ static int know_floating(mbsri_front *f, mbsr_data *d, int i, double *A, int row
 {
     const mbsri_body *body = f->model->body + i;
     floating *b = f->floating->body + i;
-    double P[ROWS * MOTIONS] = {0.0}, moment[9], C[2][N * N], mass[N * N];
+    double P[ROWS * MOTIONS] = {0.0}, moment[9], mass[N * N];
     const int status = mbsri_body_slopes_add(f->model, d, i, false, P, f->linear->body);
     if (status) return status;
     for (int e = 0; e < f->model->elements.anywhere; ++e) {
@@ -224,11 +218,10 @@ static int know_floating(mbsri_front *f, mbsr_data *d, int i, double *A, int row
     }
     turn_back(b, 3, P, ROWS, b->momentum_of_turn);
     turn_back(b, N, P + N * ROWS, ROWS, mass);
-    times_blocks(mass, b->R, b->momentum);
-    memset(C[0], 0, sizeof C[0]);
-    mbsri_copy(3 * N, b->momentum_of_turn, C[0]);
-    times_blocks(C[0], b->X, C[1]);
-    for (int k = 0; k < N * N; ++k) b->momentum[k] += C[1][k];
+    mbsri_zero(N * N, b->momentum);
+    for (int l = 0; l < 3; ++l)
+        mbsri_add_columns(N / 2, 3, 1.0, b->momentum_of_turn, b->X[0] + 3 * l, b->momentum + N * l);
+    add_times_blocks(mass, b->R, b->momentum, N);
     for (int k = 0; k < N; ++k) b->momentum[k * (N + 1)] += body->mass.armature[k];
     for (int k = 0; k < ROWS * MOTIONS; k += ROWS) {
         for (int r = 0; r < N; ++r) P[k + r] = -P[k + N + r];

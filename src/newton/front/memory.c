@@ -133,6 +133,7 @@ static size_t place_fixed(mbsri_front *f, bool floats, unsigned char *base)
     mbsri_sweep_load *bounds = take(base, &used, bounded ? bodies : 0, sizeof *bounds);
     if (base && bounded) mbsri_bounded_prepare(m, bounds);
     f->linear->bounds.load = bounded ? bounds : NULL;
+    f->linear->bounds.forward = floats;
     if (floats) {
         unsigned char *floating = take(base, &used, mbsri_floating_place(f, NULL), 1);
         (void)mbsri_floating_place(f, floating);
