@@ -314,18 +314,22 @@ static void add_contributions(const mbsri_front *f, const mbsri_front_step *s, d
 
 /* ---- elimination ---- */
 
+static inline void raise_to(double x, double *most)
+{
+    *most = x > *most ? x : *most;
+}
+
 /* L U of the first rows and columns of M; false: a pivot is not good. */
 static bool factor_own(floating *b, const double *M, int rows)
 {
     double *A = b->LU, row_scale[N] = {0.0}, column_scale[N] = {0.0};
     for (int k = 0; k < N; ++k) {
         mbsri_copy(N, M + k * rows, A + N * k);
-        for (int r = 0; r < N; ++r) row_scale[r] = fmax(row_scale[r], fabs(A[N * k + r]));
+        for (int r = 0; r < N; ++r) raise_to(fabs(A[N * k + r]), row_scale + r);
     }
     for (int k = 0; k < N; ++k) {
         b->row[k] = k;
-        for (int r = 0; r < N; ++r)
-            column_scale[k] = fmax(column_scale[k], fabs(A[N * k + r]) / row_scale[r]);
+        for (int r = 0; r < N; ++r) raise_to(fabs(A[N * k + r]) / row_scale[r], column_scale + k);
     }
     for (int q = 0; q < N; ++q) {
         int most = q;
