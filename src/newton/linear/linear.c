@@ -472,6 +472,19 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
     return status;
 }
 
+/* The derivatives of pair i, zeros along joints. */
+static void copy_motions(const mbsri_linear *l, int i, const mbsr_force_derivatives *s, double *to)
+{
+    const size_t rows = (size_t)s->rows;
+    mbsri_zero(rows * (size_t)s->columns, to);
+    for (int side = 0; side < 2; ++side) {
+        const int body = l->pairs.pair[i].body[side];
+        const size_t at = body > 0 ? rows * (size_t)s->column[side] : 0,
+                     x = body > 0 ? (size_t)(l->e[body] + l->model->body[body].d) : 0;
+        mbsri_copy(x * rows, s->matrix + at, to + at);
+    }
+}
+
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
 {
     const mbsri_force *force = mbsri_force_at(l->model, k);
@@ -481,7 +494,11 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
     if (status || !l->whole) return status;
     const mbsr_force_derivatives *s = &l->slopes.out;
     double *to = l->store + body_place_of(l, k, i);
-    mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
+    if (by_pairs(force)) {
+        copy_motions(l, i, s, to);
+    } else {
+        mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
+    }
     return MBSR_OK;
 }
 
