@@ -480,9 +480,48 @@ int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, dou
     return status;
 }
 
+bool mbsri_chain_is_steady(mbsr_space pred_space, const double *param, const int *option)
+{
+    const double *B = param + MBSRI_B;
+    const int last = option[0] - 1;
+    bool steady = pred_space == MBSR_SPACE_FIXED && last >= 0 &&
+                  (option[1 + last] & MBSRI_STEP_KIND) == MBSRI_QUATERNION && B[0] == 0.0 &&
+                  B[1] == 0.0 && B[2] == 0.0;
+    for (int step = 0; step < last && steady; ++step)
+        steady = (option[1 + step] & (MBSRI_STEP_KIND | MBSRI_DRIVEN)) == MBSRI_TRANSLATION;
+    return steady;
+}
+
+/* Whether the joint is: its rates and biases, which arrive as zero, stay so. */
+static bool stays(const mbsr_joint_args *args)
+{
+    return mbsri_chain_is_steady(args->pred_space, args->param, args->option);
+}
+
+/* Pose and J of a joint that is steady, behind a root at rest. */
+static int place_steady(const mbsr_joint_args *args, double *p, double *J)
+{
+    const double *A = args->param + MBSRI_A, *B = args->param + MBSRI_B;
+    double q[4], T[9], R[9], a[3];
+    if (!mbsri_scale4(args->q, q)) return MBSR_ZERO_QUATERNION;
+    mbsr_quaternion_rotation(q, T);
+    mbsri_multiply3(A + 3, T, R);
+    mbsri_multiply_transposed3(R, B + 3, p + MBSR_POSE_R);
+    memcpy(p + MBSR_POSE_X, A, 3 * sizeof *A);
+    for (int k = 0; k < 9; ++k) J[6 * (k / 3) + k % 3] = -A[3 + k];
+    for (int step = 0; step + 1 < args->option[0]; ++step) {
+        const int place = args->option[1 + step] >> MBSRI_PLACE_SHIFT;
+        mbsri_rotate3(A + 3, args->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step, a);
+        mbsri_add3(args->q[place + 1], a, p + MBSR_POSE_X);
+        for (int k = 0; k < 3; ++k) J[6 * place + 3 + k] = -a[k];
+    }
+    return MBSR_OK;
+}
+
 int mbsri_chain_place(const mbsr_joint_args *args, double *p, double *H, double *J, double *kI)
 {
     chain w;
+    if (stays(args)) return place_steady(args, p, J);
     const int status = walk(args, &w);
     if (status) return status;
     see_pose(&w, p);
@@ -493,6 +532,7 @@ int mbsri_chain_place(const mbsr_joint_args *args, double *p, double *H, double 
 int mbsri_chain_bias(const mbsr_joint_args *args, double *kII)
 {
     chain w;
+    if (stays(args)) return MBSR_OK;
     const int status = walk_to(args, &w);
     if (status) return status;
     /* -H' V_pi = omega_pi x rho' */
@@ -512,6 +552,7 @@ int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, d
 {
     (void)Kdot;
     chain w;
+    if (stays(args)) return MBSR_OK;
     const int status = walk_to(args, &w);
     if (status) return status;
     double rhod[3], lower[9];

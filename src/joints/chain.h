@@ -42,6 +42,11 @@ int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot);
 int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *drive,
                        double *bias, double *Sdot);
 
+/* Whether V = -J u with a constant J: translations along axes of a predecessor at rest shift the
+ * body without turning what follows, and a ball whose middle is the body's origin turns it about
+ * axes at rest. */
+bool mbsri_chain_is_steady(mbsr_space pred_space, const double *param, const int *option);
+
 /* An axis of a joint at a state, in the order of the steps; the three of a quaternion are one after
  * the other, along the axes of the frame before it. */
 typedef struct mbsri_chain_axis {

@@ -185,8 +185,7 @@ static bool place_sweeps(mbsr_newton *w)
 static bool place_front(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     if (w->lean) return true;
-    w->front =
-        mbsri_front_create(w->model, NULL, opt->transposes ? 0 : opt->together, opt->pairs_error);
+    w->front = mbsri_front_create(w->model, NULL, opt->together, opt->pairs_error, w->transposes);
     if (w->front) w->info.bytes += w->front->bytes;
     return w->front != NULL;
 }
@@ -201,7 +200,7 @@ static bool place_mixed(mbsr_newton *w)
     if (!served) return false;
     for (int i = 0; i <= m->bodies; ++i)
         served[i] = i > 0 && i <= tree->bodies && tree->body[i].flags & MBSRI_BLOCK;
-    w->mixed = mbsri_front_create(m, served, 0, 0.0);
+    w->mixed = mbsri_front_create(m, served, 0, 0.0, w->transposes);
     mbsri_release(&m->allocator, served);
     if (w->mixed) w->info.bytes += w->mixed->bytes;
     return w->mixed != NULL;

@@ -63,8 +63,11 @@ static double largest_share(int n, const double *x, const double *at, const doub
 {
     static const double part = 1e-5;
     double largest = 0.0;
-    for (int k = 0; k < n; ++k)
-        largest = fmax(largest, fabs(x[k]) / fmax(span[k], part * fabs(at[k])));
+    for (int k = 0; k < n; ++k) {
+        const double rounding = part * fabs(at[k]),
+                     share = fabs(x[k]) / (span[k] > rounding ? span[k] : rounding);
+        if (share > largest) largest = share;
+    }
     return largest;
 }
 

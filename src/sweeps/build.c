@@ -118,9 +118,22 @@ static void pad(int columns, const double *from, double *to)
     for (int j = 0; j < columns; ++j) memcpy(to + 4 * j, from + 3 * j, 3 * sizeof *to);
 }
 
-/* Inertia about the origin and along the axes of the frame; how regular it is:
- * M >= lambda Lambda with lambda = min(m / 2, i / (L^2 + 2 |c|^2)), i the smallest principal moment
- * about the centre of mass, which is at least det / (trace / 2)^2. */
+/* lambda = min(m / 2, i / (L^2 + 2 |c|^2)), i the smallest principal moment about the centre of
+ * mass, which is at least det / (trace / 2)^2. */
+double mbsri_sweeps_regularity(const mbsr_inertia *inertia, double length)
+{
+    const double *t = inertia->tensor, *c = inertia->com;
+    const double I[9] = {t[MBSR_XX], t[MBSR_XY], t[MBSR_XZ], t[MBSR_XY], t[MBSR_YY],
+                         t[MBSR_YZ], t[MBSR_XZ], t[MBSR_YZ], t[MBSR_ZZ]};
+    double minor[3];
+    mbsri_cross3(I, I + 3, minor);
+    const double half = 0.5 * (I[0] + I[4] + I[8]), determinant = mbsri_dot3(minor, I + 6);
+    const double least = half > 0.0 ? determinant / (half * half) : 0.0, square = length * length;
+    const double lambda = fmin(0.5 * inertia->mass, least / (square + 2.0 * mbsri_dot3(c, c)));
+    return lambda > 1e-9 * (inertia->mass + half / square) ? lambda : 0.0;
+}
+
+/* Inertia about the origin and along the axes of the frame; how regular it is. */
 static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, double length,
                           mbsri_sweep_body *b)
 {
@@ -129,23 +142,16 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
     /* about the frame's origin: there a moment of next to nothing about z is what it is */
     mbsri_exact about = mbsri_exact_of(&inertia);
     mbsri_exact_parallel_axes(about.mass, about.com, about.tensor);
-    const double *t = inertia.tensor, *c = inertia.com, square = mbsri_dot3(c, c);
-    const double I[9] = {t[MBSR_XX], t[MBSR_XY], t[MBSR_XZ], t[MBSR_XY], t[MBSR_YY],
-                         t[MBSR_YZ], t[MBSR_XZ], t[MBSR_YZ], t[MBSR_ZZ]};
-    double minor[3];
-    mbsri_cross3(I, I + 3, minor);
-    const double half = 0.5 * (I[0] + I[4] + I[8]), determinant = mbsri_dot3(minor, I + 6);
-    const double least = half > 0.0 ? determinant / (half * half) : 0.0;
-    const double lambda = fmin(0.5 * inertia.mass, least / (length * length + 2.0 * square));
-    if (lambda > 1e-9 * (inertia.mass + half / (length * length))) b->soft = 1.0 / lambda;
+    const double lambda = mbsri_sweeps_regularity(&inertia, length);
+    if (lambda > 0.0) b->soft = 1.0 / lambda;
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k)
             b->I[4 * j + k] = mbsri_two_value(about.tensor[mbsri_tensor_place(j, k)]);
-        b->c[j] = inertia.mass * c[j];
+        b->c[j] = inertia.mass * inertia.com[j];
     }
     b->c[3] = inertia.mass;
     double largest = inertia.mass;
-    for (int k = 0; k < 9; ++k) largest = fmax(largest, fabs(I[k]));
+    for (int k = 0; k < 6; ++k) largest = fmax(largest, fabs(inertia.tensor[k]));
     if (largest == 0.0) b->flags |= MBSRI_MASSLESS;
 }
 

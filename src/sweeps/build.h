@@ -19,6 +19,10 @@ void mbsri_sweeps_release(mbsr_model *m);
  */
 void mbsri_sweeps_own_origin(const mbsri_sweeps *tree, const mbsr_model *m, int i, double x[3]);
 
+/* lambda with M >= lambda Lambda of an inertia in space, Lambda = diag(L^2, L^2, L^2, 1, 1, 1); 0:
+ * M is not regular. */
+double mbsri_sweeps_regularity(const mbsr_inertia *inertia, double length);
+
 /* Whether V there is six numbers of velocity or fewer, whose directions are known. */
 static inline bool mbsri_has_twist(mbsr_space space)
 {

@@ -239,7 +239,8 @@ typedef struct mbsri_sweep_load {
     double arm[4]; /* from there to the origin of the body's own frame */
     union {
         double L[4];     /* moment */
-        double bound[4]; /* of a block: kappa, spread, `soft`, see block_bound.h */
+        double bound[4]; /* of a block: kappa, spread, `soft`, see block_bound.h; 1: bounded.h tells
+                            that the block is regular in every pose */
     };
     double p[4];
 } mbsri_sweep_load;

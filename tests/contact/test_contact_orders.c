@@ -1,5 +1,5 @@
 /* Contacts do not depend on the number of threads, nor beyond rounding on the order of bodies; and
- * Newton systems of bodies in a pile, and apart on the ground, are solved.
+ * Newton systems of bodies in a pile, and apart on the ground, are solved, transposed too.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "shapes.h"
 
@@ -23,13 +23,18 @@ static const mbsr_shape_kind kinds[] = {MBSR_SHAPE_BOX,      MBSR_SHAPE_SPHERE,
 static void add_piece(pile *p, int number)
 {
     mbsr_error error;
-    const double tensor[6] = {0.02, 0.03, 0.04, 0, 0, 0}, at[3] = {0, 0, 0};
+    const double tensor[6] = {0.02, 0.03, 0.04, 0, 0, 0}, way[3] = {0.3, -0.5, 0.8};
+    const double at[3] = {number % 2 ? 0.02 : 0.0, 0.0, number % 2 ? -0.03 : 0.0}, o[3] = {0, 0, 0};
     mbsr_body_def body = mbsr_default_body_def();
     mbsr_shape shape = sample_shape(kinds[number % 6], MBSR_GROUND);
-    body.joint = mbsr_joint_free(NULL, NULL);
+    const mbsr_frame turned = mbsr_frame_along(o, way);
+    body.joint = number % 3 == 1 ? mbsr_joint_free(&turned, &turned) : mbsr_joint_free(NULL, NULL);
     body.inertia = mbsr_inertia_rigid(1.0, at, tensor);
     assert_int_equal(mbsr_model_add_body(p->model, &body, &shape.body), MBSR_OK);
     assert_int_equal(mbsr_contacts_add(p->contacts, &shape, NULL, &error), MBSR_OK);
+    const double armature[6] = {0.01, 0.01, 0.01, 0.0, 0.5, 0.0};
+    if (number % 5 == 2)
+        assert_int_equal(mbsr_model_armature(p->model, shape.body, 6, armature), MBSR_OK);
 }
 
 /* The same states whatever the order; place: of each piece. */
@@ -40,7 +45,7 @@ static void draw_states(pile *p, const int place[BODIES])
         for (int k = 0; k < BODIES; ++k) {
             double *q = p->q[s] + 7 * place[k], *u = p->u[s] + 6 * place[k], length = 0.0;
             for (int l = 0; l < 4; ++l) q[l] = draw(&seed), length += q[l] * q[l];
-            for (int l = 0; l < 4; ++l) q[l] /= sqrt(length);
+            for (int l = 0; l < 4; ++l) q[l] *= (1.0 + 0.3 * (k % 4)) / sqrt(length);
             q[4] = 0.35 * (k % 3) + 0.02 * draw(&seed);
             q[5] = 0.35 * (k / 3 % 2) + 0.02 * draw(&seed);
             q[6] = 0.2 + 0.3 * (k / 6) + 0.02 * draw(&seed);
@@ -48,6 +53,22 @@ static void draw_states(pile *p, const int place[BODIES])
         }
     }
 }
+
+/* A spring between the first two, one from another to the ground, and a spring in a joint: bodies
+ * that do not float, among others that do. */
+static void add_springs(pile *p)
+{
+    const double at[3] = {0.05, 0.0, 0.02}, stiffness[3] = {3.0, 4.0, 5.0},
+                 damping[3] = {0.1, 0.2, 0.3}, rest[4] = {1.0, 0.0, 0.0, 0.0};
+    const mbsr_force_def forces[] = {
+        mbsr_force_point_spring(0, at, 1, at, 50.0, 2.0, 0.1),
+        mbsr_force_point_spring(3, at, MBSR_GROUND, at, 50.0, 2.0, 0.1),
+        mbsr_force_joint_rotation_spring(5, stiffness, damping, rest)};
+    for (int k = 0; k < 3; ++k)
+        assert_int_equal(mbsr_model_add_force(p->model, forces + k, NULL), MBSR_OK);
+}
+
+static bool springs; /* of piles that are opened */
 
 static void open_pile(pile *p, const int place[BODIES])
 {
@@ -65,6 +86,9 @@ static void open_pile(pile *p, const int place[BODIES])
     assert_int_equal(mbsr_contacts_add(p->contacts, &ground, NULL, &error), MBSR_OK);
     assert_int_equal(mbsr_contacts_force(p->contacts, 0, &force, &error), MBSR_OK);
     assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
+    force = mbsr_force_gravity(0.0, 1.0, -9.81);
+    assert_int_equal(mbsr_model_add_force(p->model, &force, NULL), MBSR_OK);
+    if (springs) add_springs(p);
     assert_int_equal(mbsr_model_finish(p->model), MBSR_OK);
     for (int k = 0; k < THREADS; ++k)
         assert_int_equal(mbsr_data_create(p->model, p->data + k, &error), MBSR_OK);
@@ -241,6 +265,48 @@ static void newton_systems(void **unused)
 {
     (void)unused;
     check_newton(0, 1e-5, 1e-9);
+    springs = true;
+    check_newton(0, 1e-5, 1e-9);
+    springs = false;
+}
+
+/* v.A^-1 r = r.A^-T v, and A^-1 r as a solver without transposes has it. */
+static void transposed_systems(void **unused)
+{
+    (void)unused;
+    enum { SIZE = 19 * BODIES };
+    uint64_t seed = 9;
+    double y[SIZE], yp[SIZE], r[SIZE], v[SIZE], delta[SIZE], same[SIZE], x[SIZE];
+    pile *p = malloc(sizeof *p);
+    assert_non_null(p);
+    mbsr_newton *newton = newton_of(p, 0, 1e-5), *both = NULL;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.transposes = 1;
+    assert_int_equal(mbsr_newton_create(p->model, MBSR_DAE_MOMENTUM, &opt, &both, NULL), MBSR_OK);
+    for (int s = 0; s < STATES; ++s) {
+        double forward = 0.0, backward = 0.0, sum = 0.0, largest = 0.0;
+        assert_int_equal(
+            mbsr_dae_pack(p->model, p->data[0], MBSR_DAE_MOMENTUM, 0.0, p->q[s], p->u[s], y),
+            MBSR_OK);
+        for (int k = 0; k < SIZE; ++k) yp[k] = 0.0, r[k] = draw(&seed), v[k] = draw(&seed);
+        assert_int_equal(mbsr_newton_factor(newton, p->data[0], 0.0, y, yp, 300.0), MBSR_OK);
+        assert_int_equal(mbsr_newton_factor(both, p->data[1], 0.0, y, yp, 300.0), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve(both, r, same), MBSR_OK);
+        assert_int_equal(mbsr_newton_solve_transposed(both, v, x), MBSR_OK);
+        for (int k = 0; k < SIZE; ++k) {
+            forward += v[k] * delta[k];
+            backward += x[k] * r[k];
+            sum += fabs(v[k] * delta[k]) + fabs(x[k] * r[k]);
+            largest = fmax(largest, fabs(delta[k]));
+        }
+        assert_close(forward, backward, 1e-9 * sum);
+        for (int k = 0; k < SIZE; ++k) assert_close(delta[k], same[k], 1e-9 * largest);
+    }
+    mbsr_newton_destroy(newton);
+    mbsr_newton_destroy(both);
+    close_pile(p);
+    free(p);
 }
 
 /* Pairs that the elimination leaves out. */
@@ -250,6 +316,9 @@ static void crowds(void **unused)
     static const int together[] = {1, 2, 5, BODIES - 1};
     iterated = 0;
     for (int k = 0; k < 4; ++k) check_newton(together[k], 1e-5, 1e-5);
+    springs = true;
+    for (int k = 0; k < 3; ++k) check_newton(together[k], 1e-5, 1e-5);
+    springs = false;
     assert_true(iterated > 2 * STATES);
 }
 
@@ -327,9 +396,9 @@ static void refused(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(threads),         cmocka_unit_test(orders),
-        cmocka_unit_test(newton_systems),  cmocka_unit_test(crowds),
-        cmocka_unit_test(crowds_as_asked), cmocka_unit_test(too_stiff),
-        cmocka_unit_test(refused)};
+        cmocka_unit_test(threads),        cmocka_unit_test(orders),
+        cmocka_unit_test(newton_systems), cmocka_unit_test(transposed_systems),
+        cmocka_unit_test(crowds),         cmocka_unit_test(crowds_as_asked),
+        cmocka_unit_test(too_stiff),      cmocka_unit_test(refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

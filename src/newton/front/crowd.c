@@ -15,9 +15,6 @@
  * has failed. */
 enum { VECTORS = 30, RESTARTS = 4, RESTS = 10 };
 
-/* Loads whose answers are found at once. */
-enum { LOADS = 6 };
-
 /* ---- memory ---- */
 
 static int crowd_larger(int a, int b)
@@ -25,20 +22,17 @@ static int crowd_larger(int a, int b)
     return a > b ? a : b;
 }
 
-/* The longest block and answer of two bodies, and response of one. */
+/* The longest block and answer of two bodies. */
 static void find_lengths(const mbsr_model *m, mbsri_front_crowd *c)
 {
-    int rows = 0, columns = 0, unknowns = 0;
+    int rows = 0, columns = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         rows = crowd_larger(rows, b->d);
         columns = crowd_larger(columns, mbsri_pose_size(b) + b->d);
-        unknowns = crowd_larger(unknowns, b->nq + 2 * b->n);
     }
     c->block = (size_t)rows * (size_t)columns;
     c->answer = (size_t)rows * (size_t)rows;
-    c->response = (size_t)rows * (size_t)unknowns;
-    c->columns = (size_t)unknowns;
 }
 
 static size_t crowd_place(const mbsr_model *m, mbsri_front_crowd *c, unsigned char *memory)
@@ -48,8 +42,7 @@ static size_t crowd_place(const mbsr_model *m, mbsri_front_crowd *c, unsigned ch
     size_t used = 0;
     double **const doubles[] = {&c->blocks,     &c->weight,   &c->loads,     &c->solution,
                                 &c->given,      &c->answers,  &c->zero,      &c->basis,
-                                &c->hessenberg, &c->rotation, &c->projected, &c->motions,
-                                &c->responses,  &c->unknowns};
+                                &c->hessenberg, &c->rotation, &c->projected, &c->motions};
     const size_t count[] = {2 * pairs * c->block,
                             size,
                             size,
@@ -61,9 +54,7 @@ static size_t crowd_place(const mbsr_model *m, mbsri_front_crowd *c, unsigned ch
                             (size_t)VECTORS * (VECTORS + 1),
                             2 * (size_t)VECTORS,
                             VECTORS + 1,
-                            bodies * c->block,
-                            bodies * c->response,
-                            LOADS * c->columns};
+                            bodies * c->block};
     for (size_t k = 0; k < sizeof doubles / sizeof doubles[0]; ++k)
         *doubles[k] = mbsri_take_bytes(memory, &used, count[k] * sizeof(double));
     c->group = mbsri_take_bytes(memory, &used, bodies * sizeof *c->group);
@@ -282,90 +273,22 @@ static void crowd_scale(size_t n, double by, double *x)
 
 /* ---- bodies that are alone ---- */
 
-/* What a load each of LOADS makes of a number. */
-typedef double by_load[LOADS];
-
-/* y -= a x */
-static void take_answer(double a, const by_load x, by_load y)
-{
-    for (int l = 0; l < LOADS; ++l) y[l] -= a * x[l];
-}
-
-/* Whether all bodies are, and all their directions have mass. */
 static bool are_alone(const mbsri_front *f)
 {
-    bool alone = f->model->rows == 0;
-    for (int k = 0; k < f->plan.steps && alone; ++k) {
-        const int i = f->plan.step[k].body;
-        const mbsri_front_left *left = f->left + k;
-        alone = mbsri_front_is_alone(f, k) && !f->linear->below_massless[i] &&
-                f->linear->rank[i] == f->model->body[i].n && left->done == left->rows &&
-                left->done == left->columns;
-    }
+    bool alone = true;
+    for (int k = 0; k < f->plan.steps && alone; ++k)
+        alone = f->plan.step[k].floats && mbsri_front_is_alone(f, k);
     return alone;
 }
 
-/* The unknowns of body i by forces 1 on it, `first` and those after it: the two sweeps, solve.c,
- * with J^T F alone on the right-hand side. */
-static void find_answers(const mbsri_front *f, int i, int first, by_load *h)
-{
-    const mbsri_body *b = f->model->body + i;
-    const int k = f->plan.position[i], n = f->left[k].done, a = f->names[i].a;
-    const int *row = f->numbers + f->plan.step[k].numbers;
-    const double *L = f->LU + f->plan.step[k].LU, *U = L + n * n, *J = f->linear->of[i].J;
-    int loaded = n;
-    for (int j = n - 1; j >= 0; --j) {
-        const bool own = row[j] >= a && row[j] < a + b->n;
-        for (int l = 0; l < LOADS; ++l)
-            h[j][l] = own && first + l < b->d ? -J[(row[j] - a) * b->d + first + l] : 0.0;
-        if (own) loaded = j;
-    }
-    for (int j = loaded; j < n; ++j) {
-        for (int r = j + 1; r < n; ++r) take_answer(L[j * n + r], h[j], h[r]);
-    }
-    for (int j = n - 1; j >= 0; --j) {
-        for (int r = j + 1; r < n; ++r) take_answer(U[j * n + r], h[r], h[j]);
-        for (int l = 0; l < LOADS; ++l) h[j][l] /= U[j * n + j];
-    }
-}
-
-/* dq, dp = d(M u) and du of body i, and its motion, as these say. */
-static void keep_answers(mbsri_front *f, int i, int first, by_load *h)
-{
-    const mbsri_body *b = f->model->body + i;
-    const mbsri_front_crowd *c = f->crowd;
-    const int k = f->plan.position[i], n = f->left[k].done, x = f->linear->e[i] + b->d,
-              width = b->nq + 2 * b->n, above = mbsri_linear_motions(f->linear, b->parent);
-    const int *column = f->numbers + f->plan.step[k].numbers + n;
-    const double *kept = f->LU + f->plan.step[k].LU + 2 * n * n, *X = f->linear->of[i].x;
-    for (int l = 0; l < LOADS && first + l < b->d; ++l) {
-        double *dq = c->responses + (size_t)i * c->response + (first + l) * width, *dp = dq + b->nq,
-               *du = dp + b->n, *motion = c->motions + (size_t)i * c->block + (first + l) * x;
-        mbsri_zero((size_t)b->n, dp);
-        mbsri_zero((size_t)x, motion);
-        for (int j = 0; j < n; ++j) {
-            const int q = column[j] - f->names[i].q, u = column[j] - f->names[i].u;
-            *(q >= 0 && q < b->nq ? dq + q : du + u) = h[j][l];
-            for (int r = 0; r < b->n; ++r) dp[r] += kept[2 * b->n * j + r] * h[j][l];
-        }
-        mbsri_ax_often(x, b->nq, 1.0, X + above * x, dq, motion);
-        mbsri_ax_often(x, b->n, 1.0, X + (above + b->nq) * x, du, motion);
-    }
-}
-
-void mbsri_front_crowd_finish(mbsri_front *f)
+void mbsri_front_crowd_finish(mbsri_front *f, mbsri_front_response_of response)
 {
     const mbsr_model *m = f->model;
     mbsri_front_crowd *c = f->crowd;
-    by_load *h = (by_load *)c->unknowns;
     c->alone = are_alone(f);
-    for (int i = 1; i <= m->bodies && c->alone; ++i) {
-        for (int first = 0; first < m->body[i].d; first += LOADS) {
-            find_answers(f, i, first, h);
-            keep_answers(f, i, first, h);
-        }
-    }
     if (!c->alone) return;
+    for (int k = 0; k < f->plan.steps; ++k)
+        response(f, k, c->motions + (size_t)f->plan.step[k].body * c->block);
     for (int k = 0; k < 2 * f->linear->pairs.count; ++k) {
         const direction of = direction_of(f, k / 2, k % 2);
         const mbsri_body *on = m->body + of.on, *by = m->body + of.by;
@@ -375,23 +298,6 @@ void mbsri_front_crowd_finish(mbsri_front *f)
             double *answer = of.answer + r * on->d;
             mbsri_zero((size_t)on->d, answer);
             mbsri_ax_often(on->d, x, 1.0, of.block, motion + r * x, answer);
-        }
-    }
-}
-
-void mbsri_front_crowd_respond(const mbsri_front *f, double *delta)
-{
-    const mbsr_model *m = f->model;
-    const mbsri_front_crowd *c = f->crowd;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const double *response = c->responses + (size_t)i * c->response;
-        double *dq = delta + b->q, *dp = delta + m->nq + b->u, *du = dp + m->nu;
-        for (int r = 0; r < b->d; ++r, response += b->nq + 2 * b->n) {
-            const double force = c->loads[b->v + (size_t)r];
-            for (int k = 0; k < b->nq; ++k) dq[k] += force * response[k];
-            for (int k = 0; k < b->n; ++k) dp[k] += force * response[b->nq + k];
-            for (int k = 0; k < b->n; ++k) du[k] += force * response[b->nq + b->n + k];
         }
     }
 }

@@ -13,23 +13,21 @@
 #include "newton/front/front.h"
 
 typedef struct mbsri_front_crowd {
-    int together;      /* the most bodies that are eliminated together */
-    double error;      /* what iterations leave of the loads beside their size */
-    int count;         /* of pairs apart */
-    bool *apart;       /* by pair */
-    int *group, *size; /* N + 1: the next body towards the head of its group; its size there */
-    size_t block, answer, response; /* lengths of a block, an answer and a response */
-    size_t columns;                 /* of a response */
+    int together;         /* the most bodies that are eliminated together */
+    double error;         /* what iterations leave of the loads beside their size */
+    int count;            /* of pairs apart */
+    bool *apart;          /* by pair */
+    int *group, *size;    /* N + 1: the next body towards the head of its group; its size there */
+    size_t block, answer; /* lengths of a block and an answer */
     double *blocks;   /* by pair: forces on the second by the first, on the first by the second */
-    bool alone;       /* whether each body is: no step has borders or children */
-    double *unknowns; /* then, of one body: its unknowns by forces on it; */
-    double *motions, *responses; /* by body: its motion; dq, dp and du; */
-    double *answers;             /* by pair: blocks times the former */
-    double *weight;              /* size_v: of forces in norms, inverse masses */
-    double *loads;               /* size_v: those of the next sweep */
-    double *solution;            /* size_v: F */
-    double *given;               /* size_v: E x0 */
-    double *zero;                /* a right-hand side of zeros */
+    bool alone;       /* whether each body floats and is: no step has borders or children */
+    double *motions;  /* then, by body: its motion by forces on it; */
+    double *answers;  /* by pair: blocks times the former */
+    double *weight;   /* size_v: of forces in norms, inverse masses */
+    double *loads;    /* size_v: those of the next sweep */
+    double *solution; /* size_v: F */
+    double *given;    /* size_v: E x0 */
+    double *zero;     /* a right-hand side of zeros */
     double *basis, *hessenberg, *rotation, *projected;
     int rest; /* plans that are still to be whole, after one that did not do */
     void *memory;
@@ -60,14 +58,14 @@ void mbsri_front_crowd_load(mbsri_front *f);
  * bodies in f->value. */
 typedef void (*mbsri_front_sweep_of)(mbsri_front *f, const double *r);
 
+/* Motion of the body of step k, which floats and is alone, by forces 1 on it, column by column. */
+typedef void (*mbsri_front_response_of)(const mbsri_front *f, int k, double *motion);
+
 /* After the steps of a factorisation. */
-void mbsri_front_crowd_finish(mbsri_front *f);
+void mbsri_front_crowd_finish(mbsri_front *f, mbsri_front_response_of response);
 
-/* Where bodies are alone: adds what loads do to a solution without them. */
-void mbsri_front_crowd_respond(const mbsri_front *f, double *delta);
-
-/* Leaves in `loads` those that belong to r; where bodies are alone, the sweep without them as it
- * was. False: they did not converge; the next matrices leave nothing apart. */
+/* Leaves in `loads` those that belong to r. False: they did not converge; the next matrices leave
+ * nothing apart. */
 bool mbsri_front_crowd_solve(mbsri_front *f, const double *r, mbsri_front_sweep_of sweep);
 
 #endif

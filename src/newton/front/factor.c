@@ -8,6 +8,7 @@
 #include "model/query.h"
 #include "newton/front/axes_step.h"
 #include "newton/front/crowd.h"
+#include "newton/front/floating.h"
 #include "newton/front/pivots.h"
 #include "recursion/backward.h"
 #include "recursion/closure_view.h"
@@ -206,6 +207,20 @@ void mbsri_front_hand_on(mbsri_front *f, int i)
     f->left[f->plan.position[i]] = (mbsri_front_left){.plain = true};
 }
 
+/* All steps. Where a pivot of a body that floats is not good, all again as if none did. */
+static int pass_all(mbsri_front *f, mbsr_data *d)
+{
+    int status = MBSR_OK;
+    bool done = true;
+    for (int k = 0; k < f->plan.steps && f->plan.crowded; ++k)
+        f->plan.step[k].room = MBSRI_FRONT_ROOM;
+    for (int k = 0; k < f->plan.steps && !status && done; ++k)
+        status = f->plan.step[k].floats ? mbsri_floating_pass(f, d, k, &done) : pass(f, d, k);
+    if (status || done) return status;
+    for (int k = 0; k < f->plan.steps; ++k) f->plan.step[k].floats = false;
+    return pass_all(f, d);
+}
+
 int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
                        double c)
 {
@@ -214,10 +229,9 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
                                   : mbsri_linear_open(f->linear, d, t, y, yp, c);
     if (!status) status = mbsri_front_replan(f, d);
     if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_begin(f, d);
-    for (int k = 0; k < f->plan.steps && f->plan.crowded; ++k)
-        f->plan.step[k].room = MBSRI_FRONT_ROOM;
-    for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
-    if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_finish(f);
+    if (!status) mbsri_floating_begin(f, d);
+    if (!status) status = pass_all(f, d);
+    if (!status && mbsri_front_iterates(f)) mbsri_front_crowd_finish(f, mbsri_floating_response);
     if (!status && f->model->order.grouped) status = mbsri_backward(f->model, d);
     return status;
 }

@@ -71,12 +71,13 @@ typedef struct mbsri_front {
         int *row, *column; /* numbers of its rows and columns */
         double *M, *N;     /* its matrix, and what was added up in its entries */
         double *row_scale, *column_scale, *largest;
-    } now;             /* the present front */
-    double *value, *h; /* by number: the solution; right-hand sides */
-    double *local;     /* of one step */
-    double *rates;     /* 4 nu: L (1 - P) r_u, then scratch */
-    double *wbar;      /* size_v: part of w of the successors, as an impulse */
-    double *left_over; /* 2 size: residual, correction of a refinement */
+    } now;                           /* the present front */
+    struct mbsri_floating *floating; /* of bodies that float (floating.h); NULL: none does */
+    double *value, *h;               /* by number: the solution; right-hand sides */
+    double *local;                   /* of one step */
+    double *rates;                   /* 4 nu: L (1 - P) r_u, then scratch */
+    double *wbar;                    /* size_v: part of w of the successors, as an impulse */
+    double *left_over;               /* 2 size: residual, correction of a refinement */
     void *memory;
     unsigned char *of_plan; /* part of `memory` whose size the plan determines */
     size_t room, bytes;     /* bytes of that part, and of all */
@@ -89,9 +90,10 @@ typedef struct mbsri_front {
 
 /* served: see plan.h. together: of bodies that elements by pairs tie, how many are eliminated
  * together at most; 0: all; error: what solutions leave of the forces in pairs apart beside their
- * size. NULL: there is no memory. */
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together,
-                                double error);
+ * size. transposes: it solves transposed systems, and leaves no pairs apart. NULL: there is no
+ * memory. */
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together, double error,
+                                bool transposes);
 void mbsri_front_destroy(mbsri_front *f);
 
 /* The plan of the pairs that act, as the linearised equations have them. A status, with a text in

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "model/query.h"
 #include "newton/front/crowd.h"
+#include "newton/front/floating.h"
 #include "recursion/closure_view.h"
 #include "sweeps/bounded.h"
 
@@ -103,8 +104,8 @@ static void *take(unsigned char *base, size_t *used, size_t count, size_t size)
     return here;
 }
 
-/* What does not depend on the plan. */
-static size_t place_fixed(mbsri_front *f, unsigned char *base)
+/* What does not depend on the plan; floats: bodies may. */
+static size_t place_fixed(mbsri_front *f, bool floats, unsigned char *base)
 {
     const mbsr_model *m = f->model;
     const size_t multipliers = (size_t)(m->rows + m->position_rows),
@@ -132,6 +133,11 @@ static size_t place_fixed(mbsri_front *f, unsigned char *base)
     mbsri_sweep_load *bounds = take(base, &used, bounded ? bodies : 0, sizeof *bounds);
     if (base && bounded) mbsri_bounded_prepare(m, bounds);
     f->linear->bounds.load = bounded ? bounds : NULL;
+    f->linear->bounds.forward = floats;
+    if (floats) {
+        unsigned char *floating = take(base, &used, mbsri_floating_place(f, NULL), 1);
+        (void)mbsri_floating_place(f, floating);
+    }
     f->of_plan = base ? base + used : NULL;
     return used;
 }
@@ -163,10 +169,13 @@ static bool *copy_of(const mbsr_model *m, const bool *served)
     return copy;
 }
 
-/* Which steps are those of axes. */
-static void mark_axes(mbsri_front *f)
+/* Which steps are those of axes, and of bodies that may float. */
+static void mark_kinds(mbsri_front *f)
 {
-    for (int k = 0; k < f->plan.steps; ++k) f->plan.step[k].axes = mbsri_front_may_step(f, k);
+    for (int k = 0; k < f->plan.steps; ++k) {
+        f->plan.step[k].axes = mbsri_front_may_step(f, k);
+        f->plan.step[k].may_float = mbsri_front_may_float(f, k);
+    }
 }
 
 /* ---- plans in memory of their own ---- */
@@ -262,7 +271,7 @@ int mbsri_front_replan(mbsri_front *f, mbsr_data *d)
     memset(f->left, 0, ((size_t)f->model->bodies + 1) * sizeof *f->left);
     if (now->count > 0) memcpy(f->planned, now->pair, (size_t)now->count * sizeof *now->pair);
     f->planned_count = now->count;
-    mark_axes(f);
+    mark_kinds(f);
     return MBSR_OK;
 }
 
@@ -297,15 +306,23 @@ static bool place_crowd(mbsri_front *f, int together, double error)
     return f->crowd != NULL;
 }
 
-mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together, double error)
+/* Whether bodies may float: what solves transposed systems, or refines, reads the factors of all
+ * unknowns. */
+static bool floats(const mbsri_front *f, bool transposes)
+{
+    return f->arena && !f->linear->whole && !transposes;
+}
+
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int together, double error,
+                                bool transposes)
 {
     mbsri_front *f = mbsri_allocate(&m->allocator, sizeof *f);
     if (!f) return NULL;
     *f = (mbsri_front){.model = m, .served = served ? copy_of(m, served) : NULL};
     if (f->served || !served) f->linear = mbsri_linear_create(m, m->rows > 0, f->served);
-    if (f->linear && place_crowd(f, together, error) && plan(f)) {
+    if (f->linear && place_crowd(f, transposes ? 0 : together, error) && plan(f)) {
         number(f);
-        const size_t size = place_fixed(f, NULL) + f->room;
+        const size_t size = place_fixed(f, floats(f, transposes), NULL) + f->room;
         f->memory = mbsri_allocate(&m->allocator, size);
         f->bytes += sizeof *f + size + f->linear->bytes;
     }
@@ -313,12 +330,12 @@ mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served, int tog
         mbsri_front_destroy(f);
         return NULL;
     }
-    (void)place_fixed(f, f->memory);
+    (void)place_fixed(f, floats(f, transposes), f->memory);
     (void)place_plan(f, &f->plan, f->of_plan);
     memset(f->left, 0, ((size_t)m->bodies + 1) * sizeof *f->left);
     number(f);
     sort(f);
-    mark_axes(f);
+    mark_kinds(f);
     return f;
 }
 

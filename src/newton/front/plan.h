@@ -33,6 +33,8 @@ typedef struct mbsri_front_step {
     bool crowded;   /* whether the steps before may not all hand on as many as each of them may */
     int room;       /* how many more they may now, beside those of open groups */
     bool axes;      /* whether axes_step.h may pass it */
+    bool may_float; /* whether its body floats by its model (floating.h), */
+    bool floats;    /* and at the present ranks */
     int delayed;    /* the most of these for want of a pivot, open groups apart */
     size_t matrix;  /* offset of the contribution block in `matrices` of the front */
     size_t LU;      /* offset in its `LU`: factors, then d(M u) and dp' of the joint */

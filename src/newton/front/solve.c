@@ -8,6 +8,7 @@
  */
 #include "newton/front/assemble.h"
 #include "newton/front/crowd.h"
+#include "newton/front/floating.h"
 #include "newton/front/refine.h"
 
 #include "algebra/dense.h"
@@ -386,7 +387,8 @@ void mbsri_front_finish(mbsri_front *f, double *delta)
 {
     const mbsr_model *m = f->model;
     for (int i = 1; i <= m->bodies; ++i) {
-        if (!f->served || f->served[i]) take_momenta(f, i);
+        const bool floats = f->plan.step[f->plan.position[i]].floats;
+        if ((!f->served || f->served[i]) && !floats) take_momenta(f, i);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         double *dp = delta + m->nq + m->body[i].u;
@@ -394,11 +396,25 @@ void mbsri_front_finish(mbsri_front *f, double *delta)
     }
 }
 
-/* A body that is alone. */
-static void pass_alone(mbsri_front *f, int i, const double *r)
+static void substitute_step(mbsri_front *f, int k, const double *r)
 {
-    mbsri_front_reduce(f, i, r);
-    mbsri_front_substitute(f, i);
+    if (f->plan.step[k].floats)
+        mbsri_floating_substitute(f, k, r);
+    else
+        mbsri_front_substitute(f, f->plan.step[k].body);
+}
+
+/* Towards the last step; of a body that is alone all. */
+static void reduce_step(mbsri_front *f, int k, const double *r)
+{
+    const bool alone = mbsri_front_is_alone(f, k);
+    if (f->plan.step[k].floats)
+        mbsri_floating_reduce(f, k, r);
+    else if (alone)
+        mbsri_front_reduce(f, f->plan.step[k].body, r);
+    else
+        reduce(f, f->plan.step[k].body, r);
+    if (alone) substitute_step(f, k, r);
 }
 
 void mbsri_front_sweep(mbsri_front *f, const double *r)
@@ -407,29 +423,24 @@ void mbsri_front_sweep(mbsri_front *f, const double *r)
     mbsri_front_start(f);
     if (mbsri_front_iterates(f)) mbsri_front_crowd_load(f);
     for (int i = m->bodies; i >= 1; --i) {
-        if (mbsri_linear_leads(f->linear, i) && !mbsri_front_is_alone(f, f->plan.position[i]))
+        const int k = f->plan.position[i];
+        if (mbsri_linear_leads(f->linear, i) && !mbsri_front_is_alone(f, k) &&
+            !f->plan.step[k].floats)
             lift(f, i, r + m->nq + m->nu);
     }
     load_closures(f, r + m->nq + 2 * m->nu);
-    for (int k = 0; k < f->plan.steps; ++k) {
-        if (mbsri_front_is_alone(f, k))
-            pass_alone(f, f->plan.step[k].body, r);
-        else
-            reduce(f, f->plan.step[k].body, r);
-    }
-    for (int k = f->plan.steps - 1; k >= 0; --k) {
-        if (!mbsri_front_is_alone(f, k)) mbsri_front_substitute(f, f->plan.step[k].body);
-    }
+    mbsri_floating_displace(f, r);
+    for (int k = 0; k < f->plan.steps; ++k) reduce_step(f, k, r);
+    for (int k = f->plan.steps - 1; k >= 0; --k)
+        if (!mbsri_front_is_alone(f, k)) substitute_step(f, k, r);
 }
 
 static bool solve_front(mbsri_front *f, const double *r, double *delta)
 {
     const int closures = f->model->nq + 2 * f->model->nu;
-    const bool iterates = mbsri_front_iterates(f), alone = iterates && f->crowd->alone;
-    const bool done = !iterates || mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
-    if (!alone) mbsri_front_sweep(f, r);
+    const bool done = !mbsri_front_iterates(f) || mbsri_front_crowd_solve(f, r, mbsri_front_sweep);
+    mbsri_front_sweep(f, r);
     mbsri_front_finish(f, delta);
-    if (alone) mbsri_front_crowd_respond(f, delta);
     take_multipliers(f, r + closures, delta + closures);
     return done;
 }

@@ -312,14 +312,20 @@ void mbsri_linear_destroy(mbsri_linear *l)
 
 /* ---- linearising ---- */
 
-/* The data at the state, with momenta and rates. */
-static int move(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
-                double *spare)
+/* The data at the state: stage of velocities; */
+static int move(const mbsr_model *m, mbsr_data *d, double t, const double *y)
+{
+    const int status = mbsri_positions(m, d, t, y);
+    return status ? status : mbsri_velocities(m, d, y + m->nq + m->nu);
+}
+
+/* then momenta, rates and forces. */
+static int find_momenta(const mbsr_model *m, mbsr_data *d, const double *y, const double *yp,
+                        double *spare)
 {
     const double *u = y + m->nq + m->nu;
-    int status = mbsri_positions(m, d, t, y);
-    if (!status) status = mbsri_velocities(m, d, u);
-    if (!status && m->rows > 0) {
+    int status = MBSR_OK;
+    if (m->rows > 0) {
         mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
         status = mbsri_closure_jacobians(m, d);
     }
@@ -336,7 +342,8 @@ static int find_ranks(const mbsr_model *m, mbsr_data *d)
 int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                        const double *yp, double *spare)
 {
-    const int status = move(m, d, t, y, yp, spare);
+    int status = move(m, d, t, y);
+    if (!status) status = find_momenta(m, d, y, yp, spare);
     return status ? status : find_ranks(m, d);
 }
 
@@ -390,13 +397,15 @@ static void copy_column(int from, int rows_from, const double *A, int to, int ro
     mbsri_copy((size_t)rows, A + (size_t)from * (size_t)rows_from, B + (size_t)to * (size_t)rows);
 }
 
-/* s and X where D is regular, whose eigenvectors only the stages have: any basis will do. */
-static void take_whole_range(const mbsri_body *b, const mbsr_data *d, const mbsri_terms *k)
+/* s and X where D is regular, whose eigenvectors only the stages have: any basis will do, by D
+ * itself where the data has it. */
+static void take_whole_range(const mbsri_body *b, const mbsr_data *d, bool known,
+                             const mbsri_terms *k)
 {
     const size_t n = (size_t)b->n;
     mbsri_zero(n * n, k->X);
     for (size_t l = 0; l < n; ++l) {
-        const double D = d->D[b->nn + l * (n + 1)];
+        const double D = known ? d->D[b->nn + l * (n + 1)] : 0.0;
         k->s[l] = D > 0.0 ? 1.0 / sqrt(D) : 1.0;
         k->X[l * (n + 1)] = 1.0;
     }
@@ -409,9 +418,10 @@ static void take_basis(const mbsri_linear *l, const mbsr_data *d, int i, const m
     const bool single = !l->coupled[i];
     const size_t n = single ? (size_t)b->n : (size_t)b->group.n;
     if (!single && b->group.head != i) return;
-    mbsri_copy((size_t)b->d * n, d->G + b->dg, k->G);
+    mbsri_zero((size_t)b->d * n, k->G); /* of bodies that are free nothing is handed on by it */
+    if (!l->bounds.free) mbsri_copy((size_t)b->d * n, d->G + b->dg, k->G);
     if ((l->served || l->bounds.told) && single && l->rank[i] == b->n) {
-        take_whole_range(b, d, k);
+        take_whole_range(b, d, !l->bounds.free, k);
         return;
     }
     mbsri_copy(n, d->s + b->group.iu, k->s);
@@ -462,6 +472,19 @@ int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
     return status;
 }
 
+/* The derivatives of pair i, zeros along joints. */
+static void copy_motions(const mbsri_linear *l, int i, const mbsr_force_derivatives *s, double *to)
+{
+    const size_t rows = (size_t)s->rows;
+    mbsri_zero(rows * (size_t)s->columns, to);
+    for (int side = 0; side < 2; ++side) {
+        const int body = l->pairs.pair[i].body[side];
+        const size_t at = body > 0 ? rows * (size_t)s->column[side] : 0,
+                     x = body > 0 ? (size_t)(l->e[body] + l->model->body[body].d) : 0;
+        mbsri_copy(x * rows, s->matrix + at, to + at);
+    }
+}
+
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
 {
     const mbsri_force *force = mbsri_force_at(l->model, k);
@@ -471,7 +494,11 @@ int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
     if (status || !l->whole) return status;
     const mbsr_force_derivatives *s = &l->slopes.out;
     double *to = l->store + body_place_of(l, k, i);
-    mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
+    if (by_pairs(force)) {
+        copy_motions(l, i, s, to);
+    } else {
+        mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
+    }
     return MBSR_OK;
 }
 
@@ -536,8 +563,12 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
 {
     const mbsr_model *m = l->model;
     l->c = c;
-    int status = move(m, d, t, y, yp, l->spare);
-    l->bounds.told = !status && l->bounds.load && mbsri_bounded_backward(m, d, l->bounds.load);
+    int status = move(m, d, t, y);
+    l->bounds.free =
+        !status && l->bounds.load && l->bounds.forward && mbsri_bounded_free(m, d, l->bounds.load);
+    if (!status && !l->bounds.free) status = find_momenta(m, d, y, yp, l->spare);
+    l->bounds.told = l->bounds.free ||
+                     (!status && l->bounds.load && mbsri_bounded_backward(m, d, l->bounds.load));
     if (l->bounds.told) /* the stage itself runs when somebody asks for it */
         mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, y + m->nq + m->nu, NULL);
     else if (!status)

@@ -60,7 +60,10 @@ typedef struct mbsri_linear {
     mbsri_slopes slopes;
     struct {
         mbsri_sweep_load *load; /* N + 1 (sweeps/bounded.h); NULL: ranks by the stage alone */
-        bool told;              /* whether these did, and the data is not at that stage */
+        bool told;              /* whether these did, and the data is not at that stage; */
+        bool free;              /* whether it is not even at that of forces: all bodies are free; */
+        bool
+            forward; /* which may be, as nothing transposed is solved, which reads G of such ones */
     } bounds;
 } mbsri_linear;
 

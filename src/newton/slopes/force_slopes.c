@@ -109,8 +109,8 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slope
     s->out = (mbsr_force_derivatives){.matrix = s->matrix, .row = s->row, .column = s->column};
 }
 
-/* Rows and columns of the bodies of a call, and a matrix of zeros. */
-static void lay_out(mbsri_slopes *s, int bodies, const mbsr_force_body *body)
+/* Rows and columns of the bodies of a call. */
+static void place_rows(mbsri_slopes *s, int bodies, const mbsr_force_body *body)
 {
     int rows = 0, columns = 0;
     for (int k = 0; k < bodies; ++k) {
@@ -123,7 +123,13 @@ static void lay_out(mbsri_slopes *s, int bodies, const mbsr_force_body *body)
     }
     s->out.rows = rows;
     s->out.columns = columns;
-    mbsri_zero((size_t)rows * (size_t)columns, s->matrix);
+}
+
+/* And a matrix of zeros. */
+static void lay_out(mbsri_slopes *s, int bodies, const mbsr_force_body *body)
+{
+    place_rows(s, bodies, body);
+    mbsri_zero((size_t)s->out.rows * (size_t)s->out.columns, s->matrix);
 }
 
 /* ---- differences ---- */
@@ -404,10 +410,10 @@ static int own_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
     return add_own(m, d, force, &args, &s->out);
 }
 
-static int check_slopes(mbsr_data *d, const mbsr_model *m, const mbsri_force *force,
-                        const mbsri_slopes *s)
+static int check_slopes(mbsr_data *d, const mbsr_model *m, const mbsri_force *force, int columns,
+                        const double *matrix, const mbsri_slopes *s)
 {
-    if (mbsri_finite((size_t)s->out.rows * (size_t)s->out.columns, s->matrix)) return MBSR_OK;
+    if (mbsri_finite((size_t)s->out.rows * (size_t)columns, matrix)) return MBSR_OK;
     char label[MBSRI_LABEL];
     return mbsri_fail(
         &d->error, MBSR_NOT_FINITE, MBSR_NONE, force->id,
@@ -419,12 +425,23 @@ static int check_slopes(mbsr_data *d, const mbsr_model *m, const mbsri_force *fo
 int mbsri_pair_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
                       const int pair[2], mbsri_slopes *s)
 {
+    const mbsr_force_body *body = d->element.bodies;
+    double *motion[2];
+    int count[2];
     mbsri_pair_bodies(m, d, force, pair);
-    lay_out(s, 2, d->element.bodies);
+    place_rows(s, 2, body);
+    for (int k = 0; k < 2; ++k) {
+        const bool ground = s->column[k] < 0;
+        count[k] = ground ? 0 : mbsri_q_column(body + k, 0);
+        motion[k] = s->matrix + (ground ? 0 : (size_t)s->column[k] * (size_t)s->out.rows);
+        mbsri_zero((size_t)count[k] * (size_t)s->out.rows, motion[k]);
+    }
     mbsr_force_args args = mbsri_force_args(d, force, 2);
     args.pair = pair;
-    const int status = add_own(m, d, force, &args, &s->out);
-    return status ? status : check_slopes(d, m, force, s);
+    int status = add_own(m, d, force, &args, &s->out);
+    for (int k = 0; k < 2 && !status; ++k)
+        status = check_slopes(d, m, force, count[k], motion[k], s);
+    return status;
 }
 
 /* Of an element that is on. */
@@ -434,7 +451,7 @@ static int find_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
     const int status = has_own(force->def.table, bodies, d->element.bodies)
                            ? own_slopes(m, d, force, bodies, s)
                            : mbsri_force_differences(m, d, force, body, s);
-    return status ? status : check_slopes(d, m, force, s);
+    return status ? status : check_slopes(d, m, force, s->out.columns, s->matrix, s);
 }
 
 int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,

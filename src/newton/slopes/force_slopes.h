@@ -35,7 +35,8 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes_room room, mbsri_slope
 int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                        mbsri_slopes *s);
 
-/* Those of one pair of an element by pairs, which has two bodies then. */
+/* Those of one pair of an element by pairs, which has two bodies then: along their poses and
+ * velocities. Such elements read no joints, whose columns are not written. */
 int mbsri_pair_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
                       const int pair[2], mbsri_slopes *s);
 

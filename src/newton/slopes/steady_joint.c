@@ -1,9 +1,8 @@
 /* Derivatives of a joint that moves its body the same way in every state: see steady_joint.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Translations along axes at rest shift the body without turning what follows, and a ball whose
- * middle is the body's origin turns it about axes at rest: V = -J u with a constant J, so that only
- * the pose changes with q, by -J dq or the turn of a quaternion, and V with u. */
+ * V = -J u with a constant J, so that only the pose changes with q, by -J dq or the turn of a
+ * quaternion, and V with u. */
 #include "newton/slopes/steady_joint.h"
 
 #include "algebra/space3.h"
@@ -12,18 +11,8 @@
 bool mbsri_steady_joint_serves(const mbsri_body *b)
 {
     const mbsri_joint *joint = &b->joint;
-    if (joint->space != MBSR_SPACE_SPATIAL || b->pred.space != MBSR_SPACE_FIXED ||
-        joint->table->tangent != mbsri_chain_tangent || b->lock.count > 0)
-        return false;
-    const double *B = joint->param + MBSRI_B;
-    const int last = joint->option[0] - 1;
-    bool steady = last >= 0 && B[0] == 0.0 && B[1] == 0.0 && B[2] == 0.0;
-    for (int step = 0; step <= last && steady; ++step) {
-        const int code = joint->option[1 + step];
-        steady = step < last ? (code & (MBSRI_STEP_KIND | MBSRI_DRIVEN)) == MBSRI_TRANSLATION
-                             : (code & MBSRI_STEP_KIND) == MBSRI_QUATERNION;
-    }
-    return steady;
+    return joint->space == MBSR_SPACE_SPATIAL && joint->table->tangent == mbsri_chain_tangent &&
+           b->lock.count == 0 && mbsri_chain_is_steady(b->pred.space, joint->param, joint->option);
 }
 
 void mbsri_steady_joint(const mbsri_body *b, const mbsr_data *d, const double *q, const double *u,
