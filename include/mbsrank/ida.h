@@ -101,11 +101,15 @@ typedef struct mbsr_ida_opt {
 /* Unless atol_each is given, momenta are tested by the error they make in a velocity. With mass
  * that of mbsr_momentum_scales at the start, for index-1 velocities the mbsr_rank_info.scale of the
  * joint (where that is zero, the smallest of mbsr_momentum_scales there), and atol that of the
- * joint's u, for index-1 velocities the smallest of the joint's (of a joint that turns and moves
- * the smallest sqrt(mass) atol, with the mass of mbsr_momentum_scales), tolerances are
+ * joint's u, for index-1 velocities the smallest of the joint's, tolerances are
  *
  *   momentum p             mass (rtol |u| + atol)
  *   index-1 velocity v     rtol |v| + sqrt(mass) atol
+ *
+ * In a joint that turns and moves, or joints of a group that do (mbsr_body_group), errors of the
+ * one kind may have the energy that the other kind's may: with E the largest sqrt(mass) atol of the
+ * rates, mass rtol |u| + sqrt(mass) E and rtol |v| + E, the same in all units, whatever the size of
+ * the body.
  *
  * In models with closures errors e_p of momenta are tested together by the velocities that they
  * make with the loops closed, e_u in (., ., e_u, .) = K^-1 (0, c e_p, 0, 0) with K = dF/dy + c

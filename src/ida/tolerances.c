@@ -135,42 +135,101 @@ static int find_largest_mass(mbsr_ida *ida, double *largest)
     return MBSR_OK;
 }
 
-/* p: mass times the tolerance of its velocity, which stands nu further on. */
-static void scale_momenta(mbsr_ida *ida)
+/* ---- joints that turn and move ---- */
+
+/* Where the group of joints that are eliminated together, of which that of a body is one, has its
+ * first rate. */
+static int first_of_group(const mbsr_ida *ida, int body)
+{
+    int first, n, own;
+    mbsr_body_coordinates(ida->model, mbsr_body_group(ida->model, body), NULL, NULL, &first, &n);
+    mbsr_body_coordinates(ida->model, body, NULL, NULL, &own, NULL);
+    return n > 0 ? first : own;
+}
+
+enum { NO_KIND = -1, SEVERAL = -2 };
+
+/* For each group, at its first rate: the largest sqrt(mass) times tolerance of its rates u, whose
+ * tolerances begin at `velocity`, into root (nu), where these turn and move, so that errors of the
+ * one kind may have the energy that the other kind's may; else 0. kind (nu): scratch. */
+static void find_energies(const mbsr_ida *ida, int velocity, double *root, double *kind)
+{
+    const int nu = mbsr_model_nu(ida->model);
+    const double *mass = N_VGetArrayPointer(ida->tol.mass) + mbsr_model_nq(ida->model),
+                 *atol = N_VGetArrayPointer(ida->tol.atol) + velocity;
+    mbsr_coordinate_kind own[MBSR_MAX_D];
+    for (int k = 0; k < nu; ++k) {
+        root[k] = 0.0;
+        kind[k] = NO_KIND;
+    }
+    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
+        const int at = first_of_group(ida, i);
+        int first, n;
+        mbsr_body_coordinates(ida->model, i, NULL, NULL, &first, &n);
+        mbsr_body_coordinate_kinds(ida->model, i, NULL, own);
+        for (int k = 0; k < n; ++k) {
+            root[at] = fmax(root[at], sqrt(mass[first + k]) * atol[first + k]);
+            const double now = (double)own[k];
+            kind[at] = kind[at] == NO_KIND || kind[at] == now ? now : (double)SEVERAL;
+        }
+    }
+    for (int k = 0; k < nu; ++k) root[k] = kind[k] == SEVERAL ? root[k] : 0.0;
+}
+
+/* p: mass times the tolerance of its velocity, which stands nu further on, or sqrt(mass) times
+ * `root`, unless that is 0. */
+static void scale_momenta(mbsr_ida *ida, int body, double root)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    double *atol = N_VGetArrayPointer(ida->tol.atol);
-    const double *mass = N_VGetArrayPointer(ida->tol.mass);
-    for (int k = nq; k < nq + nu; ++k) atol[k] = mass[k] * atol[nu + k];
+    double *atol = N_VGetArrayPointer(ida->tol.atol) + nq;
+    const double *mass = N_VGetArrayPointer(ida->tol.mass) + nq;
+    int first, n;
+    mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
+    for (int k = first; k < first + n; ++k)
+        atol[k] = root > 0.0 ? sqrt(mass[k]) * root : mass[k] * atol[nu + k];
 }
 
 /* v: the square root of the mass on its joint, without any of the smallest that momenta have there,
- * and of the joint's tolerances, which are taken anew, the smallest; of a joint that turns and
- * moves the smallest product of both, with the masses of momenta. */
-static int scale_velocities(mbsr_ida *ida, int body)
+ * and of the joint's tolerances the smallest; or `root`, unless that is 0. */
+static int scale_velocities(mbsr_ida *ida, int body, double root)
 {
     const int nq = mbsr_model_nq(ida->model);
-    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY, least = INFINITY,
-           product = INFINITY;
+    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY, least = INFINITY;
     const double *mass = N_VGetArrayPointer(ida->tol.mass);
-    mbsr_coordinate_kind kind[MBSR_MAX_D];
     mbsr_rank_info info;
-    bool same = true;
     int first, n;
     const int status = mbsr_body_rank(ida->model, ida->data, body, &info);
     if (status) return pass_on_error(ida, status);
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
-    mbsr_body_coordinate_kinds(ida->model, body, NULL, kind);
-    set_body(ida, body, nq, atol);
     for (int k = nq + first; k < nq + first + n; ++k) {
-        same = same && kind[k - nq - first] == kind[0];
         smallest = fmin(smallest, atol[k]);
         least = fmin(least, mass[k]);
-        product = fmin(product, sqrt(mass[k]) * atol[k]);
     }
-    if (same) product = smallest * sqrt(info.scale > 0.0 ? info.scale : least);
-    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = product;
+    if (!(root > 0.0)) root = smallest * sqrt(info.scale > 0.0 ? info.scale : least);
+    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = root;
     return MBSR_OK;
+}
+
+/* Those of momenta or index-1 velocities, which are taken anew, by the masses in tol.mass. */
+static int scale_all(mbsr_ida *ida)
+{
+    const bool momentum = ida->opt.form == MBSR_DAE_MOMENTUM;
+    const int nq = mbsr_model_nq(ida->model), bodies = mbsr_model_bodies(ida->model);
+    double *root = N_VGetArrayPointer(ida->work);
+    int status = MBSR_OK;
+    if (!momentum && ida->opt.form != MBSR_DAE_INDEX1) return status;
+    for (int i = 0; i < bodies && !momentum; ++i)
+        set_body(ida, i, nq, N_VGetArrayPointer(ida->tol.atol));
+    find_energies(ida, momentum ? nq + mbsr_model_nu(ida->model) : nq, root,
+                  N_VGetArrayPointer(ida->displaced));
+    for (int i = 0; i < bodies && !status; ++i) {
+        const int at = first_of_group(ida, i);
+        int n;
+        mbsr_body_coordinates(ida->model, i, NULL, NULL, NULL, &n);
+        if (n > 0 && momentum) scale_momenta(ida, i, root[at]);
+        if (n > 0 && !momentum) status = scale_velocities(ida, i, root[at]);
+    }
+    return status;
 }
 
 int mbsri_ida_scale_tolerances(mbsr_ida *ida)
@@ -181,11 +240,8 @@ int mbsri_ida_scale_tolerances(mbsr_ida *ida)
     if (status) return status;
     status = mbsr_momentum_scales(ida->model, ida->data, mass + mbsr_model_nq(ida->model));
     if (status) return pass_on_error(ida, status);
-    if (ida->opt.form == MBSR_DAE_MOMENTUM) scale_momenta(ida);
-    for (int i = 0; ida->opt.form == MBSR_DAE_INDEX1 && i < mbsr_model_bodies(ida->model); ++i) {
-        status = scale_velocities(ida, i);
-        if (status) return status;
-    }
+    status = scale_all(ida);
+    if (status) return status;
     double *place = N_VGetArrayPointer(ida->displaced) + mbsr_model_nu(ida->model);
     find_places(ida, place);
     const bool scaled = mbsri_ida_scale_multipliers(ida, place);

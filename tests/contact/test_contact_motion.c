@@ -383,7 +383,7 @@ static void counts(void **unused)
     assert_int_equal(mbsr_simulation_get_stats(&r.s, &stats), MBSR_OK);
     print_message("%ld steps, %ld residuals, %ld matrices, %ld error tests failed\n", stats.steps,
                   stats.residuals, stats.factorisations, stats.error_test_failures);
-    assert_true(stats.steps < 1100);
+    assert_true(stats.steps < 800);
     assert_true(stats.residuals < 5 * stats.steps);
     assert_true(stats.factorisations < stats.steps);
     assert_true(5 * stats.error_test_failures < stats.steps);
