@@ -55,7 +55,8 @@ static const char *const all[] = {
     "tests/fuzz/corpus/small.sdf",   "examples/models/arm.urdf",
     "examples/models/marbles.xml",   "examples/models/gripper.xml",
     "examples/models/quadruped.xml", "examples/models/suspension.xml",
-    "examples/models/wiper.sdf",     "tests/fuzz/corpus/attributes.xml"};
+    "examples/models/wiper.sdf",     "tests/fuzz/corpus/attributes.xml",
+    "tests/fuzz/corpus/elements.sdf"};
 
 enum { FILES = sizeof all / sizeof *all };
 
