@@ -1,4 +1,4 @@
-/* How functions of FMI begin. FMI_STATUS and FMI_ERROR: a version's type of a status, its error.
+/* How functions of FMI begin. FMI_ERROR: the status of an error, of a version.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FMU_ENTER_H
 #define MBSRI_FMU_ENTER_H
@@ -13,15 +13,11 @@ enum {
 };
 
 /* The instance, where the function may be called; else returns. */
-#define ENTER(modes)                                                                               \
-    mbsri_instance *in = c;                                                                        \
-    if (!in || !mbsri_allowed(in, (modes), __func__)) return FMI_ERROR
+#define ENTER(modes) ENTER_OF(MBSRI_EITHER, modes)
 
 /* The same for functions of model exchange, or of co-simulation. */
 #define ENTER_OF(is_exchange, modes)                                                               \
-    ENTER(modes);                                                                                  \
-    if (in->exchange != (is_exchange))                                                             \
-    return (FMI_STATUS)mbsri_say(in, MBSRI_ERROR, "%s: the instance is of %s", __func__,           \
-                                 in->exchange ? "model exchange" : "co-simulation")
+    mbsri_instance *in = mbsri_entered(c, (is_exchange), (modes), __func__);                       \
+    if (!in) return FMI_ERROR
 
 #endif

@@ -12,7 +12,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FMI_STATUS fmi2Status
 #define FMI_ERROR fmi2Error
 #include "fmu/enter.h"
 

@@ -6,7 +6,6 @@
 #include "fmu/fmi3_functions.h"
 #include "fmu/instance.h"
 
-#define FMI_STATUS fmi3Status
 #define FMI_ERROR fmi3Error
 #include "fmu/enter.h"
 

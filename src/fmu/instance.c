@@ -61,7 +61,7 @@ bool mbsri_update(mbsri_instance *in, double t, double *t_end)
     return in->mode != MBSRI_TERMINATED && !(early && wanted <= t);
 }
 
-bool mbsri_allowed(mbsri_instance *in, unsigned modes, const char *function)
+mbsri_instance *mbsri_entered(void *c, int exchange, unsigned modes, const char *function)
 {
     static const char *const names[] = {"instantiated",
                                         "in initialization mode",
@@ -70,12 +70,19 @@ bool mbsri_allowed(mbsri_instance *in, unsigned modes, const char *function)
                                         "in step mode",
                                         "terminated",
                                         "in intermediate update mode"};
+    mbsri_instance *in = c;
     int k = 0;
-    if ((unsigned)in->mode & modes) return true;
-    while (k < 6 && (unsigned)in->mode != 1u << k) ++k;
-    mbsri_say(in, MBSRI_ERROR, "%s: must not be called while the instance is %s", function,
-              names[k]);
-    return false;
+    if (!in) return NULL;
+    if (!((unsigned)in->mode & modes)) {
+        while (k < 6 && (unsigned)in->mode != 1u << k) ++k;
+        mbsri_say(in, MBSRI_ERROR, "%s: must not be called while the instance is %s", function,
+                  names[k]);
+        return NULL;
+    }
+    if (exchange == MBSRI_EITHER || in->exchange == exchange) return in;
+    mbsri_say(in, MBSRI_ERROR, "%s: the instance is of %s", function,
+              in->exchange ? "model exchange" : "co-simulation");
+    return NULL;
 }
 
 bool mbsri_set_log(mbsri_instance *in, bool on, size_t count, const char *const *category)

@@ -130,8 +130,11 @@ mbsri_result mbsri_failed(mbsri_instance *in, const char *what, int status, cons
  * becomes the time at which it wants it later on. */
 bool mbsri_update(mbsri_instance *in, double t, double *t_end);
 
-/* Whether a function may be called now; if not, after a message. */
-bool mbsri_allowed(mbsri_instance *in, unsigned modes, const char *function);
+enum { MBSRI_EITHER = -1 };
+
+/* The instance c where a function may be called now, of model exchange (true), of co-simulation
+ * (false) or of MBSRI_EITHER; else NULL, after a message where there is an instance. */
+mbsri_instance *mbsri_entered(void *c, int exchange, unsigned modes, const char *function);
 
 /* Categories by their names; false, after a message: there is no such one. count 0: all. */
 bool mbsri_set_log(mbsri_instance *in, bool on, size_t count, const char *const *category);

@@ -50,11 +50,13 @@ static void damaged_files_are_read_or_refused(void **state)
 
 /* ---- every attribute and text ---- */
 
-static const char *const all[] = {"tests/fuzz/corpus/small.urdf",  "tests/fuzz/corpus/small.xml",
-                                  "tests/fuzz/corpus/small.sdf",   "examples/models/arm.urdf",
-                                  "examples/models/marbles.xml",   "examples/models/gripper.xml",
-                                  "examples/models/quadruped.xml", "examples/models/suspension.xml",
-                                  "examples/models/wiper.sdf"};
+static const char *const all[] = {
+    "tests/fuzz/corpus/small.urdf",  "tests/fuzz/corpus/small.xml",
+    "tests/fuzz/corpus/small.sdf",   "examples/models/arm.urdf",
+    "examples/models/marbles.xml",   "examples/models/gripper.xml",
+    "examples/models/quadruped.xml", "examples/models/suspension.xml",
+    "examples/models/wiper.sdf",     "tests/fuzz/corpus/attributes.xml",
+    "tests/fuzz/corpus/elements.sdf"};
 
 enum { FILES = sizeof all / sizeof *all };
 

@@ -2,6 +2,8 @@
 SPDX-License-Identifier: BSD-3-Clause"""
 import ctypes as c
 import math
+import pathlib
+import re
 import sys
 
 from importer import DISCARD, ERROR, OK, Instance, Refused, Unit, doubles
@@ -349,6 +351,16 @@ def updates_come_between(unit):
     one.free()
 
 
+def no_instance_is_refused(unit, version):
+    """Each function of the header that returns a status."""
+    source = pathlib.Path(__file__).resolve().parents[2] / "src" / "fmu" / f"fmi{version}_functions.h"
+    names = re.findall(rf"\(fmi{version}Status\)\s*(fmi{version}\w+)\(", source.read_text())
+    need(len(names) == {2: 40, 3: 70}[version], f"functions of FMI {version}: {len(names)}")
+    for name in names:
+        nothing = [c.c_void_p(None)] * 12  # more than any of them takes
+        need(getattr(unit.library, name)(*nothing) == ERROR, f"{name} of no instance")
+
+
 def messages_have_categories(unit):
     one = Instance(unit, False)
     one.log.clear()
@@ -424,6 +436,7 @@ def main(folder):
         parameters_have_derivatives(arm, True, names, ("joints.", "energy."), 1e-8)
         borders_are_kept(arm)
         messages_have_categories(arm)
+        no_instance_is_refused(arm, version)
         wrong_tokens_are_refused(arm)
         if version == 3:
             stops_are_events(arm)

@@ -1,6 +1,7 @@
 /* Calls of the operating system that fail: loaded before the C library, it lets one call of the
  * function that MBSR_FAULT names fail, the one of the number MBSR_FAULT_AT, counted from 1. The
- * file that MBSR_FAULT_COUNT names gets the number of calls that there were.
+ * file that MBSR_FAULT_COUNT names gets the number of calls that there were. With MBSR_FAULT_EACH
+ * the program's main is called again and again, each time another of the calls fails.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _GNU_SOURCE
 #include <dirent.h>
@@ -72,6 +73,49 @@ FAULT(size_t, fread, EIO, 0, (void *to, size_t size, size_t number, FILE *file),
       (to, size, number, file))
 
 #if defined(__GLIBC__)
+typedef int (*program_main)(int count, char **argument, char **environment);
+
+static program_main whole;
+
+/* Whether the program ended as it should: well, or with a word on standard error, a file. */
+static int ends(int code)
+{
+    const off_t said = lseek(STDERR_FILENO, 0, SEEK_END);
+    return code == 0 || (code > 0 && code <= 4 && said > 0);
+}
+
+/* The program without a failure, then with that of each call, until there are fewer calls. */
+static int each_fails(int count, char **argument, char **environment)
+{
+    const char *const name = what;
+    int code = whole(count, argument, environment);
+    calls = 0;
+    for (at = 1; code == 0; ++at) {
+        if (ftruncate(STDERR_FILENO, lseek(STDERR_FILENO, 0, SEEK_SET)) != 0) return 5;
+        what = name;
+        const int got = whole(count, argument, environment);
+        what = "";
+        if (calls < at) break;
+        if (!ends(got)) code = 6;
+        calls = 0;
+    }
+    calls = at;
+    return code;
+}
+
+/* How a program begins: with its main, or with that above. */
+int __libc_start_main(program_main called, int count, char **argument, void (*init)(void),
+                      void (*fini)(void), void (*loader_fini)(void), void *stack_end);
+int __libc_start_main(program_main called, int count, char **argument, void (*init)(void),
+                      void (*fini)(void), void (*loader_fini)(void), void *stack_end)
+{
+    int (*real)(program_main, int, char **, void (*)(void), void (*)(void), void (*)(void), void *);
+    *(void **)&real = dlsym(RTLD_NEXT, "__libc_start_main");
+    whole = called;
+    return real(getenv("MBSR_FAULT_EACH") ? each_fails : called, count, argument, init, fini,
+                loader_fini, stack_end);
+}
+
 FAULT(FILE *, fopen64, EMFILE, NULL, (const char *path, const char *mode), (path, mode))
 FAULT(int, ftruncate64, EIO, -1, (int file, off64_t size), (file, size))
 
