@@ -32,8 +32,8 @@ enum { KINDS = 3 };
 
 /* Diag(J^T W J) and the armature of a joint, the largest entry of each kind of rate, to `largest`.
  */
-static void add_joint(const mbsri_body *b, const mbsr_data *d, const mbsr_coordinate_kind *kind,
-                      double *largest)
+static void add_masses_of(const mbsri_body *b, const mbsr_data *d, const mbsr_coordinate_kind *kind,
+                          double *largest)
 {
     for (int k = 0; k < b->n; ++k) {
         const double mass =
@@ -56,7 +56,7 @@ static int of_group(const mbsr_model *model, mbsr_data *data, int i, double *lar
     for (int k = 0; k < g.members; ++k) {
         const mbsri_body *b = model->body + g.member[k];
         mbsr_body_coordinate_kinds(model, b->id, NULL, kind);
-        add_joint(b, data, kind, largest);
+        add_masses_of(b, data, kind, largest);
     }
     return MBSR_OK;
 }

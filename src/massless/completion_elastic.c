@@ -78,7 +78,7 @@ static int ask_springs(mbsr_completion *w, const double *push, bool *some)
 }
 
 /* Whether loop forces take all of a push, whose solution is w->x: motions are rounding then. */
-static bool is_held(const mbsr_completion *w, const double *push)
+static bool loops_hold(const mbsr_completion *w, const double *push)
 {
     static const double little = 1e-9;
     const mbsr_model *m = w->m;
@@ -97,7 +97,7 @@ static int ask_growth(mbsr_completion *w, bool *grows)
 {
     static const double much = 5.0, rounding = 1e-9;
     *grows = w->kind.faster = false;
-    if (is_held(w, w->r + w->rates)) return MBSR_OK;
+    if (loops_hold(w, w->r + w->rates)) return MBSR_OK;
     const int status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->other);
     if (status) return status;
     const double largest = mbsri_completion_speed(w, w->other + w->rates);

@@ -243,10 +243,11 @@ static void dense_matrices_let_no_run_stand_still(void **state)
 static void matrices_that_have_turned_mislead_no_run(void **state)
 {
     (void)state;
-    static const seen cells[] = {{"series", 1e6, 10.0, 1e-5, 0.02, 1000},
-                                 {"bushed_four_bar", 1e6, 30.0, 1e-7, 2e-5, 1000},
-                                 {"series", 1e6, 10.0, 1e-8, 6e-5, 950},
-                                 {"all_pins", 1e6, 30.0, 1e-7, 1e-3, 1300}};
+    static const seen cells[] = {
+        {"series", 1e6, 10.0, 1e-5, 0.02, 1000},
+        {"bushed_four_bar", 1e6, 30.0, 1e-7, 2e-5, 1000},
+        {"series", 1e6, 10.0, 1e-8, 6e-5, 950},
+        {"all_pins", 1e6, 30.0, 1e-7, 1.2e-3, 1300}}; /* beside: 4e-4 to 9e-4 */
     for (size_t k = 0; k < sizeof cells / sizeof cells[0]; ++k) check_dense(cells + k);
 }
 
