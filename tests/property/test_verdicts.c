@@ -404,6 +404,21 @@ static void rows_left_to_others(void **state)
     check_seeds(1, (const uint64_t[]){610485});
 }
 
+/* Loops hold all that moves no mass; motions are rounding, and so is whether they grow. */
+static void loops_that_hold_everything(void **state)
+{
+    (void)state;
+    check_seeds(1, (const uint64_t[]){520663});
+}
+
+/* Loop forces of a trillionth of what acts, or nothing, as rounding has it. */
+static void loop_forces_that_are_traces(void **state)
+{
+    (void)state;
+    check_seeds(2, (const uint64_t[]){811077, 812253});
+    assert_true(check_rich(720331, true));
+}
+
 /* Ranks at the state that the states around it do not have: nothing goes on from there, and a start
  * refuses it as the report does. */
 static void ranks_of_one_state_alone(void **state)
@@ -497,6 +512,8 @@ int main(void)
                                        cmocka_unit_test(fast_dampers_beside_loops),
                                        cmocka_unit_test(balances_at_rest),
                                        cmocka_unit_test(rows_left_to_others),
+                                       cmocka_unit_test(loops_that_hold_everything),
+                                       cmocka_unit_test(loop_forces_that_are_traces),
                                        cmocka_unit_test(balances_out_of_reach),
                                        cmocka_unit_test(stops_that_let_go),
                                        cmocka_unit_test(masses_at_the_closed_position),
