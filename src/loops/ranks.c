@@ -381,11 +381,10 @@ static void free_direction(mbsri_ranking *w, int independent, int number, double
     for (size_t j = 0; j < n; ++j) x[j] *= w->span[j] * by;
 }
 
-/* All of them. */
-static void free_directions(mbsri_ranking *w, int independent)
+/* Some of them. */
+static void free_directions(mbsri_ranking *w, int independent, int from, int to)
 {
-    for (int k = 0; k < DIRECTIONS; ++k)
-        free_direction(w, independent, k, w->free + (size_t)(k * w->n));
+    for (int k = from; k < to; ++k) free_direction(w, independent, k, w->free + (size_t)(k * w->n));
 }
 
 /* At the positions q, with the vectors of the ranks there. near: see row_fronts.h. */
@@ -499,13 +498,16 @@ static int look_around(mbsri_ranking *w, double t, const double *q, bool *droppe
     bool found = false;
     int status = ranks_at(w, t, q, NULL, dropped, here);
     if (status || is_lost(w)) return status;
-    if (count_of(here) < w->rows) free_directions(w, here->independent);
+    if (count_of(here) < w->rows) free_directions(w, here->independent, 0, WIDE);
     *nearby = here->independent;
     widest = *here;
     status = widest_beside(w, t, q, dropped, &widest);
     const bool singular = count_of(&widest) > count_of(here);
-    if (!status && singular)
+    if (!status && singular) status = ranks_at(w, t, q, NULL, w->other, &closed);
+    if (!status && singular) {
+        free_directions(w, closed.independent, WIDE, DIRECTIONS);
         status = closed_beside(w, t, q, dropped, count_of(&widest), &closed, &found);
+    }
     if (!status && singular) *nearby = found ? closed.independent : widest.independent;
     for (int k = 0; k < w->rows && singular && !status; ++k) dropped[k] = w->beside[k];
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
