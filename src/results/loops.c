@@ -93,20 +93,26 @@ typedef struct shares {
     int lwork;
 } shares;
 
+/* Of row `row` over rate j in its span. */
+static double entry_in_span(const mbsri_ranking *w, size_t row, size_t j)
+{
+    return w->C[j * (size_t)w->rows + row] * w->span[j];
+}
+
 /* Rows on which the dependent row `row` rests are not determined one by one: C_kept^T a = c_row. */
 static int mark_shared(mbsri_ranking *w, const shares *s, int row, const bool *dropped, int *unique)
 {
-    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
+    const size_t n = (size_t)w->n;
     int kept = 0, rank;
     unique[row] = 0;
     if (!(s->length[row] > 0.0)) return MBSR_OK;
     for (int k = 0; k < w->rows; ++k) {
         if (dropped[k]) continue;
         for (size_t j = 0; j < n; ++j)
-            s->A[(size_t)kept * n + j] = w->C[j * rows + (size_t)k] / s->length[k];
+            s->A[(size_t)kept * n + j] = entry_in_span(w, (size_t)k, j) / s->length[k];
         ++kept;
     }
-    for (size_t j = 0; j < n; ++j) s->b[j] = w->C[j * rows + (size_t)row] / s->length[row];
+    for (size_t j = 0; j < n; ++j) s->b[j] = entry_in_span(w, (size_t)row, j) / s->length[row];
     if (kept == 0) return MBSR_OK;
     if (mbsri_lapack_gelsy(w->n, kept, s->A, s->b, 1e-12, s->pivots, &rank, s->work, s->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
@@ -137,7 +143,7 @@ static int mark_by_matrix(mbsri_ranking *w, const bool *dropped, const bool *sti
     int status = MBSR_OK;
     for (size_t k = 0; k < rows; ++k) {
         double square = 0.0;
-        for (size_t j = 0; j < n; ++j) square += w->C[j * rows + k] * w->C[j * rows + k];
+        for (size_t j = 0; j < n; ++j) square += pow(entry_in_span(w, k, j), 2);
         s.length[k] = sqrt(square);
         unique[k] = 1;
     }

@@ -419,6 +419,35 @@ static void loop_forces_that_are_traces(void **state)
     assert_true(check_rich(720331, true));
 }
 
+/* Rows whose ranks fronts have no digits for: matrices tell them, the same in all units. */
+static void ranks_that_fronts_lose(void **state)
+{
+    (void)state;
+    check_seeds(1, (const uint64_t[]){200085});
+    int first[2] = {0, 0};
+    for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
+        any_model s;
+        mbsr_data *d;
+        mbsr_closure_report report;
+        int redundant[ANY_MOST * 6], unique[ANY_MOST * 6], dropped = 0, alone = 0;
+        assert_true(any_model_make(&s, 200085, systems + k, false));
+        assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+        assert_ok(mbsr_closures_report(s.m, d, 0.0, s.q, &report, redundant, unique),
+                  mbsr_data_error(d));
+        for (int j = 0; j < mbsr_model_rows(s.m); ++j) {
+            dropped += redundant[j];
+            alone += unique[j];
+            assert_false(redundant[j] && unique[j]);
+        }
+        assert_int_equal(report.nearby + dropped, mbsr_model_rows(s.m));
+        if (k == 0) first[0] = dropped, first[1] = alone;
+        assert_int_equal(dropped, first[0]);
+        assert_int_equal(alone, first[1]);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(s.m);
+    }
+}
+
 /* Ranks at the state that the states around it do not have: nothing goes on from there, and a start
  * refuses it as the report does. */
 static void ranks_of_one_state_alone(void **state)
@@ -513,6 +542,7 @@ int main(void)
                                        cmocka_unit_test(balances_at_rest),
                                        cmocka_unit_test(rows_left_to_others),
                                        cmocka_unit_test(loops_that_hold_everything),
+                                       cmocka_unit_test(ranks_that_fronts_lose),
                                        cmocka_unit_test(loop_forces_that_are_traces),
                                        cmocka_unit_test(balances_out_of_reach),
                                        cmocka_unit_test(stops_that_let_go),
