@@ -77,7 +77,8 @@ typedef struct mbsr_newton_info {
     int vector_code; /* 1: rigid bodies were in vector code at the last factorisation */
     int blocks;      /* bodies that were passed by a front, by their functions */
     long factorisations, solves;
-    size_t bytes; /* memory of the object */
+    long iterations; /* of GMRES in all these solutions (mbsr_newton_opt, together) */
+    size_t bytes;    /* memory of the object */
 } mbsr_newton_info;
 
 /* Creates a solver for Newton systems of a model; opt == NULL means mbsr_default_newton_opt(). The

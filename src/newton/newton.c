@@ -641,6 +641,7 @@ int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info)
 {
     if (!newton || !info) return MBSR_ERR_NULL;
     *info = newton->info;
+    if (newton->front) info->iterations = mbsri_front_iterations(newton->front);
     return MBSR_OK;
 }
 

@@ -60,6 +60,7 @@ static size_t crowd_place(const mbsr_model *m, mbsri_front_crowd *c, unsigned ch
     c->group = mbsri_take_bytes(memory, &used, bodies * sizeof *c->group);
     c->size = mbsri_take_bytes(memory, &used, bodies * sizeof *c->size);
     c->apart = mbsri_take_bytes(memory, &used, pairs * sizeof *c->apart);
+    c->order = mbsri_take_bytes(memory, &used, pairs * sizeof *c->order);
     return used;
 }
 
@@ -134,6 +135,28 @@ static bool may_be_apart(const mbsr_model *m, const mbsri_acting *pair)
            mbsri_relate(m, pair->body[0], pair->body[1]) == MBSRI_APART;
 }
 
+static int first_of(const mbsri_acting *pair)
+{
+    return pair->body[0] < pair->body[1] ? pair->body[0] : pair->body[1];
+}
+
+/* Those apart, by the first of their bodies. */
+static void order_pairs(mbsri_front *f)
+{
+    const mbsri_acting *pair = f->linear->pairs.pair;
+    mbsri_front_crowd *c = f->crowd;
+    int *start = c->group, sum = 0;
+    for (int i = 0; i <= f->model->bodies; ++i) start[i] = 0;
+    for (int k = 0; k < f->linear->pairs.count; ++k) start[first_of(pair + k)] += c->apart[k];
+    for (int i = 0; i <= f->model->bodies; ++i) {
+        const int count = start[i];
+        start[i] = sum;
+        sum += count;
+    }
+    for (int k = 0; k < f->linear->pairs.count; ++k)
+        if (c->apart[k]) c->order[start[first_of(pair + k)]++] = k;
+}
+
 void mbsri_front_crowd_part(mbsri_front *f)
 {
     mbsri_front_crowd *c = f->crowd;
@@ -145,6 +168,7 @@ void mbsri_front_crowd_part(mbsri_front *f)
         c->apart[k] = many && may_be_apart(f->model, pairs->pair + k);
         c->count += c->apart[k];
     }
+    order_pairs(f);
 }
 
 /* ---- loads ---- */
@@ -302,31 +326,39 @@ void mbsri_front_crowd_finish(mbsri_front *f, mbsri_front_response_of response)
     }
 }
 
-/* F += E S x where bodies are alone */
-static void add_answers(const mbsri_front *f, const double *x, double *F)
+/* F += by L x, or by U x, where E S = L + U: forces on the second body of a pair, or on the first.
+ * Pairs stand in the order of their first bodies, so that where F is x, (1 - L)^-1 x is left. */
+static void add_answers(const mbsri_front *f, bool second, double by, const double *x, double *F)
 {
-    const mbsr_model *m = f->model;
-    for (int k = 0; k < 2 * f->linear->pairs.count; ++k) {
-        const direction of = direction_of(f, k / 2, k % 2);
-        const mbsri_body *on = m->body + of.on, *by = m->body + of.by;
-        if (f->crowd->apart[k / 2])
-            mbsri_ax_often(on->d, by->d, 1.0, of.answer, x + by->v, F + on->v);
+    const mbsri_front_crowd *c = f->crowd;
+    for (int k = 0; k < c->count; ++k) {
+        const int pair = c->order[k], *body = f->linear->pairs.pair[pair].body;
+        const direction of = direction_of(f, pair, second == (body[0] < body[1]) ? 0 : 1);
+        const mbsri_body *on = f->model->body + of.on, *moving = f->model->body + of.by;
+        mbsri_ax_often(on->d, moving->d, by, of.answer, x + moving->v, F + on->v);
     }
 }
 
-/* y = (1 - E S) x */
-static void crowd_apply(mbsri_front *f, mbsri_front_sweep_of sweep, const double *x, double *y)
+/* F = P z: (1 - L)^-1 z where bodies are alone, else z. */
+static void crowd_prepare(const mbsri_front *f, const double *z, double *F)
+{
+    mbsri_copy(f->model->size.v, z, F);
+    if (f->crowd->alone) add_answers(f, true, 1.0, F, F);
+}
+
+/* y = (1 - E S) P z */
+static void crowd_apply(mbsri_front *f, mbsri_front_sweep_of sweep, const double *z, double *y)
 {
     const size_t n = f->model->size.v;
+    crowd_prepare(f, z, f->crowd->loads);
     if (f->crowd->alone) {
-        mbsri_zero(n, y);
-        add_answers(f, x, y);
-    } else {
-        mbsri_copy(n, x, f->crowd->loads);
-        sweep(f, f->crowd->zero);
-        find_forces(f, y);
+        mbsri_copy(n, z, y);
+        add_answers(f, false, -1.0, f->crowd->loads, y);
+        return;
     }
-    for (size_t k = 0; k < n; ++k) y[k] = x[k] - y[k];
+    sweep(f, f->crowd->zero);
+    find_forces(f, y);
+    for (size_t k = 0; k < n; ++k) y[k] = z[k] - y[k];
 }
 
 /* Column j of the Hessenberg matrix by the rotations so far, and a new one; what is left then. */
@@ -349,8 +381,8 @@ static double crowd_rotate(mbsri_front_crowd *c, int j)
     return fabs(g[j + 1]);
 }
 
-/* Adds to F the best of `count` vectors. */
-static void crowd_combine(mbsri_front_crowd *c, size_t n, int count, double *F)
+/* Adds to z the best of `count` vectors. */
+static void crowd_combine(mbsri_front_crowd *c, size_t n, int count, double *z)
 {
     for (int j = count - 1; j >= 0; --j) {
         double *g = c->projected;
@@ -358,12 +390,12 @@ static void crowd_combine(mbsri_front_crowd *c, size_t n, int count, double *F)
         g[j] = h[j] > 0.0 ? g[j] / h[j] : 0.0;
         for (int k = 0; k < j; ++k) g[k] -= h[k] * g[j];
     }
-    for (int j = 0; j < count; ++j) crowd_add(n, c->projected[j], c->basis + (size_t)j * n, F);
+    for (int j = 0; j < count; ++j) crowd_add(n, c->projected[j], c->basis + (size_t)j * n, z);
 }
 
 /* From the first vector, of length `size` before it was made 1, until `least` is left; what is. */
 static double crowd_iterate(mbsri_front *f, mbsri_front_sweep_of sweep, double size, double least,
-                            double *F)
+                            double *z)
 {
     mbsri_front_crowd *c = f->crowd;
     const size_t n = f->model->size.v;
@@ -384,7 +416,8 @@ static double crowd_iterate(mbsri_front *f, mbsri_front_sweep_of sweep, double s
         left = crowd_rotate(c, count++);
         if (!(left <= size)) break; /* not finite */
     }
-    crowd_combine(c, n, count, F);
+    crowd_combine(c, n, count, z);
+    c->iterations += count;
     return left;
 }
 
@@ -392,22 +425,22 @@ bool mbsri_front_crowd_solve(mbsri_front *f, const double *r, mbsri_front_sweep_
 {
     mbsri_front_crowd *c = f->crowd;
     const size_t n = f->model->size.v;
-    double *F = c->solution, *first = c->basis;
-    mbsri_zero(n, F);
+    double *z = c->solution, *first = c->basis;
+    mbsri_zero(n, z);
     mbsri_zero(n, c->loads);
     sweep(f, r);
     find_forces(f, c->given);
     const double goal = c->error * sqrt(crowd_product(c, n, c->given, c->given));
     double left = goal > 0.0 ? INFINITY : goal;
     for (int k = 0; k < RESTARTS && left > goal; ++k) {
-        crowd_apply(f, sweep, F, first);
+        crowd_apply(f, sweep, z, first);
         for (size_t l = 0; l < n; ++l) first[l] = c->given[l] - first[l];
         left = sqrt(crowd_product(c, n, first, first));
         if (!(left > goal)) break;
         crowd_scale(n, 1.0 / left, first);
-        left = crowd_iterate(f, sweep, left, goal, F);
+        left = crowd_iterate(f, sweep, left, goal, z);
     }
-    mbsri_copy(n, F, c->loads);
+    crowd_prepare(f, z, c->loads);
     if (left <= goal) return true;
     c->rest = RESTS;
     return false;

@@ -17,6 +17,7 @@ typedef struct mbsri_front_crowd {
     double error;         /* what iterations leave of the loads beside their size */
     int count;            /* of pairs apart */
     bool *apart;          /* by pair */
+    int *order;           /* of these, by the first of their bodies */
     int *group, *size;    /* N + 1: the next body towards the head of its group; its size there */
     size_t block, answer; /* lengths of a block and an answer */
     double *blocks;   /* by pair: forces on the second by the first, on the first by the second */
@@ -25,11 +26,12 @@ typedef struct mbsri_front_crowd {
     double *answers;  /* by pair: blocks times the former */
     double *weight;   /* size_v: of forces in norms, inverse masses */
     double *loads;    /* size_v: those of the next sweep */
-    double *solution; /* size_v: F */
+    double *solution; /* size_v: z, F = P z */
     double *given;    /* size_v: E x0 */
     double *zero;     /* a right-hand side of zeros */
     double *basis, *hessenberg, *rotation, *projected;
-    int rest; /* plans that are still to be whole, after one that did not do */
+    long iterations; /* of all solutions */
+    int rest;        /* plans that are still to be whole, after one that did not do */
     void *memory;
     size_t bytes;
 } mbsri_front_crowd;

@@ -112,6 +112,9 @@ bool mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
 /* Whether the last factorisation has left pairs apart, for which a solution iterates. */
 bool mbsri_front_iterates(const mbsri_front *f);
 
+/* Iterations of all solutions so far. */
+long mbsri_front_iterations(const mbsri_front *f);
+
 /* Whether step k takes in nothing and leaves nothing: all of its body is found at once. */
 static inline bool mbsri_front_is_alone(const mbsri_front *f, int k)
 {

@@ -355,6 +355,11 @@ bool mbsri_front_iterates(const mbsri_front *f)
     return f->crowd && f->crowd->count > 0;
 }
 
+long mbsri_front_iterations(const mbsri_front *f)
+{
+    return f->crowd ? f->crowd->iterations : 0;
+}
+
 void mbsri_front_start(mbsri_front *f)
 {
     mbsri_zero((size_t)f->rows.count, f->h);
