@@ -107,7 +107,7 @@ void mbsri_act(const mbsr_contact_law *law, const mbsri_touch *t, const mbsr_for
     f->normal = f->elastic * fmax(0.0, 1.0 + law->damping * f->rate);
     mbsri_add3(f->normal, t->n, f->force);
     if (law->friction > 0.0) {
-        f->speed = hypot(mbsri_norm3(f->sliding), law->slip);
+        f->speed = sqrt(mbsri_dot3(f->sliding, f->sliding) + law->slip * law->slip);
         f->drag = law->friction * f->normal / f->speed;
         mbsri_add3(-f->drag, f->sliding, f->force);
     }
@@ -221,55 +221,102 @@ static void move_pose(const mbsri_touch *t, const mbsr_force_body *a, const mbsr
     mbsri_add3(-1.0, turned, c->v);
 }
 
-/* By number r of the velocity. */
-static void move_rate(const mbsri_action *f, bool of_a, int r, change *c)
+/* Where derivatives by a column go: rows of a and of b; NULL: there are none. */
+typedef struct rows_of {
+    double *a, *b;
+} rows_of;
+
+static rows_of rows_at(const mbsr_force_derivatives *out, const int place[2], int column)
 {
-    const double sign = of_a ? 1.0 : -1.0, *arm = of_a ? f->arm_a : f->arm_b;
-    double unit[3] = {0.0, 0.0, 0.0};
-    unit[r % 3] = sign;
-    if (r < 3) {
-        memcpy(c->w, unit, sizeof unit);
-        mbsri_add_cross3(unit, arm, c->v);
-    } else {
-        memcpy(c->v, unit, sizeof unit);
+    double *to = out->matrix + (ptrdiff_t)column * out->rows;
+    const int a = out->row[place[0]], b = out->row[place[1]];
+    return (rows_of){a >= 0 ? to + a : NULL, b >= 0 ? to + b : NULL};
+}
+
+/* Adds a wrench about the origin of a body, whose arm it acts at; sign 1, or -1 for b. */
+static inline void put(double sign, const double arm[3], const double force[3],
+                       const double moment[3], double *rows)
+{
+    double about[3];
+    mbsri_cross3(arm, force, about);
+    for (int k = 0; k < 3; ++k) {
+        rows[k] += sign * (about[k] + moment[k]);
+        rows[3 + k] += sign * force[k];
     }
 }
 
-/* What it makes of the wrench on a body, sign 1, or -1 for b. */
-static void put(double sign, const double arm[3], const double darm[3], const mbsri_action *f,
-                const change *c, double *column)
+/* And what the force makes of moved arms. */
+static inline void put_moved(double sign, const double arm[3], const double origin[3],
+                             const mbsri_action *f, const change *c, double *rows)
 {
-    double moment[3];
-    mbsri_cross3(arm, c->force, moment);
+    double darm[3], moment[3];
+    for (int k = 0; k < 3; ++k) darm[k] = c->along.p[k] - origin[k], moment[k] = c->moment[k];
     mbsri_add_cross3(darm, f->force, moment);
-    mbsri_add3(1.0, c->moment, moment);
-    mbsri_add3(sign, moment, column);
-    mbsri_add3(sign, c->force, column + 3);
+    put(sign, arm, c->force, moment, rows);
+}
+
+/* By the poses. When both bodies are moved along nothing changes, so b's are those of a, the other
+ * way. */
+static void put_poses(const mbsr_contact_law *law, const mbsri_touch *t, const mbsr_force_body *a,
+                      const mbsr_force_body *b, const mbsri_action *f,
+                      const mbsr_force_derivatives *out, const int place[2])
+{
+    const int first_a = out->column[place[0]], first_b = out->column[place[1]];
+    for (int l = 0; l < 12; ++l) {
+        const bool of_a = l < 6;
+        const int r = l % 6, first = of_a ? first_a : first_b;
+        if (first < 0 || (!of_a && r >= 3 && first_a >= 0)) continue;
+        change c = {0};
+        move_pose(t, a, b, of_a, r, &c);
+        slope_of_force(law, t, f, &c);
+        for (int side = 0; side < (of_a && r >= 3 && first_b >= 0 ? 2 : 1); ++side) {
+            const double sign = side == 0 ? 1.0 : -1.0;
+            const rows_of to = rows_at(out, place, (side == 0 ? first : first_b) + r);
+            if (to.a) put_moved(sign, f->arm_a, c.xa, f, &c, to.a);
+            if (to.b) put_moved(-sign, f->arm_b, c.xb, f, &c, to.b);
+        }
+    }
+}
+
+/* By the velocities, of which v and w follow: six changes in all. */
+static void put_rates(const mbsr_contact_law *law, const mbsri_touch *t, const mbsri_action *f,
+                      const mbsr_force_derivatives *out, const int place[2])
+{
+    const bool turns = law->torsional > 0.0 || law->rolling > 0.0;
+    double force[6][3] = {{0.0}}, moment[6][3] = {{0.0}}; /* by w, v */
+    for (int r = turns ? 0 : 3; r < 6; ++r) {
+        change c = {0};
+        (r < 3 ? c.w : c.v)[r % 3] = 1.0;
+        slope_of_force(law, t, f, &c);
+        memcpy(force[r], c.force, sizeof force[r]);
+        memcpy(moment[r], c.moment, sizeof moment[r]);
+    }
+    for (int l = 0; l < 12; ++l) {
+        const int side = l / 6, r = l % 6, first = out->column[place[side]];
+        if (first < 0) continue;
+        const double sign = side == 0 ? 1.0 : -1.0, *arm = side == 0 ? f->arm_a : f->arm_b;
+        double F[3], M[3];
+        memcpy(F, force[r], sizeof F);
+        memcpy(M, moment[r], sizeof M);
+        if (r < 3) { /* v = e_r x arm */
+            const int next = (r + 1) % 3, last = (r + 2) % 3;
+            for (int k = 0; k < 3; ++k) {
+                F[k] += arm[next] * force[3 + last][k] - arm[last] * force[3 + next][k];
+                M[k] += arm[next] * moment[3 + last][k] - arm[last] * moment[3 + next][k];
+            }
+        }
+        const rows_of to = rows_at(out, place, first + 6 + r);
+        if (to.a) put(sign, f->arm_a, F, M, to.a);
+        if (to.b) put(-sign, f->arm_b, F, M, to.b);
+    }
 }
 
 void mbsri_action_slopes(const mbsr_contact_law *law, const mbsri_touch *t,
                          const mbsr_force_body *a, const mbsr_force_body *b, const mbsri_action *f,
                          const mbsr_force_derivatives *out)
 {
-    const int ia = t->exchanged ? 1 : 0, ib = 1 - ia;
+    const int place[2] = {t->exchanged ? 1 : 0, t->exchanged ? 0 : 1};
     if (!(f->normal > 0.0) && t->by_cosine == 0.0) return;
-    for (int l = 0; l < 24; ++l) {
-        const bool of_a = l < 12;
-        const int first = out->column[of_a ? ia : ib], r = l % 12;
-        if (first < 0) continue;
-        change c = {0};
-        double darm_a[3], darm_b[3];
-        if (r < 6)
-            move_pose(t, a, b, of_a, r, &c);
-        else
-            move_rate(f, of_a, r - 6, &c);
-        slope_of_force(law, t, f, &c);
-        for (int k = 0; k < 3; ++k) {
-            darm_a[k] = c.along.p[k] - c.xa[k];
-            darm_b[k] = c.along.p[k] - c.xb[k];
-        }
-        double *column = out->matrix + (ptrdiff_t)(first + r) * out->rows;
-        if (out->row[ia] >= 0) put(1.0, f->arm_a, darm_a, f, &c, column + out->row[ia]);
-        if (out->row[ib] >= 0) put(-1.0, f->arm_b, darm_b, f, &c, column + out->row[ib]);
-    }
+    put_poses(law, t, a, b, f, out, place);
+    put_rates(law, t, f, out, place);
 }
