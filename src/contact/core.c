@@ -19,9 +19,10 @@ static int refuse_core(char text[MBSR_TEXT_SIZE], int status, const char *what, 
     return status;
 }
 
-static void set_box(mbsri_shape *s, double x, double y, double z)
+static void set_bounds(mbsri_shape *s, double x, double y, double z, double ball)
 {
     s->extent[0] = x, s->extent[1] = y, s->extent[2] = z;
+    s->ball = ball;
 }
 
 /* ---- points and segments ---- */
@@ -148,7 +149,7 @@ static bool is_convex(const mesh *m)
     return below < -slack * m->size;
 }
 
-/* The box around a mesh, and its size. */
+/* The box and the ball around a mesh, and its size. */
 static void measure_mesh(mbsri_shape *s, mesh *m)
 {
     double low[3], high[3];
@@ -207,6 +208,7 @@ static int make_mesh(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT
     s->core.face = (const double(*)[4])m.face;
     s->core.triangle = (const int(*)[3])m.triangle;
     for (int k = 0; k < 3; ++k) s->extent[k] += s->core.radius;
+    s->ball = m.size + s->core.radius;
     return MBSR_OK;
 }
 
@@ -300,23 +302,23 @@ int mbsri_core_make(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT_
     switch (from->kind) {
     case MBSR_SHAPE_SPHERE:
         s->core.radius = size[0];
-        set_box(s, size[0], size[0], size[0]);
+        set_bounds(s, size[0], size[0], size[0], size[0]);
         return make_points(s, 1, 0.0);
     case MBSR_SHAPE_CAPSULE:
         s->core.radius = size[0];
-        set_box(s, size[0], size[0], size[0] + size[1]);
+        set_bounds(s, size[0], size[0], size[0] + size[1], size[0] + size[1]);
         return make_points(s, 2, size[1]);
     case MBSR_SHAPE_CYLINDER: return make_cylinder(from, s, text);
     case MBSR_SHAPE_ELLIPSOID:
         memcpy(s->core.half, size, sizeof s->core.half);
-        set_box(s, size[0], size[1], size[2]);
+        set_bounds(s, size[0], size[1], size[2], fmax(size[0], fmax(size[1], size[2])));
         return MBSR_OK;
     case MBSR_SHAPE_BOX: {
         const double least = fmin(size[0], fmin(size[1], size[2])),
                      r = from->rounding > 0.0 ? from->rounding : least / 20.0;
         const double half[3] = {size[0] - r, size[1] - r, size[2] - r};
         s->core.radius = r;
-        set_box(s, size[0], size[1], size[2]);
+        set_bounds(s, size[0], size[1], size[2], mbsri_norm3(size));
         return make_box(s, half);
     }
     case MBSR_SHAPE_MESH: return make_mesh(from, s, text);

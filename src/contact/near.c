@@ -138,6 +138,7 @@ static void put_boxes(const mbsri_near *near, int count, double width[3])
             box->low[k] = placed->low[k], box->high[k] = placed->high[k];
             width[k] += box->high[k] - box->low[k];
         }
+        box->ball = placed->shape->ball + placed->shape->margin;
         box->shape = near->order[i];
         box->first[0] = box->first[1] = box->last[0] = box->last[1] = 0;
     }
@@ -240,6 +241,16 @@ static int overlaps(const mbsri_box *a, const mbsri_box *b, int k)
     return (a->low[k] <= b->high[k]) & (b->low[k] <= a->high[k]);
 }
 
+static bool balls_overlap(const mbsri_box *a, const mbsri_box *b)
+{
+    double square = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        const double apart = 0.5 * ((a->low[k] + a->high[k]) - (b->low[k] + b->high[k]));
+        square += apart * apart;
+    }
+    return !(square > (a->ball + b->ball) * (a->ball + b->ball));
+}
+
 /* Whether the box around a shape reaches below a plane or height field. */
 static bool reaches(const mbsri_placed *plane, const mbsri_placed *s)
 {
@@ -270,7 +281,8 @@ static int sweep(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near
                 const mbsri_box *b = near->entry[l];
                 if (!(b->low[axis] <= a->high[axis])) break;
                 if (!(overlaps(a, b, g.axis[0]) & overlaps(a, b, g.axis[1])) ||
-                    !is_first(a, b, x, y) || !mbsri_may_touch(c, a->shape, b->shape))
+                    !is_first(a, b, x, y) || !balls_overlap(a, b) ||
+                    !mbsri_may_touch(c, a->shape, b->shape))
                     continue;
                 const int status = put_pair(c, args, near, a->shape, b->shape, count);
                 if (status) return status;

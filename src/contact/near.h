@@ -5,9 +5,9 @@
 
 #include "contact/touch.h"
 
-/* The box around a shape, along the world's axes. */
+/* The box around a shape, along the world's axes, and the radius of a ball about its middle. */
 typedef struct mbsri_box {
-    double low[3], high[3];
+    double low[3], high[3], ball;
     int shape;
     int first[2], last[2]; /* columns of the grid that it reaches into (near.c) */
 } mbsri_box;
@@ -30,8 +30,8 @@ typedef struct mbsri_near {
 /* Bytes; where the parts stand in them. */
 size_t mbsri_near_place(const mbsr_contacts *c, void *memory, mbsri_near *near);
 
-/* Places all shapes, and finds the pairs whose boxes overlap and that may touch; args: all bodies.
- * A status, with a text. */
+/* Places all shapes, and finds the pairs whose boxes and balls overlap and that may touch; args:
+ * all bodies. A status, with a text. */
 int mbsri_near_find(const mbsr_contacts *c, const mbsr_force_args *args, mbsri_near *near,
                     int *count);
 

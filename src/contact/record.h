@@ -30,6 +30,7 @@ typedef struct mbsri_shape {
     mbsr_shape_kind kind;
     double R[9], x[3];           /* in the body */
     double middle[3], extent[3]; /* of a box around all of it, in the shape's frame */
+    double ball;                 /* radius of one about the middle around all of it */
     unsigned groups, mask;
     mbsr_contact_law law;
     double margin; /* the largest that it has in a law, from when the element is made */

@@ -35,6 +35,7 @@ void mbsri_place_shape(const mbsri_shape *shape, const double R[9], const double
     for (int k = 0; k < 3; ++k) {
         double reach = 0.0;
         for (int l = 0; l < 3; ++l) reach += fabs(placed->R[3 * l + k]) * shape->extent[l];
+        if (!mbsri_is_ground(shape->kind)) reach = fmin(reach, shape->ball);
         reach += shape->margin;
         placed->low[k] = placed->x[k] + middle[k] - reach;
         placed->high[k] = placed->x[k] + middle[k] + reach;

@@ -47,7 +47,7 @@ typedef struct scene {
     int force, bodies;
 } scene;
 
-static inline scene scene_of(int count, const mbsr_shape *shapes)
+static inline scene scene_with(int count, const mbsr_shape *shapes, int max_pairs)
 {
     scene s = {0};
     mbsr_error error;
@@ -68,11 +68,16 @@ static inline scene scene_of(int count, const mbsr_shape *shapes)
         if (status) fail_msg("%s", error.text);
     }
     mbsr_force_def force;
-    if (mbsr_contacts_force(s.contacts, 0, &force, &error)) fail_msg("%s", error.text);
+    if (mbsr_contacts_force(s.contacts, max_pairs, &force, &error)) fail_msg("%s", error.text);
     assert_int_equal(mbsr_model_add_force(s.model, &force, &s.force), MBSR_OK);
     if (mbsr_model_finish(s.model)) fail_msg("%s", mbsr_model_error(s.model)->text);
     assert_int_equal(mbsr_data_create(s.model, &s.data, &error), MBSR_OK);
     return s;
+}
+
+static inline scene scene_of(int count, const mbsr_shape *shapes)
+{
+    return scene_with(count, shapes, 0);
 }
 
 static inline void end_scene(scene *s)
