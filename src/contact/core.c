@@ -47,17 +47,24 @@ static int make_box(mbsri_shape *s, const double half[3])
 {
     static const int edge[12][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3},
                                     {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
-    double(*x)[3] = calloc(8, sizeof *x);
+    double(*x)[3] = calloc(8 + 24, sizeof *x), (*side)[2][3] = (double(*)[2][3])(x + 8);
     if (!x) return MBSR_ERR_NO_MEMORY;
     s->memory = x;
     for (int k = 0; k < 8; ++k) {
         for (int l = 0; l < 3; ++l) x[k][l] = k >> l & 1 ? half[l] : -half[l];
+    }
+    for (int k = 0; k < 12; ++k) {
+        for (int l = 0; l < 2; ++l) {
+            const int across = (k / 4 + 1 + l) % 3;
+            side[k][l][across] = edge[k][0] >> across & 1 ? -1.0 : 1.0;
+        }
     }
     memcpy(s->core.half, half, sizeof s->core.half);
     s->core.corners = 8;
     s->core.corner = (const double(*)[3])x;
     s->core.edges = 12;
     s->core.edge = edge;
+    s->core.side = (const double(*)[2][3])side;
     return MBSR_OK;
 }
 
@@ -68,6 +75,7 @@ typedef struct mesh {
     double (*corner)[3];
     int (*triangle)[3];
     double (*face)[4];
+    double (*side)[2][3];
     int (*edge)[2];
     int corners, faces, edges;
     double size; /* distance of the farthest corner from the middle of all */
@@ -77,12 +85,13 @@ static bool allocate_mesh(const mbsr_shape *from, mbsri_shape *s, mesh *m)
 {
     const size_t corners = (size_t)from->vertices, faces = (size_t)from->triangles,
                  edges = 3 * faces / 2 + 1;
-    const size_t doubles = 3 * corners + 4 * faces, ints = 3 * faces + 2 * edges;
+    const size_t doubles = 3 * corners + 4 * faces + 6 * edges, ints = 3 * faces + 2 * edges;
     double *memory = calloc(1, doubles * sizeof *memory + ints * sizeof(int));
     if (!memory) return false;
     s->memory = memory;
     m->corner = (double(*)[3])memory;
     m->face = (double(*)[4])(memory + 3 * corners);
+    m->side = (double(*)[2][3])(memory + 3 * corners + 4 * faces);
     m->triangle = (int(*)[3])(void *)(memory + doubles);
     m->edge = (int(*)[2])(m->triangle + faces);
     m->corners = from->vertices;
@@ -120,6 +129,17 @@ static int behind_edge(const mesh *m, int a, int b)
     return found;
 }
 
+/* Into two faces from the edge between them, from corner a to b, which is on the left of `here`. */
+static void find_sides(const mesh *m, int a, int b, const double *here, const double *there,
+                       double side[2][3])
+{
+    double along[3], into[2][3];
+    for (int k = 0; k < 3; ++k) along[k] = m->corner[b][k] - m->corner[a][k];
+    mbsri_cross3(here, along, into[0]);
+    mbsri_cross3(along, there, into[1]);
+    for (int l = 0; l < 2; ++l) (void)mbsri_direction3(into[l], side[l]);
+}
+
 /* Edges between faces that are not in one plane. False: the mesh is open. */
 static bool find_edges(mesh *m)
 {
@@ -129,6 +149,7 @@ static bool find_edges(mesh *m)
                       other = behind_edge(m, a, b);
             if (other < 0) return false;
             if (a > b || mbsri_dot3(m->face[k], m->face[other]) > 1.0 - 1e-9) continue;
+            find_sides(m, a, b, m->face[k], m->face[other], m->side[m->edges]);
             m->edge[m->edges][0] = a;
             m->edge[m->edges++][1] = b;
         }
@@ -204,6 +225,7 @@ static int make_mesh(const mbsr_shape *from, mbsri_shape *s, char text[MBSR_TEXT
     s->core.corner = (const double(*)[3])m.corner;
     s->core.edges = m.edges;
     s->core.edge = (const int(*)[2])m.edge;
+    s->core.side = (const double(*)[2][3])m.side;
     s->core.faces = m.faces;
     s->core.face = (const double(*)[4])m.face;
     s->core.triangle = (const int(*)[3])m.triangle;

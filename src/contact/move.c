@@ -52,6 +52,35 @@ static double fade_slope(double u, double length, double width, double *fade)
     return 6.0 * end * (1.0 - end) * length / width * (u < 0.5 ? 1.0 : -1.0);
 }
 
+/* The change of the weight of edges as the normal turns by dn, and the faces with their bodies. */
+static double turn_sides(const mbsri_touch *t, const mbsri_motion *by, const double dn[3],
+                         const double slopes[4])
+{
+    double sum = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        double into_a[3], into_b[3];
+        mbsri_cross3(by->wa, t->into_a[k], into_a);
+        mbsri_cross3(by->wb, t->into_b[k], into_b);
+        sum -= slopes[k] * (mbsri_dot3(dn, t->into_a[k]) + mbsri_dot3(t->n, into_a));
+        sum += slopes[2 + k] * (mbsri_dot3(dn, t->into_b[k]) + mbsri_dot3(t->n, into_b));
+    }
+    return sum;
+}
+
+/* The change of the height of one point over a face of the other core. */
+static double rise(const mbsri_touch *t, const mbsri_motion *by, const change *c)
+{
+    double along[3], arm[3], carried[3];
+    const double sign = t->out_of_a ? 1.0 : -1.0;
+    for (int k = 0; k < 3; ++k) {
+        along[k] = c->pa[k] - (t->out_of_a ? c->s * t->n[k] + t->s * c->n[k] : 0.0);
+        arm[k] = -sign * t->s * t->n[k];
+        carried[k] = t->out_of_a ? by->va[k] : by->vb[k];
+    }
+    mbsri_add_cross3(t->out_of_a ? by->wa : by->wb, arm, carried);
+    return mbsri_dot3(t->out, along) - mbsri_dot3(t->out, carried);
+}
+
 static void line_line(const mbsri_touch *t, const mbsri_motion *by, const double between[3],
                       change *c)
 {
@@ -73,7 +102,13 @@ static void line_line(const mbsri_touch *t, const mbsri_motion *by, const double
     const double of_a = fade_slope(t->ua, t->la, t->window, &fa),
                  of_b = fade_slope(t->ub, t->lb, t->window, &fb),
                  dg = mbsri_dot3(ta, t->tb) + mbsri_dot3(t->ta, tb);
-    c->weight = -2.0 * g * dg * fa * fb + sine * (of_a * a / t->la * fb + fa * of_b * b / t->lb);
+    double part[6];
+    const double rest = mbsri_edges_weight(t, part),
+                 ends = -2.0 * g * dg * fa * fb +
+                        sine * (of_a * a / t->la * fb + fa * of_b * b / t->lb);
+    c->weight = ends * rest +
+                sine * fa * fb *
+                    (turn_sides(t, by, c->n, part) + part[4] * c->s + part[5] * rise(t, by, c));
 }
 
 /* pb = middle + radius e, e along what of pa - middle is normal to the axis. */

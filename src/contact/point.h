@@ -38,13 +38,18 @@ typedef struct mbsri_touch {
     double pa[3], pb[3]; /* of the cores */
     double ra, rb;       /* how far the surfaces are before these */
     double depth, weight;
-    double ta[3], tb[3];   /* directions of lines; axis and middle of a rim or circle; middle of an
-                              ellipsoid in pa - ta */
-    double ua, ub;         /* LINE_LINE: places along the edges, 0 .. 1, and */
-    double la, lb;         /* their lengths */
-    double window;         /* where weights fade at the ends, m */
-    double half[3], Ra[9]; /* half axes and axes of an ellipsoid; radius of a rim or circle in
-                              half[0] */
+    double ta[3], tb[3]; /* directions of lines; axis and middle of a rim or circle; middle of an
+                            ellipsoid in pa - ta */
+    double ua, ub;       /* LINE_LINE: places along the edges, 0 .. 1, and */
+    double la, lb;       /* their lengths */
+    double window;       /* where weights fade at the ends, m */
+    /* LINE_LINE: into the faces beside the edges, 0: none; where s < 0 how far one of the points is
+     * out of the other core, b's point of a's where out_of_a, and the normal of the face there */
+    double into_a[2][3], into_b[2][3];
+    double height, out[3];
+    bool out_of_a;
+    double half[3], Ra[9];   /* half axes and axes of an ellipsoid; radius of a rim or circle in
+                                half[0] */
     double half_b[3], Rb[9]; /* ELLIPSOID_ELLIPSOID: of b; SURFACE: Rb turns how pb moves into how
                                 the normal does */
     double by_distance, by_place[3]; /* SURFACE: derivatives of the weight by s and pb */

@@ -17,9 +17,10 @@ typedef struct mbsri_core {
     int corners, edges, faces;
     const double (*corner)[3];
     const int (*edge)[2];
-    const double (*face)[4];  /* unit normal; its product with the points of the plane */
-    const int (*triangle)[3]; /* of each face; NULL: the core is a box */
-    double half[3];           /* box, cylinder (radius, half length), ellipsoid */
+    const double (*side)[2][3]; /* of an edge between faces: into each of them, unit; or NULL */
+    const double (*face)[4];    /* unit normal; its product with the points of the plane */
+    const int (*triangle)[3];   /* of each face; NULL: the core is a box */
+    double half[3];             /* box, cylinder (radius, half length), ellipsoid */
 } mbsri_core;
 
 typedef struct mbsri_field mbsri_field; /* field.h */

@@ -318,6 +318,7 @@ static double fade(double u, double length, double width)
 }
 
 typedef struct edge {
+    int number;
     double from[3], along[3], length; /* along: unit */
 } edge;
 
@@ -327,6 +328,7 @@ static bool find_edge(const mbsri_placed *p, int k, const mbsri_placed *other, d
 {
     const mbsri_core *core = &p->shape->core;
     double to[3];
+    e->number = k;
     outward(p, core->corner[core->edge[k][0]], e->from);
     outward(p, core->corner[core->edge[k][1]], to);
     for (int l = 0; l < 3; ++l) {
@@ -340,53 +342,97 @@ static bool find_edge(const mbsri_placed *p, int k, const mbsri_placed *other, d
     return true;
 }
 
-/* Whether no corner of a core is farther along n than an edge of it, through the point `on`. */
-static bool is_outmost(const mbsri_placed *p, const double n[3], const double on[3])
+/* 1 up to 0, 0 from `width` on. */
+static double fall(double x, double width, double *slope)
 {
-    const mbsri_core *core = &p->shape->core;
-    double most = -INFINITY, size = 0.0;
-    for (int k = 0; k < core->corners; ++k) {
-        double x[3];
-        outward(p, core->corner[k], x);
-        for (int l = 0; l < 3; ++l) x[l] -= on[l];
-        most = fmax(most, mbsri_dot3(n, x));
-        size = fmax(size, mbsri_norm3(x));
-    }
-    return most <= 1e-12 * size;
+    const double y = fmin(1.0, fmax(0.0, 1.0 - x / width));
+    *slope = -6.0 * y * (1.0 - y) / width;
+    return y * y * (3.0 - 2.0 * y);
 }
 
-/* Whether a point is within a core, which for points and segments none is. */
-static bool is_inside(const mbsri_placed *p, const double x[3])
+double mbsri_edges_weight(const mbsri_touch *t, double *slopes)
+{
+    /* the sine of 30 degrees; parts of both radii */
+    static const double beyond = 0.5, last = 0.5, thin = 1e-3;
+    const double limit = t->ra + t->rb;
+    double part[6], slope[6], all = 1.0;
+    for (int k = 0; k < 2; ++k) {
+        part[k] = fall(-mbsri_dot3(t->n, t->into_a[k]), beyond, slope + k);
+        part[2 + k] = fall(mbsri_dot3(t->n, t->into_b[k]), beyond, slope + 2 + k);
+    }
+    part[4] = fall(-t->s - (1.0 - last) * limit, last * limit, slope + 4);
+    part[5] = fall(t->height, thin * limit, slope + 5);
+    slope[4] = -slope[4];
+    for (int k = 0; k < 6; ++k) all *= part[k];
+    for (int k = 0; k < 6 && slopes; ++k) {
+        slopes[k] = slope[k];
+        for (int l = 0; l < 6; ++l) slopes[k] *= l == k ? 1.0 : part[l];
+    }
+    return all;
+}
+
+/* How far a point is out of a core with faces, and the normal of the face there. */
+static double height_over(const mbsri_placed *p, const double x[3], double out[3])
 {
     const mbsri_core *core = &p->shape->core;
-    double local[3];
-    bool inside = p->shape->kind == MBSR_SHAPE_BOX || core->faces > 0;
+    const bool box = p->shape->kind == MBSR_SHAPE_BOX;
+    double local[3], most = -INFINITY, normal[3] = {0.0, 0.0, 0.0};
     inward(p, x, local);
-    for (int k = 0; k < 3 && p->shape->kind == MBSR_SHAPE_BOX; ++k)
-        inside = inside && fabs(local[k]) <= core->half[k];
-    for (int k = 0; k < core->faces && inside; ++k)
-        inside = mbsri_dot3(core->face[k], local) <= core->face[k][3];
-    return inside;
+    for (int k = 0; k < (box ? 6 : core->faces); ++k) {
+        const double sign = k % 2 ? 1.0 : -1.0;
+        const double height = box ? sign * local[k / 2] - core->half[k / 2]
+                                  : mbsri_dot3(core->face[k], local) - core->face[k][3];
+        if (height <= most) continue;
+        most = height;
+        for (int l = 0; l < 3; ++l) normal[l] = box ? (l == k / 2 ? sign : 0.0) : core->face[k][l];
+    }
+    mbsri_rotate3(p->R, normal, out);
+    return most;
 }
 
-/* n and s of edges: from b to a, as their bodies stand to each other where the cores overlap there,
- * else as the edges themselves do. */
-static void order_edges(const search *w, mbsri_touch *t)
+/* Where edges have passed each other: of the two points the one that is farther in a core. */
+static void find_height(const search *w, mbsri_touch *t)
 {
-    double apart[3], down[3];
-    for (int k = 0; k < 3; ++k) apart[k] = w->a->x[k] - w->b->x[k];
-    const double side = mbsri_dot3(t->n, apart);
-    t->s = 0.0;
-    for (int k = 0; k < 3; ++k) {
-        if (side < 0.0) t->n[k] = -t->n[k];
-        down[k] = -t->n[k];
-        t->s += t->n[k] * (t->pa[k] - t->pb[k]);
+    double out[3];
+    t->height = INFINITY;
+    if (w->a->shape->core.side) {
+        t->height = height_over(w->a, t->pb, t->out);
+        t->out_of_a = true;
     }
-    if (t->s >= 0.0) return;
-    const bool overlap = is_inside(w->a, t->pb) || is_inside(w->b, t->pa);
-    if (overlap && is_outmost(w->a, down, t->pa) && is_outmost(w->b, t->n, t->pb)) return;
-    memcpy(t->n, down, sizeof t->n);
+    const double other = w->b->shape->core.side ? height_over(w->b, t->pa, out) : INFINITY;
+    if (!(other < t->height)) return;
+    t->height = other;
+    t->out_of_a = false;
+    memcpy(t->out, out, sizeof t->out);
+}
+
+/* Into the faces beside edge k of a core, in the world. */
+static void find_sides(const mbsri_placed *p, int k, double into[2][3])
+{
+    for (int l = 0; l < 2 && p->shape->core.side; ++l)
+        mbsri_rotate3(p->R, p->shape->core.side[k][l], into[l]);
+}
+
+/* With the normal as it is. */
+static int give_edges(const search *w, const mbsri_touch *edges)
+{
+    mbsri_touch t = *edges;
+    if (t.s < 0.0) find_height(w, &t);
+    t.weight *= mbsri_edges_weight(&t, NULL);
+    return t.weight > 0.0 ? give(w, &t) : 0;
+}
+
+/* From b to a: of edges between faces the weight tells which way, of others the points. */
+static int order_edges(const search *w, mbsri_touch *t)
+{
+    const bool faces = w->a->shape->core.side || w->b->shape->core.side;
+    t->s = 0.0;
+    for (int k = 0; k < 3; ++k) t->s += t->n[k] * (t->pa[k] - t->pb[k]);
+    int status = faces || t->s >= 0.0 ? give_edges(w, t) : 0;
     t->s = -t->s;
+    for (int k = 0; k < 3; ++k) t->n[k] = -t->n[k];
+    if (!status && (faces || t->s > 0.0)) status = give_edges(w, t);
+    return status;
 }
 
 static int edges_meet(const search *w, const edge *a, const edge *b)
@@ -415,8 +461,9 @@ static int edges_meet(const search *w, const edge *a, const edge *b)
     memcpy(t.tb, b->along, sizeof t.tb);
     mbsri_cross3(t.ta, t.tb, d);
     (void)mbsri_direction3(d, t.n);
-    order_edges(w, &t);
-    return t.s > -(t.ra + t.rb) ? give(w, &t) : 0;
+    find_sides(w->a, a->number, t.into_a);
+    find_sides(w->b, b->number, t.into_b);
+    return order_edges(w, &t);
 }
 
 static int edges_over(const search *w)

@@ -4,8 +4,8 @@
  * Every point is that of two features, one of each core: a corner, an edge, a face, a circle. Which
  * features are held against each other does not depend on how they lie: all corners against the
  * nearest point of the other core, all edges against all edges, with a weight that fades where
- * edges become parallel or end. So points neither jump nor come and go, but with their depth or
- * weight at zero. */
+ * edges become parallel or end, or the normal turns into a face beside them. So points neither jump
+ * nor come and go, but with their depth or weight at zero. */
 #ifndef MBSRI_CONTACT_TOUCH_H
 #define MBSRI_CONTACT_TOUCH_H
 
@@ -13,6 +13,13 @@
 
 void mbsri_place_shape(const mbsri_shape *shape, const double R[9], const double x[3],
                        mbsri_placed *placed);
+
+/* Weight of two edges beside those of their ends and angle: 1 while the normal points out of both
+ * faces of each, 0 from 30 degrees beyond on; where the edges have passed each other, 0 as soon as
+ * neither point is in the other core, and when they are deeper in each other than both radii.
+ * slopes (6; NULL: not asked for): by the products of the normal (of a: against it) with into_a and
+ * into_b, by s and by height. */
+double mbsri_edges_weight(const mbsri_touch *t, double *slopes);
 
 /* Calls `touch` for every point with a depth and a weight above zero; depths count from where both
  * surfaces are `margin` apart. */

@@ -230,6 +230,52 @@ static void random_pairs(void **unused)
     assert_true(touching > 3 * rounds && apart > rounds && unsure < rounds);
 }
 
+/* ---- edges that have passed each other ---- */
+
+/* The force on the first of two boxes, which lie flat on each other, crosswise, a fifth deeper than
+ * both roundings; the upper one is tilted. */
+static void force_of_tilt(scene *s, double tilt, double force[3])
+{
+    const double turn = 0.3, depth = 1.2 * 2.0 * 0.15 / 20.0;
+    const double q[14] = {1.0,
+                          0.0,
+                          0.0,
+                          0.0,
+                          0.0,
+                          0.0,
+                          0.0,
+                          cos(turn) * cos(0.5 * tilt),
+                          cos(turn) * sin(0.5 * tilt),
+                          sin(turn) * sin(0.5 * tilt),
+                          sin(turn) * cos(0.5 * tilt),
+                          0.05,
+                          0.02,
+                          2.0 * 0.15 - depth};
+    mbsr_contact_point point[64];
+    const int count = points_at(s, q, still, 64, point);
+    assert_true(count > 4 && count <= 64);
+    for (int k = 0; k < 3; ++k) force[k] = 0.0;
+    for (int l = 0; l < count; ++l)
+        for (int k = 0; k < 3; ++k) force[k] += point[l].normal_force * point[l].normal[k];
+}
+
+/* As the box tilts from one side to the other the force does not jump, and pushes apart. */
+static void flat_on_flat(void **unused)
+{
+    (void)unused;
+    const mbsr_shape shapes[2] = {sample_shape(MBSR_SHAPE_BOX, 0), sample_shape(MBSR_SHAPE_BOX, 0)};
+    scene s = scene_of(2, shapes);
+    double last[3], now[3];
+    force_of_tilt(&s, -2e-3, last);
+    for (int k = -199; k <= 200; ++k) {
+        force_of_tilt(&s, 1e-5 * k, now);
+        assert_true(now[2] < 0.0);
+        for (int l = 0; l < 3; ++l) assert_close(now[l], last[l], 0.02 * fabs(now[2]));
+        for (int l = 0; l < 3; ++l) last[l] = now[l];
+    }
+    end_scene(&s);
+}
+
 /* ---- refusals ---- */
 
 static void refused(mbsr_contacts *c, mbsr_shape shape, int status, const char *text)
@@ -415,7 +461,8 @@ static void none_may_touch(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(on_plane), cmocka_unit_test(on_boxes), cmocka_unit_test(random_pairs),
-        cmocka_unit_test(refusals), cmocka_unit_test(too_many), cmocka_unit_test(none_may_touch)};
+        cmocka_unit_test(on_plane),      cmocka_unit_test(on_boxes), cmocka_unit_test(random_pairs),
+        cmocka_unit_test(flat_on_flat),  cmocka_unit_test(refusals), cmocka_unit_test(too_many),
+        cmocka_unit_test(none_may_touch)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
