@@ -126,5 +126,7 @@ int mbsri_closed_start_find(mbsri_closed_start *s, double t, const double *offse
     clear_springs(m, lambda);
     if (!clear && w->kind.deficient)
         status = mbsri_refuse_open(m, s->d, t, q, u, "mbsr_dae_consistent", &verdict);
+    if (!status && s->search.doubtful)
+        status = mbsri_refuse_open(m, s->d, t, s->q, s->u, "mbsr_dae_consistent", &verdict);
     return status ? status : check_rows(s, t, q, u, udot);
 }

@@ -415,7 +415,8 @@ int mbsr_completion_solve(mbsr_completion *completion, mbsr_data *data, mbsr_dae
 /* Rates of a closed model at w->given. Where forward dynamics does not serve, forces on bodies
  * without mass make loop forces: those of a state beside this one, with velocities that balance.
  * They are told once more from those found, as a share of 1/c of what is not known of them moves
- * the state. */
+ * the state. Rounding in them would be accelerations of what loops hardly hold: they balance to the
+ * last digit, but where the velocities given do not let them. */
 static int find_dynamics(mbsr_completion *w)
 {
     enum { PASSES = 2 };
@@ -429,8 +430,10 @@ static int find_dynamics(mbsr_completion *w)
         if (status) return status;
         mbsri_copy((size_t)w->m->rows, w->yp + w->loops, w->given + w->size);
     }
-    mbsri_copy((size_t)w->size, w->given, w->y);
-    status = here(w);
+    status = return_to_given(w);
+    if (!status) status = mbsri_completion_rates(w, true);
+    if (status <= 0) return status;
+    status = return_to_given(w);
     return status ? status : mbsri_completion_rates(w, false);
 }
 

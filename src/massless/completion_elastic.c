@@ -16,10 +16,12 @@
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "algebra/numbers.h"
+#include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
+#include "recursion/rank.h"
 
 #include <math.h>
 
@@ -126,11 +128,39 @@ void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks)
     }
 }
 
+/* To the joint rates of a group from those of the model, or back. */
+static void take_rates(const mbsr_model *m, const mbsri_group *g, bool back, double *all, double *x)
+{
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        mbsri_copy((size_t)b->n, back ? x : all + b->u, back ? all + b->u : x);
+        x += b->n;
+    }
+}
+
+/* Takes off what masses would take of forces: as rows of F_u momenta, to which forces are in a
+ * proportion that depends on the unit of time. */
+static void leave_out_masses(const mbsr_completion *w, double *push)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    if (mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_completion_solve")) return;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (mbsri_group_rank(d, &g) == g.n) continue;
+        take_rates(m, &g, false, push, d->vec);
+        mbsri_null_force(m, d, &g, d->vec, d->vec);
+        take_rates(m, &g, true, push, d->vec);
+    }
+}
+
 void mbsri_completion_push(const mbsr_completion *w, double *push)
 {
     mbsri_completion_lacking(w, w->lacks);
     for (int k = 0; k < w->m->nu; ++k)
         push[k] = w->lacks[k] ? (1.0 + 0.5 * sin(12.9898 * k)) * w->span.per[k] : 0.0;
+    leave_out_masses(w, push);
 }
 
 /* x for a push on all directions without mass, which is left in r. */

@@ -17,8 +17,8 @@ void mbsri_completion_part(mbsr_completion *w);
  * of the data. */
 void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks);
 
-/* Forces (nu) of about one over spans, in no special proportion, on these, with w->lacks. What
- * masses take counts as taken. */
+/* Forces (nu) of about one over spans, in no special proportion, on these, with w->lacks, without
+ * what masses take. */
 void mbsri_completion_push(const mbsr_completion *w, double *push);
 
 /* Whether springs alone hold some direction at the state of the last residual: w->kind.elastic. */

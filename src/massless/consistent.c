@@ -157,7 +157,6 @@ static int refuse(start *s, int status, bool clear, bool doubtful)
 /* From s->q_begun, s->u_begun to a state in s->q, s->u, s->udot, some directions without mass. */
 static int search(start *s, mbsr_consistent_info *info)
 {
-    enum { ASKED = 64 }; /* directions: a report of more costs more than all the rest */
     const mbsr_model *m = s->m;
     mbsri_start *b = &s->search;
     bool clear = false;
@@ -174,12 +173,11 @@ static int search(start *s, mbsr_consistent_info *info)
         mbsri_copy((size_t)m->nu, w->y + w->rates, s->u);
         mbsri_copy((size_t)m->nu, w->rate + w->rates, s->udot);
     }
-    const bool doubtful = b->doubtful && info->null_directions <= ASKED;
-    if (status < 0 || (clear && !doubtful)) {
+    if (status < 0 || (clear && !b->doubtful)) {
         if (status) s->d->error = w->error;
         return status;
     }
-    return refuse(s, status, clear, doubtful);
+    return refuse(s, status, clear, b->doubtful);
 }
 
 /* From s->q and s->u to a state, with u': where all directions move mass that of forward dynamics.

@@ -32,6 +32,7 @@
 #include "forms/dae.h"
 #include "model/query.h"
 #include "recursion/backward.h"
+#include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 
@@ -300,6 +301,23 @@ static bool has_moved(const mbsri_start *s)
     return s->displaced || mbsri_completion_speed(w, w->form.u) > little * w->span.least;
 }
 
+/* Whether rows that are but traces of rounding along a direction hold a push, whose solution is
+ * w->x: by loop forces that are far larger. */
+static bool held_by_traces(const mbsri_start *s, const double *push)
+{
+    static const double far = 1e8;
+    const mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    double most = 0.0, largest = 0.0;
+    if (m->rows == 0) return false;
+    mbsri_closure_transpose(m, w->d, w->other + w->loops, w->form.u);
+    for (int k = 0; k < m->nu; ++k) {
+        most = fmax(most, fabs(w->form.u[k]) / w->span.per[k]);
+        largest = fmax(largest, fabs(push[k]) / w->span.per[k]);
+    }
+    return most > far * largest;
+}
+
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but
  * rounding determines a direction they do not, over ways of any length. */
 static int check_clear(mbsri_start *s, bool *clear)
@@ -314,7 +332,7 @@ static int check_clear(mbsri_start *s, bool *clear)
     if (status) return status;
     const double longest = longest_way(s);
     bool holds = true;
-    *clear = isfinite(1.0 / longest);
+    *clear = isfinite(1.0 / longest) && !held_by_traces(s, push);
     if (!*clear) return MBSR_OK;
     *clear = false;
     for (size_t k = 0; k < sizeof way / sizeof way[0] && !status && !*clear; ++k)
@@ -389,6 +407,19 @@ typedef struct climbed {
     bool singular, dependent, regular;
 } climbed;
 
+/* Whether what springs alone hold is held, as the search for growth has found, by no more than
+ * rounding of the forces that act: these would displace it by far more than all that is there. */
+static bool gives_way(mbsri_start *s)
+{
+    static const double far = 1e13;
+    mbsr_completion *w = s->w;
+    if (!w->kind.elastic || mbsri_enter(w->m, w->d, true, MBSRI_STAGE_BACKWARD, function))
+        return false;
+    const double c = mbsri_completion_c(w, MBSRI_FAR),
+                 way = mbsri_completion_speed(w, w->other + w->rates) / c; /* of 1 J */
+    return way * mbsri_work_of_forces(w->m, w->d) > far;
+}
+
 /* With one c after the other. */
 static int climb(mbsri_start *s, int rungs, climbed *all)
 {
@@ -401,7 +432,8 @@ static int climb(mbsri_start *s, int rungs, climbed *all)
         mbsri_completion_forget(w);
         status = begin_start(s);
         if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
-        if (!status && s->from == MBSRI_FROM_GIVEN && w->kind.faster) s->doubtful = true;
+        if (!status && s->from == MBSRI_FROM_GIVEN && (w->kind.faster || gives_way(s)))
+            s->doubtful = true;
         if (!status) status = balance(s);
         if (!status) status = stays_as_it_is(s);
         s->info->elastic = w->kind.elastic;
@@ -438,7 +470,7 @@ static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const
         s->from = (mbsri_start_from)from;
         status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, all);
         if (from > MBSRI_FROM_GIVEN) continue;
-        s->doubtful = s->doubtful || all->singular;
+        s->doubtful = s->doubtful || !all->regular;
         *first = s->w->error;
         *sought = s->sought;
     }
@@ -447,6 +479,7 @@ static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const
 
 int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
 {
+    enum { ASKED = 64 }; /* directions: a report of more costs more than all the rest */
     mbsr_completion *w = s->w;
     climbed all = {true, true, true};
     const char *sought;
@@ -465,7 +498,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
         if (!status && *clear) status = compare_ranks(s, clear);
         *clear = *clear && all.regular;
         /* of a state that stays as it is *clear tells */
-        s->doubtful = s->doubtful && (status || has_moved(s));
+        s->doubtful = s->doubtful && (status || has_moved(s)) && s->info->null_directions <= ASKED;
         return status;
     }
     if (!all.singular && !all.dependent) return refuse_imbalance(s, sought);

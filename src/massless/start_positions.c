@@ -99,7 +99,7 @@ int mbsri_start_positions(mbsri_start *s)
     static const double enough = 1e-13, near = 1e-8, rounding = 1e-5;
     mbsr_completion *w = s->w;
     double last = INFINITY;
-    for (int step = 0; step < 4 * s->opt->max_iterations; ++step) {
+    for (int step = 0; step < s->opt->max_iterations; ++step) {
         defects left;
         int status = aim(s, true, &left);
         if (status) return status;

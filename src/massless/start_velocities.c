@@ -130,10 +130,18 @@ static int advance(mbsri_start *s, double change, double size, int *leaps, doubl
     return MBSR_OK;
 }
 
-/* What balances but for rounding serves as long as velocities are known to what is usual. */
+/* Whether a change by which velocities do not get better is rounding: what balances but for that
+ * serves as long as they are known to what is usual. */
+static bool is_rounding(mbsri_start *s, double change, double size)
+{
+    static const double rounding = 1e-5, usual = 100.0;
+    const double known = fmin(1.0, usual * s->w->span.least / size) * rounding;
+    return change <= known && mbsri_start_balances(s);
+}
+
 int mbsri_start_velocities(mbsri_start *s, bool drift)
 {
-    static const double near = 1e-9, slow = 0.1, rounding = 1e-5, usual = 100.0;
+    static const double near = 1e-9, slow = 0.1;
     mbsr_completion *w = s->w;
     const double *u = w->y + w->rates;
     double last = INFINITY;
@@ -149,8 +157,7 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
         ++s->info->iterations;
         status = advance(s, change, size, &leaps, &share);
         if (status) return status;
-        if (share == 0.0 && change <= fmin(1.0, usual * w->span.least / size) * rounding &&
-            mbsri_start_balances(s)) {
+        if (share == 0.0 && is_rounding(s, change, size)) {
             take_share(s, 0.0);
             return MBSR_OK;
         }
@@ -167,7 +174,7 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
             (change <= s->opt->tolerance || (change > 0.25 * last && change <= near)))
             return MBSR_OK;
         if (share == 1.0 && step > 2 && change > slow * last && change < 1e-2 && ++slowly > 3) {
-            if (change <= 10.0 * near) return MBSR_OK;
+            if (change <= 10.0 * near || is_rounding(s, change, size)) return MBSR_OK;
             break;
         }
         last = change;

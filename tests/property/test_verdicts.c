@@ -392,7 +392,7 @@ static void balances_at_rest(void **state)
 {
     (void)state;
     static const uint64_t seed[] = {431374, 431092};
-    check_seeds(1, (const uint64_t[]){331507});
+    check_seeds(2, (const uint64_t[]){331507, 811819});
     for (size_t k = 0; k < 2; ++k) assert_true(check_rich(seed[k], true));
 }
 
@@ -402,6 +402,31 @@ static void rows_left_to_others(void **state)
 {
     (void)state;
     check_seeds(1, (const uint64_t[]){610485});
+}
+
+/* Loops hardly hold what moves no mass: rounding of loop forces would be accelerations, wrong by
+ * 3e-4. */
+static void directions_hardly_held(void **state)
+{
+    (void)state;
+    check_seeds(2, (const uint64_t[]){810551, 815191});
+}
+
+/* What nothing determines at the state given, but traces of rounding in rows, in springs' balance
+ * with weights, or in one matrix of many. */
+static void traces_that_determine_nothing(void **state)
+{
+    (void)state;
+    check_seeds(3, (const uint64_t[]){813029, 813532, 815161});
+}
+
+/* Friction that slips and cannot bear what it would have to: no velocity balances it, also where
+ * joints of which some directions move mass are pushed in other units of time. */
+static void friction_that_is_not_enough(void **state)
+{
+    (void)state;
+    assert_true(check_rich(430617, true));
+    assert_true(check_rich(720283, true));
 }
 
 /* Loops hold all that moves no mass; motions are rounding, and so is whether they grow. */
@@ -541,6 +566,9 @@ int main(void)
                                        cmocka_unit_test(fast_dampers_beside_loops),
                                        cmocka_unit_test(balances_at_rest),
                                        cmocka_unit_test(rows_left_to_others),
+                                       cmocka_unit_test(directions_hardly_held),
+                                       cmocka_unit_test(traces_that_determine_nothing),
+                                       cmocka_unit_test(friction_that_is_not_enough),
                                        cmocka_unit_test(loops_that_hold_everything),
                                        cmocka_unit_test(ranks_that_fronts_lose),
                                        cmocka_unit_test(loop_forces_that_are_traces),
