@@ -162,7 +162,7 @@ others() {
         # a trap with its place in the source instead of a text: less code, and a tenth of what the loader relocates
         if [ "$sanitizer" = clang ] && [ "$long" = OFF ]; then trap=(-DCMAKE_C_FLAGS=-fsanitize-trap=undefined); fi
         ASAN_OPTIONS=handle_sigill=1 run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-            "${linker[@]}" "${trap[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
+            -DMBSR_UNITY=ON "${linker[@]}" "${trap[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
     else
         echo "==== sanitizers: left out, no compiler has them"
     fi
@@ -178,7 +178,7 @@ others() {
     only='(reference|property|files|fe|study|program|hygiene|example)\..*|package\.core_static|unit\.(any_bytes|blocks|completion|dense|finite.*|jacobi|lapack|no_allocation|own_lapack|parallel|start.*|threads)'
     # -O1 without -O3 for what loops (src/CMakeLists.txt): a third less to compile, tests as fast
     less=(-DCMAKE_BUILD_TYPE=MinSizeRel "-DCMAKE_C_FLAGS_MINSIZEREL=-O1 -DNDEBUG")
-    if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.headers'; fi # done by that compiler
+    if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.(headers|snippets)'; fi # done by that compiler
     if [ "$long" = ON ]; then only='.*' less=(-DCMAKE_BUILD_TYPE=Release); fi
     MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
         -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \

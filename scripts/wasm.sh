@@ -58,7 +58,9 @@ if [ ! -e "$out/prefix/lib/libexpat.a" ]; then
         -DEXPAT_BUILD_TESTS=OFF -DEXPAT_BUILD_DOCS=OFF
     cmake --install "$out/expat" >>"$out/expat.log" 2>&1
 fi
-make mbsrank "$root" -DMBSR_WEB=ON -DMBSR_LAPACK=OFF -DMBSR_THREADS=OFF -DMBSR_FE=OFF -DMBSR_STUDY=OFF -DMBSR_PROGRAM=OFF -DMBSR_PNG=OFF \
+unity=OFF
+if [ "${MBSR_WEB_BUILD:-}" = Debug ]; then unity=ON; fi
+make mbsrank "$root" -DMBSR_WEB=ON -DMBSR_UNITY=$unity -DMBSR_LAPACK=OFF -DMBSR_THREADS=OFF -DMBSR_FE=OFF -DMBSR_STUDY=OFF -DMBSR_PROGRAM=OFF -DMBSR_PNG=OFF \
     -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF -DMBSR_INSTALL=OFF -DBUILD_SHARED_LIBS=OFF -DMBSR_WERROR="${MBSR_WERROR:-OFF}" \
     -DCMAKE_FIND_ROOT_PATH="$out/prefix" -DCMAKE_PREFIX_PATH="$out/prefix" \
     -DSUNDIALS_DIR="$out/prefix/lib/cmake/sundials"

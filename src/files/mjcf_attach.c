@@ -80,7 +80,7 @@ static bool copy_into(mbsri_copies *c, const mbsri_element *e, const char *main,
 {
     mbsri_arena *arena = c->m->s->arena;
     const char *file = mbsri_attribute(e, "file"), *name = mbsri_attribute(e, "name");
-    mbsri_element *again = mbsri_copy(c, e);
+    mbsri_element *again = mbsri_copy_element(c, e);
     if (!again) return false;
     if (!mbsri_attribute(e, "class") && !mbsri_element_set(arena, again, "class", main))
         return false;
@@ -112,7 +112,7 @@ static bool copy_section(mbsri_copies *c, const mbsri_element *section, const ch
 static bool copy_default(mbsri_copies *c, const mbsri_element *section, const char *main,
                          mbsri_element *to)
 {
-    mbsri_element *copy = mbsri_copy(c, section);
+    mbsri_element *copy = mbsri_copy_element(c, section);
     if (!copy || !mbsri_element_set(c->m->s->arena, copy, "class", main)) return false;
     mbsri_append(to, copy);
     return true;
@@ -177,7 +177,7 @@ static bool copy_source(mbsri_copies *c, const mbsri_element *source, bool withi
         if (!mbsri_copies_enter_all(c, &holder)) return false;
     }
     for (const mbsri_element *e = within ? source->child : source; e; e = within ? e->next : NULL) {
-        mbsri_element *again = mbsri_copy(c, e);
+        mbsri_element *again = mbsri_copy_element(c, e);
         if (!again) return false;
         mbsri_append(frame, again);
     }

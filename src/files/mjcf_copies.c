@@ -56,7 +56,7 @@ bool mbsri_copies_know(mbsri_copies *c, const char *attribute, const char *value
     return key && mbsri_names_find(&c->names, key) >= 0;
 }
 
-mbsri_element *mbsri_copy(mbsri_copies *c, const mbsri_element *e)
+mbsri_element *mbsri_copy_element(mbsri_copies *c, const mbsri_element *e)
 {
     mbsri_arena *arena = c->m->s->arena;
     size_t count = 1;
@@ -75,7 +75,7 @@ mbsri_element *mbsri_copy(mbsri_copies *c, const mbsri_element *e)
         if (!attribute[k + 1]) return NULL;
     }
     for (const mbsri_element *child = e->child; child; child = child->next) {
-        mbsri_element *again = mbsri_copy(c, child);
+        mbsri_element *again = mbsri_copy_element(c, child);
         if (!again) return NULL;
         mbsri_append(to, again);
     }

@@ -29,6 +29,6 @@ const char *mbsri_copies_kind(const char *attribute);
 bool mbsri_copies_know(mbsri_copies *c, const char *attribute, const char *value);
 
 /* With all that stands in it; NULL: refused (there are too many), or no memory. */
-mbsri_element *mbsri_copy(mbsri_copies *c, const mbsri_element *e);
+mbsri_element *mbsri_copy_element(mbsri_copies *c, const mbsri_element *e);
 
 #endif

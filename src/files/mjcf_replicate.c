@@ -88,7 +88,7 @@ static bool copy_section(replicas *r, mbsri_element *section)
     for (int k = 0; k < r->count * found.count; ++k) {
         r->number = k / found.count;
         mbsri_element *again =
-            mbsri_copy(&r->copies, ((mbsri_element **)found.items)[k % found.count]);
+            mbsri_copy_element(&r->copies, ((mbsri_element **)found.items)[k % found.count]);
         if (!again) return false;
         mbsri_append(section, again);
     }
@@ -128,7 +128,7 @@ static bool write_out(mbsri_mjcf *m, const mbsri_element *e, mbsri_element *root
         if (!frame) return false;
         mbsri_append(all, frame);
         for (const mbsri_element *c = e->child; c; c = c->next) {
-            mbsri_element *again = mbsri_copy(&r.copies, c);
+            mbsri_element *again = mbsri_copy_element(&r.copies, c);
             if (!again) return false;
             mbsri_append(frame, again);
         }

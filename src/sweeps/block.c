@@ -45,7 +45,7 @@ static void add_lowered(int d, const double A[36], double *B)
 }
 
 /* A <- X^T A X with X = [1 0; -[arm]x 1]: from a point to one from which it is `arm` away. */
-static void translate(const double arm[3], double A[36])
+static void translate_matrix(const double arm[3], double A[36])
 {
     double B[36] = {0.0};
     if (arm[0] == 0.0 && arm[1] == 0.0 && arm[2] == 0.0) return;
@@ -257,7 +257,7 @@ static void collect(const mbsri_sweep_run *run, int i, mbsri_carry *c)
     add_swing(run, b->parent, a);
     mbsri_ax(6, 6, 1.0, A, a, y);
     translate_force(arm, y);
-    translate(arm, A);
+    translate_matrix(arm, A);
     mbsri_carry_from(A, c);
     memcpy(c->L, y, 3 * sizeof *y);
     memcpy(c->p, y + 3, 3 * sizeof *y);
@@ -271,7 +271,7 @@ static void collect_errors(const mbsri_sweep_run *run, int i, bool exact, mbsri_
     const double per_area = 1.0 / (run->tree->length * run->tree->length);
     double N[36];
     lift_matrix(b->pred.d, run->data->W + b->pred.dd, N);
-    translate(run->load[b->parent].arm, N);
+    translate_matrix(run->load[b->parent].arm, N);
     for (int k = 0; k < 3; ++k) c->spread += N[7 * k] * per_area + N[7 * (3 + k)];
     if (exact) {
         mbsri_carry_from(N, W);

@@ -40,13 +40,13 @@ def references(variables):
 
 
 class Unit:
-    """An FMU in a folder of its own, with a space in its path, that cannot be written to."""
+    """An FMU but for its sources in a folder of its own, with a space in its path, that cannot be written to."""
 
     def __init__(self, path):
-        self.folder = tempfile.TemporaryDirectory(prefix="unit with space ")
+        self.name, self.folder = pathlib.Path(path).stem, tempfile.TemporaryDirectory(prefix="unit with space ")
         with zipfile.ZipFile(path) as archive:
             assert archive.testzip() is None
-            archive.extractall(self.folder.name)
+            archive.extractall(self.folder.name, [name for name in archive.namelist() if not name.startswith("sources/")])
         where = pathlib.Path(self.folder.name)
         self.description = d = Description((where / "modelDescription.xml").read_text())
         identifier = next(iter(d.kinds.values())).get("modelIdentifier")

@@ -23,28 +23,31 @@ awk '
         print FILENAME "#" text
     }' $documents >"$work/anchors"
 
-# Links, one a line: document, line, target.
+# Links, one a line: document, line, the file they lead to, its "FOLDER/.." taken out, and the heading.
 # shellcheck disable=SC2086
 awk '
     /^```/ { fence = !fence }
     !fence {
         gsub(/`[^`]*`/, "")
-        for (rest = $0; match(rest, /\]\([^)]+\)/); rest = substr(rest, RSTART + RLENGTH))
-            print FILENAME, FNR, substr(rest, RSTART + 2, RLENGTH - 3)
+        for (rest = $0; match(rest, /\]\([^)]+\)/);) {
+            target = substr(rest, RSTART + 2, RLENGTH - 3)
+            rest = substr(rest, RSTART + RLENGTH)
+            if (target ~ /:\/\/|^mailto:/) continue
+            file = heading = target
+            sub(/#.*/, "", file)
+            if (!sub(/^[^#]*#/, "", heading)) heading = ""
+            if (file == "") file = FILENAME
+            else file = substr(FILENAME, 1, match(FILENAME, /\/[^\/]*$/)) file
+            while (sub(/(^|\/)[^\/.][^\/]*\/\.\.\//, "/", file)) sub(/^\//, "", file)
+            print FILENAME, FNR, file, heading
+        }
     }' $documents >"$work/links"
-
-# The path with its "FOLDER/.." taken out.
-plain() { printf '%s\n' "$1" | sed ':a; s|[^/.][^/]*/\.\./||; ta; s|^\./||'; }
-
-while read -r document line target; do
-    case $target in *://* | mailto:*) continue ;; esac
-    file=${target%%#*}
-    if [ -n "$file" ]; then file=$(plain "$(dirname "$document")/$file"); else file=$document; fi
-    [ -e "$file" ] || { echo "$document:$line: there is no $file"; continue; }
-    case $target in
-    *.md#* | '#'*) grep -qxF "$file#${target#*#}" "$work/anchors" || echo "$document:$line: $file has no heading #${target#*#}" ;;
-    esac
+while read -r document line file heading; do
+    [ -e "$file" ] || echo "$document:$line: there is no $file"
 done <"$work/links" >"$work/dead"
+awk 'NR == FNR { there[$0]; next }
+    $4 != "" && $3 ~ /\.md$/ && !($3 "#" $4 in there) { print $1 ":" $2 ": " $3 " has no heading #" $4 }' \
+    "$work/anchors" "$work/links" >>"$work/dead"
 
 # Names in the documents, with where they stand first; ours begin with mbsr_, mbsri_ or MBSR_.
 # The first column of docs/renamed.md has names that are no more.

@@ -1,16 +1,17 @@
-/* Runs one piece of code of a document: `code` is that piece. Fails where a call in it left an
- * error.
+/* Runs one piece of code of the documents: `code` has them all, by their numbers. Fails where a
+ * call in it left an error.
  * SPDX-License-Identifier: BSD-3-Clause
- * Usage: program [unfinished] [planar] [xacro] [taken]
+ * Usage: program PIECE [unfinished] [planar] [xacro] [taken]
  *
  * The world is two arms of two links each, on springs and dampers, the last link a light one.
  * unfinished: the model can still be added to. planar: it lies in the plane. xacro: the text has
  * xacro in it. taken: the code gives the model away. */
 #include "snippet_world.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-void code(void);
+void code(int piece);
 
 mbsr_model *m, *model;
 mbsr_data *d, *data;
@@ -88,7 +89,7 @@ static int failed(const char *what, const char *why)
 int main(int argc, char **argv)
 {
     int unfinished = 0, planar = 0, taken = 0;
-    for (int k = 1; k < argc; ++k) {
+    for (int k = 2; k < argc; ++k) {
         if (!strcmp(argv[k], "unfinished")) unfinished = 1;
         if (!strcmp(argv[k], "planar")) planar = 1;
         if (!strcmp(argv[k], "taken")) taken = 1;
@@ -97,7 +98,7 @@ int main(int argc, char **argv)
     size = strlen(text);
     if (build(planar) || (!unfinished && finish()))
         return failed("the world", error.text[0] ? error.text : mbsr_model_error(model)->text);
-    code();
+    code(argc > 1 ? atoi(argv[1]) : 0);
     if (status) return failed("status", mbsr_status_text(status));
     if (error.text[0]) return failed("error", error.text);
     if (!taken && mbsr_model_error(model)->text[0])

@@ -62,29 +62,26 @@ can_run() {
     done
 }
 
-# run FILE LIBRARY...: builds it, with the world where it needs that, and runs it.
-world=$work/world.o
+# run FILE OPTION...: what was built last; it has to print what the document shows.
 run() {
-    file=$1 object='' options=''
+    file=$1
     shift
-    case $file in
-    *.statements.c)
-        object=$world
-        # shellcheck disable=SC2086 # flags are several words
-        [ -f "$world" ] || "$cc" -std=c11 -O0 $flags -c $here/snippet_world.c -o "$world" || exit 1
-        ! grep -qE 'mbsr_model_add_.*\(model,|simulation_of' "$file" || options="$options unfinished"
-        ! grep -q 'simulation_of' "$file" || options="$options taken"
-        ! grep -q 'planar' "$file" || options="$options planar"
-        ! grep -q 'xacro' "$file" || options="$options xacro"
-        ;;
-    esac
-    # shellcheck disable=SC2086
-    "$cc" -std=c11 -O0 $flags "$file" $object "$@" -lm $paths -o "$work/run" || { bad "not C11"; return; }
-    # shellcheck disable=SC2086
-    (cd "$work" && ./run $options >printed) || { cat "$work/printed"; bad "$file does not run"; return; }
+    (cd "$work" && ./run "$@" >printed) || { cat "$work/printed"; bad "$file does not run"; return; }
     if [ -f "$file.shown" ] && ! diff -u "$file.shown" "$work/printed"; then bad "$file prints something else"; fi
     ran=$((ran + 1))
 }
+
+# options_of FILE: what the world needs to know of it.
+options_of() {
+    ! grep -qE 'mbsr_model_add_.*\(model,|simulation_of' "$1" || echo unfinished
+    ! grep -q 'simulation_of' "$1" || echo taken
+    ! grep -q 'planar' "$1" || echo planar
+    ! grep -q 'xacro' "$1" || echo xacro
+}
+
+# Statements are compiled together, each a function with the number of the piece: by a C++ compiler, which starts slowly, in
+# all.STANDARD, and, those that run, in all.c, whose `code` the world calls.
+together() { sed "s/^void code(void)/void code_$count(void)/" "$1"; }
 
 paths=$(for library; do echo "-Wl,-rpath,$(dirname "$library")"; done | sort -u)
 count=0
@@ -92,22 +89,37 @@ ran=0
 for file in "$work"/*.c; do
     [ -f "$file" ] || continue
     count=$((count + 1))
+    kind=${file%.c}
+    kind=${kind##*.}
+    if [ $kind = functions ] || ! can_run "$file"; then kind=compiled; fi
     # shellcheck disable=SC2086
-    case $file in
-    *.functions.c) "$cc" -std=c11 $flags -fsyntax-only "$file" || bad "not C11" ;;
-    *) if can_run "$file"; then run "$file" "$@"; else "$cc" -std=c11 $flags -fsyntax-only "$file" || bad "not C11"; fi ;;
+    case $kind in
+    compiled) "$cc" -std=c11 $flags -fsyntax-only "$file" || bad "not C11" ;;
+    program) if "$cc" -std=c11 -O0 $flags "$file" "$@" -lm $paths -o "$work/run"; then run "$file"; else bad "not C11"; fi ;;
+    statements)
+        together "$file" >>"$work/all"
+        echo "case $count: code_$count(); break;" >>"$work/cases"
+        echo "$count $file" >>"$work/list" ;;
     esac
     [ "$cxx" != none ] || continue
     standard=c++17
     if grep -qE '[{ ]\.[a-z_]+ = ' "$file"; then standard=c++2a; fi
     case $file in
-    *.statements.c) # together, since a C++ compiler starts slowly: each a function with a name of its own
-        sed "s/^void code(void)/void code_$count(void)/" "$file" >>"$work/all.$standard" ;;
+    *.statements.c) together "$file" >>"$work/all.$standard" ;;
     *)
         # shellcheck disable=SC2086
         "$cxx" -std=$standard $flags -fsyntax-only -x c++ "$file" || bad "not $standard" ;;
     esac
 done
+if [ -f "$work/all" ]; then
+    { cat "$work/all"; echo "void code(int piece)"; echo "{ switch (piece) {"; cat "$work/cases"; echo "} }"; } >"$work/all.c"
+    # shellcheck disable=SC2086
+    if "$cc" -std=c11 -O0 $flags "$work/all.c" $here/snippet_world.c "$@" -lm $paths -o "$work/run"; then
+        while read -r piece file; do run "$file" "$piece" $(options_of "$file"); done <"$work/list"
+    else
+        bad "not C11"
+    fi
+fi
 for file in "$work"/all.c++*; do
     [ -f "$file" ] || continue
     # shellcheck disable=SC2086

@@ -16,10 +16,15 @@ valgrind --tool=callgrind --callgrind-out-file="$work/dump" --toggle-collect=mea
     cat "$work/log" >&2
     exit 1
 }
-number=0
-while read -r kernel tree call bodies; do
-    number=$((number + 1))
-    awk -v case="$compiler,$kernel,$tree,$call" -v bodies="$bodies" '
-        /^totals:/ { printf "%s,%.1f\n", case, $2 / bodies; found = 1 }
-        END { exit !found }' "$work/dump.$number"
-done < "$work/cases"
+awk -v compiler="$compiler" -v dump="$work/dump" '{
+    file = dump "." NR
+    found = 0
+    while ((getline line <file) > 0) {
+        if (line !~ /^totals:/) continue
+        split(line, totals)
+        printf "%s,%s,%s,%s,%.1f\n", compiler, $1, $2, $3, totals[2] / $4
+        found = 1
+    }
+    close(file)
+    if (!found) exit 1
+}' "$work/cases"
