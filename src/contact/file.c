@@ -13,8 +13,14 @@ typedef struct tree {
     int bodies;
     int *parent; /* by id; MBSR_GROUND */
     bool *welded, *shaped;
-    double mass;
+    double mass, *joined; /* of all bodies; by the first body of a tree, of that tree */
 } tree;
+
+static int root_of(const tree *t, int body)
+{
+    while (t->parent[body] != MBSR_GROUND) body = t->parent[body];
+    return body;
+}
 
 static int find_tree(const mbsr_model *m, const mbsr_file *file, tree *t)
 {
@@ -25,8 +31,9 @@ static int find_tree(const mbsr_model *m, const mbsr_file *file, tree *t)
         const mbsr_inertia_kind kind = def.inertia.kind;
         t->parent[k] = def.parent;
         t->welded[k] = def.joint.n == 0;
-        if (kind == MBSR_INERTIA_SPATIAL || kind == MBSR_INERTIA_PARTICLE)
-            t->mass += def.inertia.mass;
+        if (kind != MBSR_INERTIA_SPATIAL && kind != MBSR_INERTIA_PARTICLE) continue;
+        t->mass += def.inertia.mass;
+        t->joined[root_of(t, k)] += def.inertia.mass;
     }
     for (int k = 0; k < file->shapes; ++k) {
         const mbsr_file_shape *s = file->shape + k;
@@ -170,10 +177,18 @@ static int add_file_pairs(const made *m, mbsr_error *error)
     return status;
 }
 
+/* What may rest on a shape: all bodies, up to ten trees of the heaviest kind. */
+static double bearing_of(const tree *t)
+{
+    double most = 0.0;
+    for (int k = 0; k < t->bodies; ++k) most = fmax(most, t->joined[k]);
+    return fmax(1.0, fmin(t->mass, 10.0 * most));
+}
+
 static int add_file_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, double stiffness,
                            mbsr_contacts_of_file *told, mbsr_error *error)
 {
-    made m = {.contacts = c, .file = file, .mass = fmax(1.0, t->mass), .stiffness = stiffness};
+    made m = {.contacts = c, .file = file, .mass = bearing_of(t), .stiffness = stiffness};
     int status = MBSR_OK;
     m.id = malloc(((size_t)file->shapes + 1) * sizeof *m.id);
     if (!m.id)
@@ -203,7 +218,8 @@ int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const
     t.parent = calloc(count, sizeof *t.parent);
     t.welded = calloc(count, sizeof *t.welded);
     t.shaped = calloc(count, sizeof *t.shaped);
-    int status = t.parent && t.welded && t.shaped ? MBSR_OK : MBSR_ERR_NO_MEMORY;
+    t.joined = calloc(count, sizeof *t.joined);
+    int status = t.parent && t.welded && t.shaped && t.joined ? MBSR_OK : MBSR_ERR_NO_MEMORY;
     if (status)
         (void)mbsri_contact_fail(error, status, "%s: no memory", function);
     else if ((status = find_tree(model, file, &t)))
@@ -213,6 +229,7 @@ int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const
     free(t.parent);
     free(t.welded);
     free(t.shaped);
+    free(t.joined);
     if (!status && told) *told = done;
     return status;
 }

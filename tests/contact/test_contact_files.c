@@ -280,6 +280,31 @@ static void end_touching(touching *t)
     mbsr_file_destroy(t->file);
 }
 
+/* All of 23 kg in trees of which the heaviest has 3 kg, but 30 of 43. */
+static void mass_that_rests(void **unused)
+{
+    (void)unused;
+    for (int more = 0; more < 2; ++more) {
+        char text[8192] = "<mujoco><worldbody>";
+        for (int k = 0; k < (more ? 40 : 20); ++k)
+            strcat(text, "<body><freejoint/><geom type='sphere' size='.1' mass='1'/></body>");
+        strcat(text, "<body><freejoint/><geom type='sphere' size='.1' mass='1'/>"
+                     "<body><joint/><geom type='sphere' size='.1' mass='2'/></body></body>"
+                     "</worldbody></mujoco>");
+        mbsr_file *file = read(text);
+        mbsr_contacts *contacts;
+        mbsr_contacts_of_file told;
+        mbsr_error error;
+        mbsr_model *m = mbsr_file_take_model(file);
+        assert_int_equal(mbsr_contacts_create(&contacts, &error), MBSR_OK);
+        assert_int_equal(mbsr_contacts_add_file(contacts, file, m, 0.0, &told, &error), MBSR_OK);
+        assert_close(told.stiffness, 2.0 * (more ? 30.0 : 23.0) / (0.02 * 0.02), 1e-6);
+        mbsr_contacts_destroy(contacts);
+        mbsr_model_destroy(m);
+        mbsr_file_destroy(file);
+    }
+}
+
 /* A roller without mass between the floor and a plate: both of its contacts carry the plate. At the
  * start they are 1 and 2 parts deep, and its rate makes their forces equal. */
 static const char roller[] =
@@ -448,12 +473,17 @@ static void each_allocation_fails(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quadruped),       cmocka_unit_test(each_allocation_fails),
-        cmocka_unit_test(groups),          cmocka_unit_test(between),
-        cmocka_unit_test(fingers),         cmocka_unit_test(rolling_between),
-        cmocka_unit_test(refusals),        cmocka_unit_test(mesh_hulls),
-        cmocka_unit_test(hulls_are_small), cmocka_unit_test(pairs_and_margins),
-        cmocka_unit_test(sliding_down)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(quadruped),
+                                       cmocka_unit_test(each_allocation_fails),
+                                       cmocka_unit_test(groups),
+                                       cmocka_unit_test(mass_that_rests),
+                                       cmocka_unit_test(between),
+                                       cmocka_unit_test(fingers),
+                                       cmocka_unit_test(rolling_between),
+                                       cmocka_unit_test(refusals),
+                                       cmocka_unit_test(mesh_hulls),
+                                       cmocka_unit_test(hulls_are_small),
+                                       cmocka_unit_test(pairs_and_margins),
+                                       cmocka_unit_test(sliding_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
