@@ -45,9 +45,8 @@ static void print_real(double x, char to[NUMBER])
     const int count = (int)strlen(digits);
     if (signbit(x)) *at++ = '-';
     if (exponent < -4 || exponent >= 16) {
-        *at++ = digits[0];
-        if (count > 1) at += snprintf(at, NUMBER, ".%s", digits + 1);
-        snprintf(at, 16, "e%c%02d", exponent < 0 ? '-' : '+', abs(exponent));
+        snprintf(at, NUMBER - 1, "%c%s%.20se%c%02d", digits[0], count > 1 ? "." : "", digits + 1,
+                 exponent < 0 ? '-' : '+', abs(exponent));
         return;
     }
     for (int k = exponent < 0 ? exponent : 0; k < count || k <= exponent + 1; ++k) {
