@@ -35,7 +35,7 @@ void mbsr_contacts_destroy(mbsr_contacts *contacts)
     if (!contacts) return;
     for (int k = 0; k < contacts->count; ++k) free(contacts->shape[k].memory);
     void *const memory[] = {contacts->shape, contacts->exclude, contacts->couple, contacts->body,
-                            contacts->first, contacts->member,  contacts->touches};
+                            contacts->first, contacts->member,  contacts->joined};
     for (size_t k = 0; k < sizeof memory / sizeof memory[0]; ++k) free(memory[k]);
     free(contacts);
 }
@@ -224,47 +224,70 @@ int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
 
 /* ---- making the element ---- */
 
+static int compare_bodies(const void *x, const void *y)
+{
+    const int *a = x, *b = y;
+    return a[0] != b[0] ? (a[0] > b[0]) - (a[0] < b[0]) : (a[1] > b[1]) - (a[1] < b[1]);
+}
+
 static bool is_excluded(const mbsr_contacts *c, int a, int b)
 {
-    const int low = a < b ? a : b, high = a < b ? b : a;
-    bool yes = a == b;
-    for (int k = 0; k < c->excluded && !yes; ++k)
-        yes = c->exclude[k][0] == low && c->exclude[k][1] == high;
-    return yes;
+    const int key[2] = {a < b ? a : b, a < b ? b : a};
+    return c->excluded > 0 && bsearch(key, c->exclude, (size_t)c->excluded, sizeof *c->exclude,
+                                      compare_bodies) != NULL;
 }
 
-/* Whether shapes a < b may touch; a status where they may but cannot. */
-static int find_touch(const mbsr_contacts *c, int a, int b, bool *may, mbsr_error *error)
+/* Of one part, or of two of which one carries the other. */
+static bool are_joined(const mbsri_shape *x, const mbsri_shape *y)
 {
-    const char *const function = "mbsr_contacts_force";
+    return x->part == y->part || x->carrier == y->part || y->carrier == x->part;
+}
+
+bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
+{
     const mbsri_shape *x = c->shape + a, *y = c->shape + b;
-    const mbsri_couple *own = mbsri_find_couple(c, a, b);
-    *may = x->body != y->body &&
-           (own ? !own->never : mbsri_by_groups(x, y) && !is_excluded(c, x->body, y->body));
-    if (!*may) return MBSR_OK;
-    if (!isfinite(mbsri_law_of_shapes(c, a, b).stiffness))
-        return mbsri_contact_fail(error, MBSR_ERR_VALUE,
-                                  "%s: %s and %s may touch, but neither has a finite stiffness",
-                                  function, x->name, y->name);
-    return MBSR_OK;
+    if (x->body == y->body) return false;
+    const mbsri_couple *own = mbsri_find_couple(c, a < b ? a : b, a < b ? b : a);
+    return own ? !own->never
+               : mbsri_by_groups(x, y) && !are_joined(x, y) && !is_excluded(c, x->body, y->body);
 }
 
-static int find_touches(mbsr_contacts *c, size_t *pairs, mbsr_error *error)
+/* Two that may touch need a finite stiffness. */
+static int check_stiffness(const mbsr_contacts *c, mbsr_error *error)
 {
-    *pairs = 0;
     for (int a = 0; a < c->count; ++a) {
+        if (isfinite(c->shape[a].law.stiffness)) continue;
         for (int b = a + 1; b < c->count; ++b) {
-            bool may;
-            const int status = find_touch(c, a, b, &may, error);
-            if (status) return status;
-            const size_t bits[] = {(size_t)a * (size_t)c->count + (size_t)b,
-                                   (size_t)b * (size_t)c->count + (size_t)a};
-            for (int k = 0; k < 2 && may; ++k)
-                c->touches[bits[k] / 8] |= (unsigned char)(1U << bits[k] % 8);
-            *pairs += may;
+            if (!isfinite(c->shape[b].law.stiffness) && mbsri_may_touch(c, a, b) &&
+                !isfinite(mbsri_law_of_shapes(c, a, b).stiffness))
+                return mbsri_contact_fail(error, MBSR_ERR_VALUE,
+                                          "mbsr_contacts_force: %s and %s may touch, but neither "
+                                          "has a finite stiffness",
+                                          c->shape[a].name, c->shape[b].name);
         }
     }
     return MBSR_OK;
+}
+
+/* How many pairs may touch, up to `most`. */
+static int count_touches(const mbsr_contacts *c, size_t most)
+{
+    size_t pairs = 0;
+    for (int a = 0; a < c->count && pairs < most; ++a) {
+        for (int b = a + 1; b < c->count && pairs < most; ++b) pairs += mbsri_may_touch(c, a, b);
+    }
+    return (int)pairs;
+}
+
+static void sort_parts(mbsr_contacts *c)
+{
+    for (int k = 0; k < c->count; ++k) {
+        mbsri_shape *s = c->shape + k;
+        const bool known = s->body >= 0 && s->body < c->joined_bodies;
+        s->part = known ? c->joined[s->body][0] : s->body;
+        s->carrier = known ? c->joined[s->body][1] : MBSR_NONE;
+    }
+    if (c->excluded > 0) qsort(c->exclude, (size_t)c->excluded, sizeof *c->exclude, compare_bodies);
 }
 
 /* Sorts the laws of two shapes; two of the same shapes are refused. */
@@ -310,16 +333,17 @@ static void list_bodies(mbsr_contacts *c)
         if (k == 0 || c->body[k] != c->body[used - 1]) c->body[used++] = c->body[k];
     }
     c->bodies = used;
-    int at = 0;
-    for (int i = 0; i < used; ++i) {
-        c->first[i] = at;
-        for (int k = 0; k < c->count; ++k) {
-            if (c->shape[k].body != c->body[i]) continue;
-            c->shape[k].place = i;
-            c->member[at++] = k;
-        }
+    for (int k = 0; k <= used; ++k) c->first[k] = 0;
+    for (int k = 0; k < c->count; ++k) {
+        const int *here =
+            bsearch(&c->shape[k].body, c->body, (size_t)used, sizeof *c->body, compare_ids);
+        c->shape[k].place = (int)(here - c->body);
+        ++c->first[c->shape[k].place + 1];
     }
-    c->first[used] = at;
+    for (int k = 0; k < used; ++k) c->first[k + 1] += c->first[k];
+    for (int k = 0; k < c->count; ++k) c->member[c->first[c->shape[k].place]++] = k;
+    for (int k = used; k > 0; --k) c->first[k] = c->first[k - 1];
+    c->first[0] = 0;
 }
 
 /* Anew where an attempt before failed, since shapes may have been added. */
@@ -329,12 +353,10 @@ static bool allocate_lists(mbsr_contacts *c)
     free(c->body);
     free(c->first);
     free(c->member);
-    free(c->touches);
     c->body = calloc(count + 1, sizeof *c->body);
     c->first = calloc(count + 1, sizeof *c->first);
     c->member = calloc(count + 1, sizeof *c->member);
-    c->touches = calloc(count * count / 8 + 1, 1);
-    return c->body && c->first && c->member && c->touches;
+    return c->body && c->first && c->member;
 }
 
 int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *force,
@@ -349,16 +371,16 @@ int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *
         return mbsri_contact_fail(error, MBSR_ERR_VALUE, "%s: max_pairs is %d", function,
                                   max_pairs);
     if (!c->made) {
-        size_t pairs;
         if (!allocate_lists(c)) return lacks_memory(error, function);
+        sort_parts(c);
         int status = sort_couples(c, error);
-        if (!status) status = find_touches(c, &pairs, error);
+        if (!status) status = check_stiffness(c, error);
         if (status) return status;
         find_margins(c);
         list_bodies(c);
         for (int k = 0; k < c->count; ++k) c->grounds += mbsri_is_ground(c->shape[k].kind);
         const size_t most = max_pairs > 0 ? (size_t)max_pairs : 16 * (size_t)c->count + 64;
-        c->most = (int)(pairs < most ? pairs : most);
+        c->most = count_touches(c, most);
         c->made = true;
     }
     *force = mbsr_force_custom(&mbsri_contacts_table, c->bodies, c->body, c);

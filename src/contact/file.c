@@ -13,13 +13,23 @@ typedef struct tree {
     int bodies;
     int *parent; /* by id; MBSR_GROUND */
     bool *welded, *shaped;
-    double mass, *joined; /* of all bodies; by the first body of a tree, of that tree */
+    double mass, *joined; /* of all that moves; by the root of a tree, of that tree */
 } tree;
 
+/* The first of the bodies that are welded to each other. */
+static int weld_of(const tree *t, int body)
+{
+    while (body != MBSR_GROUND && t->welded[body]) body = t->parent[body];
+    return body;
+}
+
+/* The first part of its tree that moves; MBSR_GROUND of what does not. */
 static int root_of(const tree *t, int body)
 {
-    while (t->parent[body] != MBSR_GROUND) body = t->parent[body];
-    return body;
+    int root = MBSR_GROUND;
+    for (int part = weld_of(t, body); part != MBSR_GROUND; part = weld_of(t, t->parent[part]))
+        root = part;
+    return root;
 }
 
 static int find_tree(const mbsr_model *m, const mbsr_file *file, tree *t)
@@ -31,22 +41,17 @@ static int find_tree(const mbsr_model *m, const mbsr_file *file, tree *t)
         const mbsr_inertia_kind kind = def.inertia.kind;
         t->parent[k] = def.parent;
         t->welded[k] = def.joint.n == 0;
+        const int root = root_of(t, k);
         if (kind != MBSR_INERTIA_SPATIAL && kind != MBSR_INERTIA_PARTICLE) continue;
+        if (root == MBSR_GROUND) continue;
         t->mass += def.inertia.mass;
-        t->joined[root_of(t, k)] += def.inertia.mass;
+        t->joined[root] += def.inertia.mass;
     }
     for (int k = 0; k < file->shapes; ++k) {
         const mbsr_file_shape *s = file->shape + k;
         if (s->contact && s->body >= 0 && s->body < t->bodies) t->shaped[s->body] = true;
     }
     return MBSR_OK;
-}
-
-/* The first of the bodies that are welded to each other. */
-static int weld_of(const tree *t, int body)
-{
-    while (body != MBSR_GROUND && t->welded[body]) body = t->parent[body];
-    return body;
 }
 
 /* The one that carries it, bodies without shapes left aside. */
@@ -58,23 +63,21 @@ static int carrier_of(const tree *t, int body)
     return above;
 }
 
-static bool are_joined(const tree *t, int a, int b)
-{
-    const int x = weld_of(t, a), y = weld_of(t, b);
-    if (x == y) return true;
-    return (y != MBSR_GROUND && carrier_of(t, y) == x && x != MBSR_GROUND) ||
-           (x != MBSR_GROUND && carrier_of(t, x) == y && y != MBSR_GROUND);
-}
-
+/* Bodies of one part, or of two of which one carries the other, never touch. */
 static int exclude_joined(mbsr_contacts *c, const tree *t, const mbsr_file *file, mbsr_error *error)
 {
-    int status = MBSR_OK;
-    for (int a = MBSR_GROUND; a < t->bodies && !status; ++a) {
-        for (int b = a + 1; b < t->bodies && !status; ++b) {
-            const bool shaped = t->shaped[b] && (a == MBSR_GROUND || t->shaped[a]);
-            if (shaped && are_joined(t, a, b)) status = mbsr_contacts_exclude(c, a, b, error);
-        }
+    int(*joined)[2] = malloc(((size_t)t->bodies + 1) * sizeof *joined);
+    if (!joined)
+        return mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_contacts_add_file: no memory");
+    for (int k = 0; k < t->bodies; ++k) {
+        const int part = weld_of(t, k), carrier = carrier_of(t, part);
+        joined[k][0] = part;
+        joined[k][1] = carrier == MBSR_GROUND ? MBSR_NONE : carrier;
     }
+    free(c->joined);
+    c->joined = joined;
+    c->joined_bodies = t->bodies;
+    int status = MBSR_OK;
     for (int k = 0; k < file->excluded && !status; ++k)
         status = mbsr_contacts_exclude(c, file->exclude[2 * k], file->exclude[2 * k + 1], error);
     return status;
@@ -177,7 +180,7 @@ static int add_file_pairs(const made *m, mbsr_error *error)
     return status;
 }
 
-/* What may rest on a shape: all bodies, up to ten trees of the heaviest kind. */
+/* What may rest on a shape: all that moves, up to ten trees of the heaviest kind. */
 static double bearing_of(const tree *t)
 {
     double most = 0.0;

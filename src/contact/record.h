@@ -6,7 +6,6 @@
 #include <mbsrank/contact.h>
 
 #include <stdbool.h>
-#include <stddef.h>
 
 enum { MBSRI_SHAPE_NAME = 48 };
 
@@ -28,6 +27,7 @@ typedef struct mbsri_field mbsri_field; /* field.h */
 typedef struct mbsri_shape {
     char name[MBSRI_SHAPE_NAME];
     int id, body, place; /* place: of the body in the element's list */
+    int part, carrier;   /* bodies: the first that is rigidly joined; that of the part below */
     mbsr_shape_kind kind;
     double R[9], x[3];           /* in the body */
     double middle[3], extent[3]; /* of a box around all of it, in the shape's frame */
@@ -51,6 +51,8 @@ struct mbsr_contacts {
     mbsri_shape *shape;
     int excluded, excluded_room;
     int (*exclude)[2]; /* bodies, the smaller id first */
+    int joined_bodies;
+    int (*joined)[2]; /* by bodies of the model: part and carrier as of a shape; or NULL */
     int couples, couples_room;
     mbsri_couple *couple;
     /* from here on set when the element is made */
@@ -59,7 +61,6 @@ struct mbsr_contacts {
     int *body;                 /* ids */
     int *first;                /* bodies + 1: of the shapes of each in `member` */
     int *member;
-    unsigned char *touches; /* count x count bits: whether shapes may touch */
 };
 
 /* Planes and height fields are on the ground, and solid all the way down. */
@@ -73,12 +74,8 @@ static inline bool mbsri_by_groups(const mbsri_shape *x, const mbsri_shape *y)
     return (x->groups & y->mask) != 0 || (y->groups & x->mask) != 0;
 }
 
-/* Whether shapes a and b may touch. */
-static inline bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
-{
-    const size_t bit = (size_t)a * (size_t)c->count + (size_t)b;
-    return c->touches[bit / 8] >> bit % 8 & 1;
-}
+/* Whether shapes a and b may touch; of contacts.c. */
+bool mbsri_may_touch(const mbsr_contacts *c, int a, int b);
 
 /* Of law.c: the order of couples, in which they stand once the element is made; that of shapes
  * a < b, or NULL; the law of shapes a and b. */

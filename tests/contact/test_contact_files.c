@@ -305,6 +305,72 @@ static void mass_that_rests(void **unused)
     }
 }
 
+/* ---- much that stands still ---- */
+
+static void *count_small(void *user, size_t size)
+{
+    if (size < (size_t)1 << 28) *(size_t *)user += size; /* others are room that is set aside */
+    return malloc(size);
+}
+
+static void give_back(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+/* A ball of 1 kg in a row of blocks, welded to the ground as bodies of their own, that overlap.
+ * What a Newton solver takes, in bytes. */
+static size_t among_blocks(int blocks)
+{
+    char *text = malloc(200 * (size_t)blocks + 400), *end = text;
+    assert_non_null(text);
+    end += sprintf(end, "<mujoco><worldbody>");
+    for (int k = 0; k < blocks; ++k)
+        end +=
+            sprintf(end, "<body pos='%g 0 0'><geom type='box' size='.6 1 1'/></body>", (double)k);
+    (void)sprintf(end, "<body pos='.5 0 1.09'><freejoint/><geom type='sphere' size='.1' mass='1'/>"
+                       "</body></worldbody></mujoco>");
+    size_t taken = 0;
+    mbsr_error error;
+    mbsr_file *file;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.model.allocator = (mbsr_allocator){count_small, give_back, &taken};
+    if (mbsr_file_read(text, strlen(text), "blocks.xml", &opt, &file, &error))
+        fail_msg("%s", error.text);
+    assert_int_equal(mbsr_model_finish(file->model), MBSR_OK);
+    mbsr_contacts *contacts;
+    mbsr_contacts_of_file told;
+    mbsr_data *d;
+    mbsr_newton *newton;
+    int force, count;
+    mbsr_model *m = touching_model(file, &contacts, &force, &told);
+    assert_close(told.stiffness, 2.0 / (0.02 * 0.02), 1e-9);
+    assert_int_equal(mbsr_data_create(m, &d, &error), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, file->q0), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(m, d, (double[6]){0.0}), MBSR_OK);
+    mbsr_contact_point point[4];
+    assert_int_equal(mbsr_contact_report(m, d, force, 4, point, &count), MBSR_OK);
+    assert_int_equal(count, 2);
+    taken = 0;
+    if (mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &newton, &error)) fail_msg("%s", error.text);
+    const size_t bytes = taken;
+    mbsr_newton_destroy(newton);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    mbsr_contacts_destroy(contacts);
+    mbsr_file_destroy(file);
+    free(text);
+    return bytes;
+}
+
+static void blocks(void **unused)
+{
+    (void)unused;
+    const size_t few = among_blocks(1000), many = among_blocks(3000);
+    if (!(many < 3.3 * (double)few)) fail_msg("%zu bytes of 1000 blocks, %zu of 3000", few, many);
+}
+
 /* A roller without mass between the floor and a plate: both of its contacts carry the plate. At the
  * start they are 1 and 2 parts deep, and its rate makes their forces equal. */
 static const char roller[] =
@@ -473,17 +539,13 @@ static void each_allocation_fails(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(quadruped),
-                                       cmocka_unit_test(each_allocation_fails),
-                                       cmocka_unit_test(groups),
-                                       cmocka_unit_test(mass_that_rests),
-                                       cmocka_unit_test(between),
-                                       cmocka_unit_test(fingers),
-                                       cmocka_unit_test(rolling_between),
-                                       cmocka_unit_test(refusals),
-                                       cmocka_unit_test(mesh_hulls),
-                                       cmocka_unit_test(hulls_are_small),
-                                       cmocka_unit_test(pairs_and_margins),
-                                       cmocka_unit_test(sliding_down)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(quadruped),       cmocka_unit_test(each_allocation_fails),
+        cmocka_unit_test(groups),          cmocka_unit_test(mass_that_rests),
+        cmocka_unit_test(blocks),          cmocka_unit_test(between),
+        cmocka_unit_test(fingers),         cmocka_unit_test(rolling_between),
+        cmocka_unit_test(refusals),        cmocka_unit_test(mesh_hulls),
+        cmocka_unit_test(hulls_are_small), cmocka_unit_test(pairs_and_margins),
+        cmocka_unit_test(sliding_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -16,6 +16,7 @@
 
 #include <mbsrank/dae.h>
 
+#include <math.h>
 #include <string.h>
 
 /* Of a front with elements by pairs, bytes at most of what a plan determines. */
@@ -205,11 +206,25 @@ static size_t arena_size(const mbsri_front *f)
     return size < most_room ? size : most_room;
 }
 
+/* Whether all bodies of one element by pairs fill the room: the front that is first has 12 rows and
+ * columns of each of them, twice. */
+static bool fills_room(const mbsr_model *m)
+{
+    double most = 0.0;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        const mbsr_force_def *def = &mbsri_force_at(m, k)->def;
+        if (def->table->flags & MBSR_FORCE_BY_PAIRS) most = fmax(most, def->bodies - 2);
+    }
+    return 2.0 * 144.0 * most * most * sizeof(double) > (double)most_room;
+}
+
 /* Room that the plan has in which all that may act does. */
 static bool find_room(mbsri_front *f)
 {
     const mbsri_front_source all = {f->model, NULL, NULL, &f->model->allocator};
     mbsri_front_plan plan;
+    f->room = most_room;
+    if (fills_room(f->model)) return true;
     if (!mbsri_front_plan_create(&all, NULL, &plan)) return false;
     plan.matrices *= 2; /* there may be several at a time */
     f->room = place_plan(f, &plan, NULL);
