@@ -23,27 +23,25 @@ typedef struct spot {
 
 /* ---- the spline ---- */
 
-/* Weights of four control points, and three derivatives by x. */
+/* Weights of four control points l, w[l], and three derivatives by x. */
 static void spline_weights(double f, double cell, double w[4][4])
 {
-    const double g = 1.0 - f,
-                 value[4][4] = {{g * g * g / 6.0, (3.0 * f * f * f - 6.0 * f * f + 4.0) / 6.0,
-                                 (3.0 * g * g * g - 6.0 * g * g + 4.0) / 6.0, f * f * f / 6.0},
-                                {-0.5 * g * g, 0.5 * f * (3.0 * f - 4.0),
-                                 -0.5 * g * (3.0 * g - 4.0), 0.5 * f * f},
-                                {g, 3.0 * f - 2.0, 3.0 * g - 2.0, f},
-                                {-1.0, 3.0, -3.0, 1.0}};
-    double factor = 1.0;
-    for (int k = 0; k < 4; ++k) {
-        for (int l = 0; l < 4; ++l) w[k][l] = value[k][l] * factor;
-        factor /= cell;
-    }
+    const double g = 1.0 - f, by = 1.0 / cell, second = by * by, third = second * by;
+    w[0][0] = g * g * g / 6.0, w[3][0] = f * f * f / 6.0;
+    w[1][0] = 2.0 / 3.0 - f * f * (1.0 - 0.5 * f), w[2][0] = 2.0 / 3.0 - g * g * (1.0 - 0.5 * g);
+    w[0][1] = -0.5 * g * g * by, w[3][1] = 0.5 * f * f * by;
+    w[1][1] = 0.5 * f * (3.0 * f - 4.0) * by, w[2][1] = -0.5 * g * (3.0 * g - 4.0) * by;
+    w[0][2] = g * second, w[3][2] = f * second;
+    w[1][2] = (3.0 * f - 2.0) * second, w[2][2] = (3.0 * g - 2.0) * second;
+    w[0][3] = -third, w[1][3] = 3.0 * third, w[2][3] = -3.0 * third, w[3][3] = third;
 }
 
 /* 1 within the border, 0 from a cell beyond on, and the derivative by the place in cells. */
 static double share_of(double u, int samples, double *slope)
 {
-    const double beyond = fmax(-u, u - (samples - 1)), x = fmin(1.0, fmax(0.0, beyond));
+    const double beyond = u < 0.0 ? -u : u - (samples - 1), x = beyond > 1.0   ? 1.0
+                                                                : beyond > 0.0 ? beyond
+                                                                               : 0.0;
     *slope = (u < 0.0 ? 6.0 : -6.0) * x * (1.0 - x);
     return (1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x);
 }
@@ -56,14 +54,15 @@ static double in_cells(const mbsri_field *f, int along, double x)
 
 static int cell_of(double u, int samples)
 {
-    return (int)floor(fmin(samples - 1.0, fmax(-1.0, u)));
+    return u >= samples - 1 ? samples - 1 : u > -1.0 ? (int)floor(u) : -1;
 }
 
 static void look_at(const mbsri_field *f, double x, double y, spot *s)
 {
     const double at[2] = {in_cells(f, 0, x), in_cells(f, 1, y)};
     const int samples[2] = {f->nx, f->ny};
-    double w[2][4][4], sum[10] = {0.0}, share[2], slope[2];
+    double w[2][4][4], share[2], slope[2];
+    double h = 0.0, d[2] = {0.0}, dd[3] = {0.0}, ddd[4] = {0.0};
     for (int k = 0; k < 2; ++k) {
         s->cell[k] = cell_of(at[k], samples[k]);
         spline_weights(at[k] - s->cell[k], f->cell[k], w[k]);
@@ -73,21 +72,80 @@ static void look_at(const mbsri_field *f, double x, double y, spot *s)
     for (int j = 0; j < 4; ++j) {
         const double *row =
             f->control + (ptrdiff_t)(s->cell[1] + 1 + j) * (f->nx + 4) + s->cell[0] + 1;
+        const double *v = w[1][j], (*u)[4] = (const double(*)[4])w[0];
         double along[4];
         for (int k = 0; k < 4; ++k)
-            along[k] = w[0][k][0] * row[0] + w[0][k][1] * row[1] + w[0][k][2] * row[2] +
-                       w[0][k][3] * row[3];
-        static const int dx[10] = {0, 1, 0, 2, 1, 0, 3, 2, 1, 0},
-                         dy[10] = {0, 0, 1, 0, 1, 2, 0, 1, 2, 3};
-        for (int k = 0; k < 10; ++k) sum[k] += w[1][dy[k]][j] * along[dx[k]];
+            along[k] = row[0] * u[0][k] + row[1] * u[1][k] + row[2] * u[2][k] + row[3] * u[3][k];
+        h += v[0] * along[0];
+        d[0] += v[0] * along[1], d[1] += v[1] * along[0];
+        dd[0] += v[0] * along[2], dd[1] += v[1] * along[1], dd[2] += v[2] * along[0];
+        ddd[0] += v[0] * along[3], ddd[1] += v[1] * along[2];
+        ddd[2] += v[2] * along[1], ddd[3] += v[3] * along[0];
     }
-    s->x = x, s->y = y, s->h = sum[0];
-    memcpy(s->d, sum + 1, sizeof s->d);
-    memcpy(s->dd, sum + 3, sizeof s->dd);
-    memcpy(s->ddd, sum + 6, sizeof s->ddd);
+    s->x = x, s->y = y, s->h = h;
+    memcpy(s->d, d, sizeof d);
+    memcpy(s->dd, dd, sizeof dd);
+    memcpy(s->ddd, ddd, sizeof ddd);
     s->share = share[0] * share[1];
     s->by[0] = slope[0] * share[1];
     s->by[1] = share[0] * slope[1];
+}
+
+/* ---- ranges in a cell ---- */
+
+typedef struct range {
+    double low, high;
+} range;
+
+static void widen_range(range *r, double x)
+{
+    r->low = x < r->low ? x : r->low;
+    r->high = x > r->high ? x : r->high;
+}
+
+static range range_product(range a, range b)
+{
+    range r = {a.low * b.low, a.low * b.low};
+    widen_range(&r, a.low * b.high);
+    widen_range(&r, a.high * b.low);
+    widen_range(&r, a.high * b.high);
+    return r;
+}
+
+static double most_of(range r)
+{
+    return r.high > -r.low ? r.high : -r.low;
+}
+
+/* Of a cell: heights, slopes and their derivatives lie between those of the control points and
+ * their differences. */
+typedef struct cell_ranges {
+    range h, d[2], dd[3];
+} cell_ranges;
+
+static void take_differences(const mbsri_field *f, const double *at, int right, int up,
+                             cell_ranges *r)
+{
+    const ptrdiff_t row = f->nx + 4;
+    const double *const cell = f->cell;
+    widen_range(&r->h, at[0]);
+    if (right > 0) widen_range(r->d, (at[1] - at[0]) / cell[0]);
+    if (up > 0) widen_range(r->d + 1, (at[row] - at[0]) / cell[1]);
+    if (right > 1) widen_range(r->dd, (at[2] - 2.0 * at[1] + at[0]) / (cell[0] * cell[0]));
+    if (right > 0 && up > 0)
+        widen_range(r->dd + 1, (at[row + 1] - at[row] - at[1] + at[0]) / (cell[0] * cell[1]));
+    if (up > 1) widen_range(r->dd + 2, (at[2 * row] - 2.0 * at[row] + at[0]) / (cell[1] * cell[1]));
+}
+
+static cell_ranges ranges_of(const mbsri_field *f, int i, int j)
+{
+    const range none = {INFINITY, -INFINITY};
+    cell_ranges r = {none, {none, none}, {none, none, none}};
+    const double *first = f->control + (ptrdiff_t)(j + 1) * (f->nx + 4) + i + 1;
+    for (int y = 0; y < 4; ++y, first += f->nx + 4) {
+        for (int x = 0; x < 4; ++x) take_differences(f, first + x, 3 - x, 3 - y, &r);
+    }
+    return r;
 }
 
 /* ---- making ---- */
@@ -130,11 +188,11 @@ static void find_heights(mbsri_field *f, mbsri_shape *s)
     double top = -INFINITY;
     for (int j = 0; j <= f->ny; ++j) {
         for (int i = 0; i <= f->nx; ++i) {
-            double most = -INFINITY;
-            for (int k = 0; k < 16; ++k)
-                most = fmax(most, f->control[(ptrdiff_t)(j + k / 4) * (f->nx + 4) + i + k % 4]);
-            f->high[(ptrdiff_t)j * (f->nx + 1) + i] = most;
-            top = fmax(top, most);
+            const cell_ranges r = ranges_of(f, i - 1, j - 1);
+            const ptrdiff_t at = (ptrdiff_t)j * (f->nx + 1) + i;
+            f->high[at] = r.h.high;
+            f->steep[at] = hypot(most_of(r.d[0]), most_of(r.d[1]));
+            top = fmax(top, r.h.high);
         }
     }
     s->middle[2] = top;
@@ -178,7 +236,7 @@ int mbsri_field_check(const mbsr_shape *from, char text[MBSR_TEXT_SIZE], size_t 
     }
     const size_t nx = (size_t)from->columns, ny = (size_t)from->rows;
     *bytes = sizeof(mbsri_field) +
-             ((nx + 4) * (2 * ny + 4) + (nx + 1) * (ny + 1) + nx * ny) * sizeof(double);
+             ((nx + 4) * (2 * ny + 4) + 2 * (nx + 1) * (ny + 1) + nx * ny) * sizeof(double);
     return MBSR_OK;
 }
 
@@ -193,7 +251,8 @@ void mbsri_field_make(const mbsr_shape *from, void *memory, mbsri_shape *shape)
     }
     f->control = (double *)(void *)(f + 1);
     f->high = f->control + (nx + 4) * (ny + 4);
-    f->sticks = f->high + (nx + 1) * (ny + 1);
+    f->steep = f->high + (nx + 1) * (ny + 1);
+    f->sticks = f->steep + (nx + 1) * (ny + 1);
     find_control(f, from->height, f->sticks + nx * ny);
     find_heights(f, shape);
     find_sticking(f);
@@ -234,6 +293,19 @@ static bool cells_under(const mbsri_field *f, const double middle[3], const doub
 static double high_of(const mbsri_field *f, int i, int j)
 {
     return f->high[(ptrdiff_t)(j + 1) * (f->nx + 1) + i + 1];
+}
+
+/* The steepest slope in cells. */
+static double steepest(const mbsri_field *f, const int first[2], const int last[2])
+{
+    double most = 0.0;
+    for (int j = first[1]; j <= last[1]; ++j) {
+        for (int i = first[0]; i <= last[0]; ++i) {
+            const double here = f->steep[(ptrdiff_t)(j + 1) * (f->nx + 1) + i + 1];
+            most = here > most ? here : most;
+        }
+    }
+    return most;
 }
 
 bool mbsri_field_reached(const mbsri_placed *field, const mbsri_placed *s)
@@ -335,8 +407,33 @@ static bool is_least(const foot *t)
     return t->H[0][0] + t->H[1][1] > 0.0 && t->H[0][0] * t->H[1][1] - t->H[0][1] * t->H[1][0] > 0.0;
 }
 
-/* Newton's step, or where the distance is not convex that of a plane; within a cell. */
-static double step_from(const foot *t, const double cell[2], double step[2])
+/* Where feet are looked for. */
+typedef struct bounds {
+    double low[2], high[2];
+} bounds;
+
+/* A cell and a part of one around it. */
+static bounds around_cell(const mbsri_field *f, int i, int j, double off)
+{
+    bounds b;
+    for (int k = 0; k < 2; ++k) {
+        const double from = (k ? j : i) * f->cell[k] - f->half[k];
+        b.low[k] = from - off * f->cell[k];
+        b.high[k] = from + (1.0 + off) * f->cell[k];
+    }
+    return b;
+}
+
+/* Whether a step leads out over the bound that it starts from. */
+static bool leads_out(const foot *t, const bounds *b, int k, double step)
+{
+    const double at = k ? t->s.y : t->s.x;
+    return step < 0.0 ? at <= b->low[k] : step > 0.0 && at >= b->high[k];
+}
+
+/* Newton's step, or where the distance is not convex that of a plane; within a cell, and along a
+ * bound that it would lead out of. Its size in cells; INFINITY: it ends at a bound. */
+static double step_from(const foot *t, const bounds *within, const double cell[2], double step[2])
 {
     const bool least = is_least(t);
     const double a = least ? t->H[0][0] : t->G[0], b = least ? t->H[0][1] : t->G[1],
@@ -344,37 +441,36 @@ static double step_from(const foot *t, const double cell[2], double step[2])
                  det = a * d - b * c;
     step[0] = -(d * t->F[0] - b * t->F[1]) / det;
     step[1] = -(a * t->F[1] - c * t->F[0]) / det;
+    const bool out[2] = {leads_out(t, within, 0, step[0]), leads_out(t, within, 1, step[1])};
+    if (out[0]) step[0] = 0.0, step[1] = -t->F[1] / d;
+    if (out[1]) step[1] = 0.0, step[0] = out[0] ? 0.0 : -t->F[0] / a;
     const double size = fmax(fabs(step[0]) / cell[0], fabs(step[1]) / cell[1]);
+    if ((out[0] && leads_out(t, within, 1, step[1])) ||
+        (out[1] && leads_out(t, within, 0, step[0])) || ((out[0] || out[1]) && size < 1e-7))
+        return INFINITY;
     for (int k = 0; k < 2 && size > 1.0; ++k) step[k] /= size;
     return size;
 }
 
-/* A place within a third of a cell of one. */
-static void stay_near(const mbsri_field *f, int i, int j, double at[2])
-{
-    for (int k = 0; k < 2; ++k) {
-        const double from = (k ? j : i) * f->cell[k] - f->half[k], off = f->cell[k] / 3.0;
-        at[k] = fmin(from + f->cell[k] + off, fmax(from - off, at[k]));
-    }
-}
-
-/* From a part of a cell to where the distance is least, in or near that cell; false: there is no
- * such place, or it is not found. */
-static bool find_foot(const probe *q, int i, int j, const double part[2], foot *t)
+/* From a part of a cell to where the distance is least, within bounds; false: there is no such
+ * place, or it is not found. */
+static bool find_foot(const probe *q, const bounds *within, const double part[2], foot *t)
 {
     const mbsri_field *f = q->f;
     bool close = false;
-    try_foot(q, (i + part[0]) * f->cell[0] - f->half[0], (j + part[1]) * f->cell[1] - f->half[1],
-             t);
+    double start[2];
+    for (int k = 0; k < 2; ++k)
+        start[k] = within->low[k] + part[k] * (within->high[k] - within->low[k]);
+    try_foot(q, start[0], start[1], t);
     for (int round = 0; round < 50; ++round) {
         double step[2], factor = 1.0;
-        const double size = step_from(t, f->cell, step), before = mbsri_dot3(t->w, t->w);
+        const double size = step_from(t, within, f->cell, step), before = mbsri_dot3(t->w, t->w);
         const foot from = *t;
         bool down = false;
         if (!(size < INFINITY)) return false;
         for (int k = 0; k < 12 && !down; ++k, factor *= 0.5) {
             double at[2] = {from.s.x + factor * step[0], from.s.y + factor * step[1]};
-            stay_near(f, i, j, at);
+            for (int l = 0; l < 2; ++l) at[l] = fmin(within->high[l], fmax(within->low[l], at[l]));
             try_foot(q, at[0], at[1], t);
             down = q->half || size < 1e-6 || mbsri_dot3(t->w, t->w) < before;
         }
@@ -480,6 +576,47 @@ static bool is_new(const mbsri_field *f, const foot *t, double (*known)[2], int 
     return fresh;
 }
 
+/* ---- cells without a foot ---- */
+
+/* Whether F has no zero in a cell: it is F of the middle and, at most, what H makes of the way from
+ * there. `single`: H is positive all over the cell, which has one foot at most. */
+static bool is_without(const probe *q, int i, int j, bool *single)
+{
+    const mbsri_field *f = q->f;
+    const cell_ranges r = ranges_of(f, i, j);
+    foot t;
+    try_foot(q, (i + 0.5) * f->cell[0] - f->half[0], (j + 0.5) * f->cell[1] - f->half[1], &t);
+    double most = 0.0, least = INFINITY, bend = 0.0, turn = 0.0;
+    for (int k = 0; k < 3 && q->half; ++k)
+        most = fmax(most, q->half[k]), least = fmin(least, q->half[k]);
+    if (q->half) bend = most * most / least; /* the largest radius of curvature */
+    for (int k = 0; k < 2; ++k)              /* of the normal, from the middle on */
+        turn +=
+            0.5 * (r.d[k].high - r.d[k].low) + fabs(0.5 * (r.d[k].high + r.d[k].low) - t.s.d[k]);
+    const double off = fmin(bend * turn, 2.0 * most);
+    const range above = {r.h.low - t.p[2] - off, r.h.high - t.p[2] + off};
+    range curve[3];
+    for (int k = 0; k < 3; ++k) curve[k] = range_product(above, r.dd[k]);
+    const double across = most_of(curve[1]), a = 1.0 + curve[0].low, b = 1.0 + curve[2].low;
+    *single = !q->half && a > 0.0 && b > 0.0 && a * b > across * across;
+    for (int k = 0; k < 2; ++k) {
+        double change = 0.0;
+        for (int l = 0; l < 2; ++l) {
+            const double normal = most_of(r.dd[l]) + most_of(r.dd[l + 1]),
+                         H = (k == l) + most_of(r.d[k]) * most_of(r.d[l]) + most_of(curve[k + l]) +
+                             bend * normal * (1.0 + most_of(r.d[k]));
+            change += 0.5 * H * f->cell[l];
+        }
+        if (fabs(t.F[k]) > 1.001 * change) return true;
+    }
+    return false;
+}
+
+static bool is_in_cell(const mbsri_field *f, const double at[2], int i, int j)
+{
+    return cell_of(in_cells(f, 0, at[0]), f->nx) == i && cell_of(in_cells(f, 1, at[1]), f->ny) == j;
+}
+
 /* What is found so far, and to whom it goes. */
 typedef struct search {
     probe q;
@@ -490,16 +627,22 @@ typedef struct search {
     int count;
 } search;
 
-/* From places of one cell. */
+/* From places of one cell and a third of one around it; from one where there is one foot at most.
+ */
 static int search_cell(search *w, int i, int j)
 {
-    static const double part[5][2] = {{0.5, 0.5}, {0.2, 0.2}, {0.8, 0.2}, {0.2, 0.8}, {0.8, 0.8}};
+    static const double part[5][2] = {
+        {0.5, 0.5}, {0.32, 0.32}, {0.68, 0.32}, {0.32, 0.68}, {0.68, 0.68}};
     int status = 0;
-    if (is_beyond(&w->q, i, j)) return 0;
-    for (int k = 0; k < 5 && !status; ++k) {
+    bool single, known = false;
+    if (is_beyond(&w->q, i, j) || is_without(&w->q, i, j, &single)) return 0;
+    for (int k = 0; k < w->count && single && !known; ++k)
+        known = is_in_cell(w->q.f, w->known[k], i, j);
+    const bounds within = around_cell(w->q.f, i, j, single ? 1e-6 : 1.0 / 3.0);
+    for (int k = 0; k < (known ? 0 : single ? 1 : 5) && !status; ++k) {
         foot t;
         mbsri_touch touch;
-        if (!find_foot(&w->q, i, j, part[k], &t) || !is_new(w->q.f, &t, w->known, w->count))
+        if (!find_foot(&w->q, &within, part[k], &t) || !is_new(w->q.f, &t, w->known, w->count))
             continue;
         if (w->count == FEET) return MBSR_ERR_MEMORY_SIZE;
         w->known[w->count][0] = t.s.x, w->known[w->count++][1] = t.s.y;
@@ -530,6 +673,10 @@ int mbsri_field_feet(const mbsri_placed *a, const mbsri_placed *b, const double 
     if (at.share > 0.0) w.q.reach = fmax(w.q.reach, at.h - w.q.x[2]); /* far below */
     const double reach[3] = {w.q.reach, w.q.reach, w.q.reach};
     if (!cells_under(w.q.f, w.q.x, reach, first, last)) return 0;
+    const double above = w.q.x[2] - at.h; /* the surface is no nearer than by its slope */
+    if (at.share > 0.0 && above > w.q.reach &&
+        above > w.q.reach * hypot(1.0, steepest(w.q.f, first, last)))
+        return 0;
     for (int j = first[1]; j <= last[1]; ++j) {
         for (int i = first[0]; i <= last[0] && !status; ++i) status = search_cell(&w, i, j);
     }

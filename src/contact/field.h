@@ -14,6 +14,7 @@ struct mbsri_field {
     double half[2], cell[2]; /* of the rectangle, m; of a cell */
     double *control;         /* (ny + 4) x (nx + 4), x first */
     double *high;   /* (ny + 1) x (nx + 1): no height of a cell is above; those beyond, too */
+    double *steep;  /* as many: no slope is steeper */
     double *sticks; /* ny x nx: weights of samples that stick out, over other shapes */
 };
 
