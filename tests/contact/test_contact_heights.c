@@ -142,6 +142,85 @@ static void paraboloids(void **unused)
     }
 }
 
+/* ---- the nearest point ---- */
+
+/* The spline of samples 0.1 m apart, away from the border, by values of the cubic B-spline. */
+static double spline_at(const double *height, int columns, double x, double y)
+{
+    const double at[2] = {(x + 1.0) / 0.1, (y + 0.8) / 0.1};
+    const int cell[2] = {(int)floor(at[0]), (int)floor(at[1])};
+    double w[2][4], sum = 0.0;
+    for (int k = 0; k < 2; ++k) {
+        for (int l = 0; l < 4; ++l) {
+            const double far = fabs(at[k] - (cell[k] + l - 1));
+            w[k][l] = far < 1.0   ? 2.0 / 3.0 - far * far + far * far * far / 2.0
+                      : far < 2.0 ? pow(2.0 - far, 3.0) / 6.0
+                                  : 0.0;
+        }
+    }
+    for (int k = 0; k < 16; ++k) {
+        const double *h = height + (cell[1] + k / 4 - 1) * columns + cell[0] + k % 4 - 1;
+        double control = h[0];
+        for (int l = 0; l < 9; ++l) { /* (1 - second difference / 6) along x and y */
+            static const double part[3] = {-1.0 / 6.0, 4.0 / 3.0, -1.0 / 6.0};
+            control +=
+                (part[l / 3] * part[l % 3] - (l == 4)) * h[(l / 3 - 1) * columns + l % 3 - 1];
+        }
+        sum += w[0][k % 4] * w[1][k / 4] * control;
+    }
+    return sum;
+}
+
+/* The least distance from a point, of places of a grid around the last best one, ever finer. */
+static double least_distance(const double *height, int columns, const double p[3], double reach)
+{
+    double best = INFINITY, at[2] = {p[0], p[1]}, next[2] = {p[0], p[1]};
+    for (double step = reach / 20.0; step > 1e-7; step /= 5.0) {
+        for (int k = 0; k < 41 * 41; ++k) {
+            const double x = at[0] + step * (k % 41 - 20), y = at[1] + step * (k / 41 - 20),
+                         z = spline_at(height, columns, x, y) - p[2],
+                         square = (x - p[0]) * (x - p[0]) + (y - p[1]) * (y - p[1]) + z * z;
+            if (square < best) best = square, next[0] = x, next[1] = y;
+        }
+        at[0] = next[0], at[1] = next[1];
+    }
+    return sqrt(best);
+}
+
+/* Spheres from a tenth of a cell to two cells over a rough field: the deepest of their points is
+ * where a search for it ends; and there are none where the field is farther. */
+static void nearest(void **unused)
+{
+    (void)unused;
+    static const double radii[] = {0.01, 0.05, 0.1, 0.2};
+    double height[2500];
+    uint64_t seed = 8;
+    int touched = 0, apart = 0;
+    for (int k = 0; k < 4; ++k) {
+        const double r = radii[k];
+        mbsr_shape shape[2] = {field_of(rough, 21, 17, 1.0, height),
+                               sample_shape(MBSR_SHAPE_SPHERE, 0)};
+        shape[1].size[0] = r;
+        scene s = scene_of(2, shape);
+        for (int l = 0; l < 20; ++l) {
+            double q[7], u[6], deepest = -INFINITY;
+            mbsr_contact_point point[64];
+            draw_pose(&seed, q, u);
+            q[4] = 0.5 * draw(&seed), q[5] = 0.3 * draw(&seed);
+            q[6] = spline_at(height, 21, q[4], q[5]) + r * (1.1 + 0.6 * draw(&seed));
+            const double least = least_distance(height, 21, q + 4, 1.2 * r);
+            const int count = points_at(&s, q, u, 64, point);
+            for (int p = 0; p < count; ++p) deepest = fmax(deepest, point[p].depth);
+            if (least < r - 1e-6) assert_close(deepest, r - least, 1e-8);
+            if (least > r + 1e-6) assert_int_equal(count, 0);
+            touched += least < r;
+            apart += least > r;
+        }
+        end_scene(&s);
+    }
+    assert_true(touched > 40 && apart > 10);
+}
+
 /* ---- borders ---- */
 
 /* The force on a shape at a place of a line over cells of a rough field and beyond its border. */
@@ -293,8 +372,9 @@ static void refusals(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(planes),   cmocka_unit_test(paraboloids),
-                                       cmocka_unit_test(borders),  cmocka_unit_test(sticks_out),
-                                       cmocka_unit_test(extremes), cmocka_unit_test(refusals)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(planes),     cmocka_unit_test(paraboloids),
+                                       cmocka_unit_test(nearest),    cmocka_unit_test(borders),
+                                       cmocka_unit_test(sticks_out), cmocka_unit_test(extremes),
+                                       cmocka_unit_test(refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
