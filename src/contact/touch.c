@@ -350,10 +350,21 @@ static double fall(double x, double width, double *slope)
     return y * y * (3.0 - 2.0 * y);
 }
 
+static const double beyond = 0.5; /* the sine of 30 degrees */
+
+/* Whether the normal leans too far over a face beside for any weight. */
+static bool leans(const mbsri_touch *t)
+{
+    bool far = false;
+    for (int k = 0; k < 2; ++k)
+        far = far || -mbsri_dot3(t->n, t->into_a[k]) >= beyond ||
+              mbsri_dot3(t->n, t->into_b[k]) >= beyond;
+    return far;
+}
+
 double mbsri_edges_weight(const mbsri_touch *t, double *slopes)
 {
-    /* the sine of 30 degrees; parts of both radii */
-    static const double beyond = 0.5, last = 0.5, thin = 1e-3;
+    static const double last = 0.5, thin = 1e-3; /* parts of both radii */
     const double limit = t->ra + t->rb;
     double part[6], slope[6], all = 1.0;
     for (int k = 0; k < 2; ++k) {
@@ -416,6 +427,7 @@ static void find_sides(const mbsri_placed *p, int k, double into[2][3])
 /* With the normal as it is. */
 static int give_edges(const search *w, const mbsri_touch *edges)
 {
+    if (leans(edges)) return 0;
     mbsri_touch t = *edges;
     if (t.s < 0.0) find_height(w, &t);
     t.weight *= mbsri_edges_weight(&t, NULL);
@@ -443,9 +455,12 @@ static int edges_meet(const search *w, const edge *a, const edge *b)
                      .la = a->length,
                      .lb = b->length};
     const double g = mbsri_dot3(a->along, b->along), sine = 1.0 - g * g;
-    double d[3];
+    double d[3], across[3];
     if (!(sine > 1e-12)) return 0;
     for (int k = 0; k < 3; ++k) d[k] = b->from[k] - a->from[k];
+    mbsri_cross3(a->along, b->along, across);
+    const double volume = mbsri_dot3(across, d), reach = t.ra + t.rb + w->margin;
+    if (volume * volume >= reach * reach * sine) return 0; /* the lines are too far apart */
     const double x = mbsri_dot3(d, a->along), y = mbsri_dot3(d, b->along),
                  at_a = (x - g * y) / sine, at_b = (g * x - y) / sine;
     t.ua = at_a / a->length;
@@ -459,8 +474,7 @@ static int edges_meet(const search *w, const edge *a, const edge *b)
     }
     memcpy(t.ta, a->along, sizeof t.ta);
     memcpy(t.tb, b->along, sizeof t.tb);
-    mbsri_cross3(t.ta, t.tb, d);
-    (void)mbsri_direction3(d, t.n);
+    (void)mbsri_direction3(across, t.n);
     find_sides(w->a, a->number, t.into_a);
     find_sides(w->b, b->number, t.into_b);
     return order_edges(w, &t);
@@ -610,6 +624,36 @@ static int on_field(const search *w)
 
 /* ---- all of two shapes ---- */
 
+static void middle_of(const mbsri_placed *p, double x[3])
+{
+    mbsri_rotate3(p->R, p->shape->middle, x);
+    mbsri_add3(1.0, p->x, x);
+}
+
+/* Whether along an axis of one of the boxes around them, as they are turned, shapes are farther
+ * from each other than the margin. */
+static bool are_apart(const mbsri_placed *a, const mbsri_placed *b, double margin)
+{
+    double from[3], d[3], reach[2][3];
+    middle_of(a, from);
+    middle_of(b, d);
+    mbsri_add3(-1.0, from, d);
+    for (int k = 0; k < 3; ++k)
+        reach[0][k] = a->shape->extent[k] + margin, reach[1][k] = b->shape->extent[k] + margin;
+    for (int k = 0; k < 3; ++k) {
+        for (int l = 0; l < 3; ++l) {
+            const double along = fabs(mbsri_dot3(a->R + 3 * k, b->R + 3 * l));
+            reach[0][k] += along * b->shape->extent[l];
+            reach[1][l] += along * a->shape->extent[k];
+        }
+    }
+    bool apart = false;
+    for (int k = 0; k < 3; ++k)
+        apart = apart || fabs(mbsri_dot3(a->R + 3 * k, d)) > reach[0][k] ||
+                fabs(mbsri_dot3(b->R + 3 * k, d)) > reach[1][k];
+    return apart;
+}
+
 int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, double margin, mbsri_touch_fn touch,
                   void *user)
 {
@@ -620,6 +664,7 @@ int mbsri_touches(const mbsri_placed *a, const mbsri_placed *b, double margin, m
     if (ka == MBSR_SHAPE_PLANE) return on_plane(&under);
     if (kb == MBSR_SHAPE_HEIGHTS) return on_field(&over);
     if (ka == MBSR_SHAPE_HEIGHTS) return on_field(&under);
+    if (ka != MBSR_SHAPE_SPHERE && kb != MBSR_SHAPE_SPHERE && are_apart(a, b, margin)) return 0;
     if (ka == MBSR_SHAPE_ELLIPSOID) return ellipsoid_over(&over);
     if (kb == MBSR_SHAPE_ELLIPSOID) return ellipsoid_over(&under);
     if (ka == MBSR_SHAPE_SPHERE) return corners_over(&over);
