@@ -114,9 +114,9 @@ typedef struct mbsr_contacts_of_file {
  * that a joint connects never touch, bodies without shapes between them left aside; nor do those
  * that are welded to each other. Laws are linear: stiffness (0: 2 m / (T z)^2 with the file's
  * time T and damping z, so that two shapes make half of that; m is the mass of all that moves, at
- * most ten times that of the heaviest tree, and at least 1 kg), and a damping with which what
- * weighs m comes to rest within about T. *told may be NULL. MBSR_ERR_NULL, MBSR_ERR_VALUE,
- * MBSR_ERR_UNFINISHED, statuses of mbsr_contacts_add. */
+ * most ten times that of the heaviest tree, and 1 kg where nothing has mass), and a damping with
+ * which what weighs m comes to rest within about T. *told may be NULL. MBSR_ERR_NULL,
+ * MBSR_ERR_VALUE, MBSR_ERR_UNFINISHED, statuses of mbsr_contacts_add. */
 MBSR_API int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file,
                                     const mbsr_model *model, double stiffness,
                                     mbsr_contacts_of_file *told, mbsr_error *error);

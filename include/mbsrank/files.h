@@ -215,7 +215,8 @@ typedef struct mbsr_file_shape {
     /* Coefficients of sliding, of turning about the normal (m), of rolling (m); what the file
      * leaves out is 1, 0, 0, and what MJCF has counts by condim. */
     double friction[3];
-    double settle[2];       /* solref: s, and the ratio of damping; else 0.02 and 1 */
+    double settle[2];       /* solref: s and the ratio of damping, or negative: -stiffness and
+                               -damping of 1 kg; else 0.02 and 1 */
     double margin;          /* of MJCF, m: forces begin that far before a surface */
     const char *mesh;       /* path, of a mesh; else NULL */
     int triangles;          /* of a mesh that the file gives by numbers: so many, with mesh NULL */

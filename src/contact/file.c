@@ -86,18 +86,21 @@ static int exclude_joined(mbsr_contacts *c, const tree *t, const mbsr_file *file
 static mbsr_contact_law law_of(const double friction[3], const double settle[2], double margin,
                                double mass, double stiffness)
 {
+    const bool timed = settle[0] >= 0.0; /* else -stiffness and -damping of 1 kg */
     const double gravity = 9.81, T = settle[0] > 0.0 ? settle[0] : 0.02,
-                 z = settle[1] > 0.0 ? settle[1] : 1.0;
-    return (mbsr_contact_law){
-        .stiffness = stiffness > 0.0 ? stiffness : 2.0 * mass / (T * z * T * z),
-        .exponent = 1.0,
-        .damping = 2.0 * z / (T * gravity), /* k x damping is 2 m z / T where m rests */
-        .friction = fmax(0.0, friction[0]),
-        .slip = 1e-3,
-        .torsional = fmax(0.0, friction[1]),
-        .rolling = fmax(0.0, friction[2]),
-        .spin = 1e-2,
-        .margin = margin};
+                 z = settle[1] > 0.0 ? settle[1] : 1.0,
+                 spring = timed ? 1.0 / (T * z * T * z) : -settle[0],
+                 damper = timed ? 2.0 * z / T : -settle[1];
+    return (mbsr_contact_law){.stiffness = stiffness > 0.0 ? stiffness : 2.0 * mass * spring,
+                              .exponent = 1.0,
+                              .damping =
+                                  damper / gravity, /* k x damping is m damper where m rests */
+                              .friction = fmax(0.0, friction[0]),
+                              .slip = 1e-3,
+                              .torsional = fmax(0.0, friction[1]),
+                              .rolling = fmax(0.0, friction[2]),
+                              .spin = 1e-2,
+                              .margin = margin};
 }
 
 /* Of a mesh of a file: its hull, smaller by the rounding that its core gets. */
@@ -185,7 +188,7 @@ static double bearing_of(const tree *t)
 {
     double most = 0.0;
     for (int k = 0; k < t->bodies; ++k) most = fmax(most, t->joined[k]);
-    return fmax(1.0, fmin(t->mass, 10.0 * most));
+    return t->mass > 0.0 ? fmin(t->mass, 10.0 * most) : 1.0;
 }
 
 static int add_file_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, double stiffness,

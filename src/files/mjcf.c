@@ -35,11 +35,11 @@ static bool add_class(mbsri_mjcf *m, const mbsri_element *e, const mbsri_class *
 /* What is switched off. */
 static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
 {
-    static const char *const names[] = {"passive",   "spring",    "damper",
-                                        "equality",  "actuation", "constraint",
-                                        "clampctrl", "limit",     "frictionloss"};
-    bool off[9] = {false};
-    for (int k = 0; flag && k < 9; ++k) {
+    static const char *const names[] = {"passive",      "spring",     "damper",    "equality",
+                                        "actuation",    "constraint", "clampctrl", "limit",
+                                        "frictionloss", "refsafe"};
+    bool off[10] = {false};
+    for (int k = 0; flag && k < 10; ++k) {
         const char *value = mbsri_attribute(flag, names[k]);
         off[k] = value && strcmp(value, "disable") == 0;
     }
@@ -51,6 +51,7 @@ static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
     if (off[6]) m->free_controls = true;
     if (off[5] || off[7]) m->s->with_limits = false;
     if (off[5] || off[8]) m->s->with_friction = false;
+    if (off[9]) m->unsafe = true;
 }
 
 static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
@@ -68,6 +69,8 @@ static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
         if (x != 0.0) mbsri_file_find(m->s, e, "the fluid around (%s) is left out", fluid[k]);
     }
     if (!mbsri_numbers(m->s, e, "gravity", mbsri_attribute(e, "gravity"), 3, 3, m->s->gravity,
+                       NULL) ||
+        !mbsri_numbers(m->s, e, "timestep", mbsri_attribute(e, "timestep"), 1, 1, &m->timestep,
                        NULL))
         return false;
     if (gravity && strcmp(gravity, "disable") == 0) memset(m->s->gravity, 0, sizeof m->s->gravity);
@@ -133,7 +136,7 @@ static bool add_main_class(mbsri_mjcf *m, const mbsri_element *e)
 
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
 {
-    mbsri_mjcf m = {.s = s, .home = s->home, .root = root};
+    mbsri_mjcf m = {.s = s, .home = s->home, .root = root, .timestep = 0.002};
     int number;
     const char *name = mbsri_attribute(root, "model");
     s->name = name ? name : "";

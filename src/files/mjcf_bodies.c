@@ -31,18 +31,14 @@ static bool kind_of(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_joint_
            mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
 }
 
-/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second
- * is the largest. */
+/* 5 numbers of impedance, of which the second is the largest. */
 static bool read_limit(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_joint *j)
 {
     double impedance[5] = {0.9, 0.95};
-    if (!mbsri_mjcf_numbers(m, node, "solreflimit", 1, 2, j->limit_reference, NULL) ||
+    if (!mbsri_mjcf_reference(m, node, "solreflimit", j->limit_reference) ||
         !mbsri_mjcf_numbers(m, node, "solimplimit", 1, 5, impedance, NULL))
         return false;
     j->limit_impedance = fmin(fmax(impedance[1], 1e-4), 1.0 - 1e-4);
-    const bool both = j->limit_reference[0] < 0.0 && j->limit_reference[1] <= 0.0;
-    if (!both && !(j->limit_reference[0] > 0.0 && j->limit_reference[1] > 0.0))
-        j->limit_reference[0] = 0.02, j->limit_reference[1] = 1.0; /* as MuJoCo */
     return true;
 }
 

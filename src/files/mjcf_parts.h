@@ -78,6 +78,8 @@ typedef struct mbsri_mjcf {
     mbsri_class *classes; /* the last one made */
     bool free_controls;   /* controls are not clamped to their ranges */
     bool without_flex;    /* soft bodies were left out */
+    double timestep;      /* of the file; no time constant is below two of them */
+    bool unsafe;          /* time constants are as they are */
     const char *idle;     /* groups of actuators that are switched off, NULL: none */
     mbsri_list meshes;    /* mbsri_mjcf_mesh */
     mbsri_looks materials, textures;
@@ -134,6 +136,11 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
                           mbsri_mjcf_solids *sum);
 
 /* Coefficients and solref of contacts where nobody says so; what condim leaves of coefficients. */
+/* solref or solreflimit: time constant and ratio, or -stiffness and -damping; 0.02 s and 1 where it
+ * is neither, as MuJoCo has it. */
+bool mbsri_mjcf_reference(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                          double to[2]);
+
 void mbsri_mjcf_plain_law(double friction[3], double settle[2]);
 void mbsri_mjcf_rub(double kinds, double friction[3]);
 

@@ -212,7 +212,7 @@ static bool add_own_pair(mbsri_mjcf *m, const mbsri_element *e)
         !mbsri_mjcf_number(m, &node, "condim", &kinds) ||
         !mbsri_mjcf_number(m, &node, "margin", &pair.margin) ||
         !mbsri_mjcf_numbers(m, &node, "friction", 1, 5, friction, &given) ||
-        !mbsri_mjcf_numbers(m, &node, "solref", 1, 2, pair.settle, NULL))
+        !mbsri_mjcf_reference(m, &node, "solref", pair.settle))
         return false;
     if (pair.margin < 0.0) return mbsri_file_refuse(m->s, e, "its margin is negative");
     if (given > 0) pair.friction[0] = friction[0];

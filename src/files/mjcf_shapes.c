@@ -127,6 +127,16 @@ void mbsri_mjcf_plain_law(double friction[3], double settle[2])
     settle[0] = 0.02, settle[1] = 1.0;
 }
 
+bool mbsri_mjcf_reference(mbsri_mjcf *m, const mbsri_mjcf_part *node, const char *attribute,
+                          double to[2])
+{
+    if (!mbsri_mjcf_numbers(m, node, attribute, 1, 2, to, NULL)) return false;
+    if (to[0] < 0.0 && to[1] <= 0.0) return true;
+    if (!(to[0] > 0.0 && to[1] > 0.0)) to[0] = 0.02, to[1] = 1.0;
+    if (!m->unsafe) to[0] = fmax(to[0], 2.0 * m->timestep);
+    return true;
+}
+
 void mbsri_mjcf_rub(double kinds, double friction[3])
 {
     if (kinds < 3.0) friction[0] = 0.0;
@@ -145,7 +155,7 @@ static bool find_use(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsr_file_shape
         !mbsri_mjcf_number(m, node, "condim", &kinds) ||
         !mbsri_mjcf_numbers(m, node, "friction", 1, 3, shape->friction, NULL) ||
         !mbsri_mjcf_number(m, node, "margin", &shape->margin) ||
-        !mbsri_mjcf_numbers(m, node, "solref", 1, 2, shape->settle, NULL))
+        !mbsri_mjcf_reference(m, node, "solref", shape->settle))
         return false;
     mbsri_mjcf_rub(kinds, shape->friction);
     if (shape->margin < 0.0) return mbsri_file_refuse(m->s, node->e, "its margin is negative");

@@ -296,7 +296,11 @@ static void write_all(mbsri_file_writer *w)
     mbsri_end(t);
     mbsri_begin(t, "option");
     mbsri_set_numbers(t, "gravity", 3, w->gravity);
+    mbsri_into(t);
+    mbsri_begin(t, "flag");
+    mbsri_set_text(t, "refsafe", "disable"); /* time constants are as they stand */
     mbsri_end(t);
+    mbsri_out(t, "option");
     mbsri_write_bodies(w);
     mbsri_write_rest(w);
     mbsri_out(t, "mujoco");

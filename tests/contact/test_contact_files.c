@@ -305,6 +305,55 @@ static void mass_that_rests(void **unused)
     }
 }
 
+/* A time constant counts as two steps of the file at least, as in MuJoCo, unless refsafe is off;
+ * two negative numbers are stiffness and damping of 1 kg. Grams have a thousandth of the stiffness.
+ */
+static void time_constants(void **unused)
+{
+    (void)unused;
+    static const struct {
+        const char *option, *law, *mass;
+        double stiffness, damping;
+    } world[] = {{"", "", "1", 2.0 / 4e-4, 2.0 / 0.02},
+                 {"", "", ".001", 2e-3 / 4e-4, 2.0 / 0.02},
+                 {"", "solref='.001 .5'", "1", 2.0 / 4e-6, 1.0 / 0.004},
+                 {"<option timestep='.0001'/>", "solref='.001 .5'", "1", 2.0 / 2.5e-7, 1.0 / 0.001},
+                 {"<option><flag refsafe='disable'/></option>", "solref='.001 .5'", "1",
+                  2.0 / 2.5e-7, 1.0 / 0.001},
+                 {"", "solref='-900 -30'", "1", 2.0 * 900.0, 30.0},
+                 {"", "solref='0 1'", "1", 2.0 / 4e-4, 2.0 / 0.02}};
+    for (size_t k = 0; k < sizeof world / sizeof world[0]; ++k) {
+        char text[800];
+        (void)snprintf(
+            text, sizeof text,
+            "<mujoco>%s<worldbody><geom type='plane' size='1 1 1' %s/><body pos='0 0 "
+            ".099'><joint type='slide' axis='0 0 1'/><geom size='.1' mass='%s' %s/></body>"
+            "</worldbody></mujoco>",
+            world[k].option, world[k].law, world[k].mass, world[k].law);
+        mbsr_file *file = read(text);
+        mbsr_contacts *contacts;
+        mbsr_contacts_of_file told;
+        mbsr_contact_point point;
+        mbsr_data *d;
+        mbsr_error error;
+        int force, count;
+        mbsr_model *m = touching_model(file, &contacts, &force, &told);
+        assert_close(told.stiffness, world[k].stiffness, 1e-9 * world[k].stiffness);
+        assert_int_equal(mbsr_data_create(m, &d, &error), MBSR_OK);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.0, file->q0), MBSR_OK);
+        assert_int_equal(mbsr_stage_velocities(m, d, (double[1]){-0.01}), MBSR_OK);
+        assert_int_equal(mbsr_contact_report(m, d, force, 1, &point, &count), MBSR_OK);
+        assert_int_equal(count, 1); /* two shapes yield one after the other */
+        assert_close(point.normal_force,
+                     0.5e-3 * world[k].stiffness * (1.0 + 0.01 * world[k].damping / 9.81),
+                     1e-9 * point.normal_force);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+        mbsr_contacts_destroy(contacts);
+        mbsr_file_destroy(file);
+    }
+}
+
 /* ---- much that stands still ---- */
 
 static void *count_small(void *user, size_t size)
@@ -415,7 +464,7 @@ static void fingers(void **unused)
     t.file->control[0] = t.file->control[1] = 20.0;
     t.s = mbsr_simulation_of(touching_model(t.file, &t.contacts, &t.force, &told));
     mbsr_ida_opt opt = mbsr_default_ida_opt();
-    opt.rtol = opt.atol = 1e-7;
+    opt.rtol = opt.atol = 1e-8;
     if (mbsr_simulation_start(&t.s, &opt, 0.0, t.file->q0, (const double[8]){0.0}))
         fail_msg("%s", t.s.error.text);
     if (mbsr_simulation_to(&t.s, 1.0)) fail_msg("%s", t.s.error.text);
@@ -539,13 +588,19 @@ static void each_allocation_fails(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(quadruped),       cmocka_unit_test(each_allocation_fails),
-        cmocka_unit_test(groups),          cmocka_unit_test(mass_that_rests),
-        cmocka_unit_test(blocks),          cmocka_unit_test(between),
-        cmocka_unit_test(fingers),         cmocka_unit_test(rolling_between),
-        cmocka_unit_test(refusals),        cmocka_unit_test(mesh_hulls),
-        cmocka_unit_test(hulls_are_small), cmocka_unit_test(pairs_and_margins),
-        cmocka_unit_test(sliding_down)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(quadruped),
+                                       cmocka_unit_test(each_allocation_fails),
+                                       cmocka_unit_test(groups),
+                                       cmocka_unit_test(mass_that_rests),
+                                       cmocka_unit_test(time_constants),
+                                       cmocka_unit_test(blocks),
+                                       cmocka_unit_test(between),
+                                       cmocka_unit_test(fingers),
+                                       cmocka_unit_test(rolling_between),
+                                       cmocka_unit_test(refusals),
+                                       cmocka_unit_test(mesh_hulls),
+                                       cmocka_unit_test(hulls_are_small),
+                                       cmocka_unit_test(pairs_and_margins),
+                                       cmocka_unit_test(sliding_down)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
