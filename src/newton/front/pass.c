@@ -425,14 +425,26 @@ static void choose_pass(passing *p, const sizes s)
         pass_any(p, s);
 }
 
+/* Each of `count` moments and forces by its largest component: rounding stands in the others. */
+static void measure_lengths(int count, double *N)
+{
+    for (int k = 0; k < 2 * count; ++k, N += 3) N[0] = N[1] = N[2] = fmax(fmax(N[0], N[1]), N[2]);
+}
+
 /* Sizes of what is there before, along the unknowns. */
 static void take_sizes(const mbsri_front_build *b)
 {
-    const int x = b->f->columns.at[b->at.x], behind = x + mbsri_linear_motions(b->f->linear, b->i);
+    const mbsri_front *f = b->f;
+    const int x = f->columns.at[b->at.x], behind = x + mbsri_linear_motions(f->linear, b->i),
+              actions = mbsri_linear_actions(f->linear, b->i) / 6;
     for (int j = 0; j < b->all_columns; ++j) {
         double *N = j < x || j >= behind ? sums(b, j) : NULL;
         const double *M = M_at(b, 0, j);
         for (int r = 0; r < b->all_rows && N; ++r) N[r] = fabs(M[r]);
+        if (!N || b->b->d != 6 || b->column[j] < f->columns.count) continue;
+        measure_lengths(actions, N + f->rows.at[b->at.y]);
+        if (f->model->position_rows > 0 && !b->plain)
+            measure_lengths(1, N + f->rows.at[b->at.kappa]);
     }
 }
 
