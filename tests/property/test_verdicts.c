@@ -444,6 +444,17 @@ static void loop_forces_that_are_traces(void **state)
     assert_true(check_rich(720331, true));
 }
 
+/* Cranks at dead centre, and rows that depend on others at one position alone: Newton's matrix is
+ * singular in all units, and starts go without them. */
+static void positions_that_are_singular(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {620753, 812343, 820913, 822429, 823661};
+    check_seeds(5, seed);
+    assert_true(check_rich(530043, true));
+    assert_true(check_rich(850357, true));
+}
+
 /* Stiff rows that depend on others, all of which share what bodies without mass exert: the same
  * start in all units. */
 static void stiff_rows_that_share(void **state)
@@ -595,6 +606,7 @@ int main(void)
                                        cmocka_unit_test(friction_that_is_not_enough),
                                        cmocka_unit_test(loops_that_hold_everything),
                                        cmocka_unit_test(stiff_rows_that_share),
+                                       cmocka_unit_test(positions_that_are_singular),
                                        cmocka_unit_test(ranks_that_fronts_lose),
                                        cmocka_unit_test(loop_forces_that_are_traces),
                                        cmocka_unit_test(balances_out_of_reach),
