@@ -113,6 +113,17 @@ static int find_accelerations(mbsri_tree_start *s, double t, const double *offse
     return status;
 }
 
+/* Exchanges the rows that the data leaves out, with which Newton systems are regular at most
+ * positions, and those that are left out here. */
+static void exchange_left_out(const mbsri_tree_start *s)
+{
+    for (int k = 0; k < s->m->rows; ++k) {
+        const bool dropped = s->d->dropped[k];
+        s->d->dropped[k] = s->w.left_out[k];
+        s->w.left_out[k] = dropped;
+    }
+}
+
 /* Velocities, u' and lambda at closed positions. */
 static int find_motion(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                        double *udot, double *lambda, const mbsr_consistent_opt *opt,
@@ -127,8 +138,10 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
     if (!massive) {
         int directions;
         status = mbsri_loops_count_free(m, d, s->w.left_out, false, function, &directions);
+        exchange_left_out(s);
         if (!status)
             status = mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);
+        exchange_left_out(s);
         if (!status) status = mbsri_loops_take_springs(m, d, t, q, u, NULL, lambda);
         info->null_directions = directions;
         return status;

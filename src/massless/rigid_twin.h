@@ -17,4 +17,8 @@ int mbsri_rigid_twin_open(const mbsr_model *m, mbsr_data *d, const bool *springs
                           mbsri_rigid_twin *twin);
 void mbsri_rigid_twin_close(mbsri_rigid_twin *twin);
 
+/* To be called once other rows of the twin are springs than when it was finished: the vectorised
+ * sweeps have planned which are rigid, and leave dynamics to loops/. */
+void mbsri_rigid_twin_forget_plan(const mbsri_rigid_twin *twin);
+
 #endif

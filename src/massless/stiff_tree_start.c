@@ -162,6 +162,7 @@ static int begin_sharing(const mbsr_model *m, rigid *r)
             r->start.w.closer.let_go[row] = true;
         }
     }
+    mbsri_rigid_twin_forget_plan(&r->twin);
     mbsri_closed_start_close(&r->start.start); /* its solver knows them as rigid */
     r->start.start.m = NULL;
     r->start.stiffness = massive ? r->stiffness : NULL;

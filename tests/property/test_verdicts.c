@@ -444,6 +444,51 @@ static void loop_forces_that_are_traces(void **state)
     assert_true(check_rich(720331, true));
 }
 
+/* Cranks at dead centre, and rows that depend on others at one position alone: Newton's matrix is
+ * singular in all units, and starts go without them. */
+static void positions_that_are_singular(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {620753, 812343, 820913, 822429, 823661, 827341};
+    check_seeds(6, seed);
+    assert_true(check_rich(510033, true));
+    assert_true(check_rich(530043, true));
+    assert_true(check_rich(850357, true));
+}
+
+/* What masses leave of a row is far smaller than what bodies without mass read beside it, and
+ * nothing cancels in it: far out too Newton's matrix is regular. */
+static void masses_far_out(void **state)
+{
+    (void)state;
+    check_seeds(1, (const uint64_t[]){821113});
+    assert_true(check_rich(720361, true));
+}
+
+/* Stiff rows that depend on others, all of which share what bodies without mass exert: the same
+ * start in all units. */
+static void stiff_rows_that_share(void **state)
+{
+    (void)state;
+    motion found[sizeof systems / sizeof systems[0]];
+    for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
+        any_model s;
+        mbsr_data *d;
+        double still[ANY_MOST] = {0.0}, y[6 * ANY_MOST] = {0.0}, yp[6 * ANY_MOST];
+        assert_true(any_model_make(&s, 850463, systems + k, true));
+        assert_true(mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM) <= 6 * ANY_MOST);
+        assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+        assert_ok(mbsr_dae_pack(s.m, d, MBSR_DAE_MOMENTUM, 0.0, s.q, still, y), NULL);
+        assert_ok(mbsr_dae_consistent(s.m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(d));
+        note_motion(&s, y, yp, found + k);
+        assert_less(apart(s.nu, found[k].u, found[0].u, 1.0), 1e-8);
+        assert_less(apart(s.nu, found[k].udot, found[0].udot, 1.0), 1e-6);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(s.m);
+    }
+}
+
 /* Rows whose ranks fronts have no digits for: matrices tell them, the same in all units. */
 static void ranks_that_fronts_lose(void **state)
 {
@@ -570,6 +615,9 @@ int main(void)
                                        cmocka_unit_test(traces_that_determine_nothing),
                                        cmocka_unit_test(friction_that_is_not_enough),
                                        cmocka_unit_test(loops_that_hold_everything),
+                                       cmocka_unit_test(stiff_rows_that_share),
+                                       cmocka_unit_test(positions_that_are_singular),
+                                       cmocka_unit_test(masses_far_out),
                                        cmocka_unit_test(ranks_that_fronts_lose),
                                        cmocka_unit_test(loop_forces_that_are_traces),
                                        cmocka_unit_test(balances_out_of_reach),

@@ -270,6 +270,23 @@ double mbsri_carried_operations(const mbsr_newton *w)
     return sum;
 }
 
+static double least_mobility(const mbsr_model *m)
+{
+    const double length = m->typical.length > 0.0 ? m->typical.length : 1.0;
+    double least = INFINITY;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsr_coordinate_kind kind[MBSR_MAX_D];
+        mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
+        for (int k = 0; k < b->n; ++k) {
+            const bool turns = kind[k] == MBSR_COORDINATE_ROTATION;
+            const double weight = m->typical.weight[b->iu + k];
+            least = fmin(least, turns ? length * length * weight : weight);
+        }
+    }
+    return least < INFINITY ? least : 0.0;
+}
+
 bool mbsri_carried_create(mbsr_newton *w)
 {
     mbsri_carried *v = &w->carried;
@@ -279,6 +296,7 @@ bool mbsri_carried_create(mbsr_newton *w)
     if (!v->closure) return false;
     v->bytes += bytes;
     list_names(w);
+    v->mobility = least_mobility(w->model);
     return place_all(w);
 }
 

@@ -48,6 +48,11 @@ static inline mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
  * alone, when these are in its pool. */
 void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c);
 
+/* Whether what eta moves along position rows of the loops that close at front k is more than
+ * rounding: MBSR_LOOP_SINGULAR where it is not, MBSRI_NOT_SERVED where that is for the front to
+ * judge. After mbsri_carried_diagonal. */
+int mbsri_carried_judge(const mbsr_newton *w, mbsr_data *d, int k, double c);
+
 /* When all names have come to the pool at which closures are eliminated: where their rows stand. */
 void mbsri_carried_seat(mbsr_newton *w, int k);
 

@@ -5,7 +5,11 @@
 
 #include "algebra/dense.h"
 #include "newton/slopes/closure_slopes.h"
+#include "newton/front/front.h"
 #include "recursion/closures.h"
+#include "recursion/pose.h"
+
+#include <math.h>
 
 /* ---- names in a pool ---- */
 
@@ -63,6 +67,61 @@ void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c)
 {
     const mbsri_carried *v = &w->carried;
     for (int l = v->front[k].first_loop; l >= 0; l = v->loop[l].next) add_diagonal(w, d, l, c);
+}
+
+/* The square of a row over the motion of the first body that has a part in it, which moves by the
+ * length what it turns. */
+static double square_of_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                            int row)
+{
+    const int l = c->column[0] >= 0 ? 0 : 1, rows = c->rows;
+    const mbsri_body *b = m->body + c->body[l];
+    const double *C = d->closure_C + c->at + (size_t)(c->column[l] * rows + row),
+                 length = m->typical.length > 0.0 ? m->typical.length : 1.0;
+    double sum = 0.0;
+    for (int j = 0; j < b->d; ++j, C += rows) {
+        const double moved = mbsri_is_angle(b->joint.space, j) ? *C / length : *C;
+        sum += moved * moved;
+    }
+    return sum;
+}
+
+/* Of squares: what eta moves along a row, beside what that row would be moved by at most; and the
+ * largest of rows that are looked at, so that others cost nothing. */
+static const double nothing = 1e-24, doubtful = 1e-13, largest = 1e6;
+
+/* Position row of that name, which eta moves so much along. Stiff rows have their compliance, and
+ * couplings read the joints themselves. */
+static int judge_row(const mbsr_newton *w, mbsr_data *d, int k, int name, double moved)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsr_model *m = w->model;
+    const int number = v->closure[name];
+    const mbsri_closure *c = mbsri_closure_at(m, (size_t)number);
+    const int row = name - m->rows - c->position_row;
+    if (v->loop[number].pool != k || mbsri_is_coupling(c) || mbsri_is_stiff(c, row)) return MBSR_OK;
+    const double size = v->mobility * square_of_row(m, d, c, row);
+    if (moved < nothing * size) return mbsri_front_refuse_row(m, d, number, row);
+    return moved < doubtful * size ? MBSRI_NOT_SERVED : MBSR_OK;
+}
+
+/* Scaled to 1 a row of rounding would pass for any other. */
+int mbsri_carried_judge(const mbsr_newton *w, mbsr_data *d, int k, double c)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_pool *pool = mbsri_carried_at(w, k);
+    const int *name = v->numbers + pool->column, first = w->model->rows,
+              end = first + w->model->position_rows;
+    const double *T = v->store + mbsri_pool_T(pool), limit = doubtful * largest * v->mobility;
+    int status = MBSR_OK;
+    if (!v->front[k].judged) return status;
+    for (int l = 0; l < pool->count; ++l, T += pool->most + 1) {
+        const double moved = fabs(c * *T);
+        if (!(moved < limit) || name[l] < first || name[l] >= end) continue;
+        const int found = judge_row(w, d, k, name[l], moved);
+        if (found && status != MBSR_LOOP_SINGULAR) status = found;
+    }
+    return status;
 }
 
 void mbsri_carried_seat(mbsr_newton *w, int k)

@@ -154,8 +154,12 @@ static void list_loops(const mbsr_newton *w, mbsri_carried *v)
     const mbsri_closure *c = w->model->closures.data;
     for (int k = 0; k < (int)w->model->closures.count; ++k) {
         mbsri_loop *loop = v->loop + k;
-        bool any = loop->most > 0;
-        for (int l = 0; l < c[k].position_rows; ++l) any = any || mbsri_is_stiff(c + k, l);
+        bool any = loop->most > 0, rigid = false;
+        for (int l = 0; l < c[k].position_rows; ++l) {
+            any = any || mbsri_is_stiff(c + k, l);
+            rigid = rigid || !mbsri_is_stiff(c + k, l);
+        }
+        if (rigid && !mbsri_is_coupling(c + k)) v->front[loop->pool].judged = true;
         loop->next = -1;
         if (!any) continue;
         loop->next = v->front[loop->pool].first_loop;
@@ -169,7 +173,10 @@ bool mbsri_place_lane_pools(mbsr_newton *w, size_t *doubles, size_t *ints)
     const mbsr_allocator *allocator = &w->model->allocator;
     const size_t fronts = (size_t)v->fronts;
     plan p = {.w = w, .v = v, .doubles = doubles, .ints = ints};
-    for (int k = 0; k < v->fronts; ++k) v->front[k].first_loop = -1;
+    for (int k = 0; k < v->fronts; ++k) {
+        v->front[k].first_loop = -1;
+        v->front[k].judged = false;
+    }
     list_loops(w, v);
     p.strand =
         mbsri_allocate(allocator, fronts * (sizeof *p.strand + sizeof *p.slot + 2 * sizeof(int)));

@@ -124,6 +124,7 @@ typedef struct mbsri_carried_front {
     int delayed;        /* what it may hand on of unknowns that could go */
     int first_loop;     /* that closes here; -1: none */
     bool passes;        /* loops go on from it */
+    bool judged;        /* rigid position rows of loops that close on bodies stand in it */
     size_t place;       /* ints */
     int size, done;     /* at the last factorisation */
 } mbsri_carried_front;
@@ -146,6 +147,8 @@ typedef struct mbsri_carried {
     mbsri_pool *lane_pool; /* the same of bodies in vector code (lane_pools.h) */
     mbsri_carried_front *front;
     mbsri_multiplier *multiplier; /* rows and position rows of closures */
+    double mobility;              /* 1/kg: the least weight of a rate (mbsri_scales), as if it
+                                   * moved by the length what it turns */
     double *value;                /* names: the solution */
     double *store, *work;
     int *numbers, *list;

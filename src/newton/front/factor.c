@@ -31,9 +31,8 @@ static int singular_joint(const mbsri_front *f, mbsr_data *d, int i, int kind)
                       d->t);
 }
 
-static int singular_row(const mbsri_front *f, mbsr_data *d, int closure, int row)
+int mbsri_front_refuse_row(const mbsr_model *m, mbsr_data *d, int closure, int row)
 {
-    const mbsr_model *m = f->model;
     const mbsri_closure *c = (const mbsri_closure *)m->closures.data + closure;
     char label[MBSRI_LABEL];
     return mbsri_fail(&d->error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
@@ -64,7 +63,7 @@ static int singular(const mbsri_front *f, mbsr_data *d, const mbsri_front_pivots
         return singular_joint(f, d, joint, joint_kind);
     const mbsri_closure *c = (const mbsri_closure *)m->closures.data - 1 - closure;
     const int row = number < m->rows ? number - c->row : number - m->rows - c->position_row;
-    return singular_row(f, d, -1 - closure, row);
+    return mbsri_front_refuse_row(m, d, -1 - closure, row);
 }
 
 static int not_finite(const mbsri_front *f, mbsr_data *d, int i)

@@ -105,6 +105,9 @@ int mbsri_front_replan(mbsri_front *f, mbsr_data *d);
 int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
                        double c);
 
+/* MBSR_LOOP_SINGULAR: a row of a closure depends on others. */
+int mbsri_front_refuse_row(const mbsr_model *m, mbsr_data *d, int closure, int row);
+
 /* Solves for delta with right-hand side r, which do not overlap; false: loads of pairs apart did
  * not converge. */
 bool mbsri_front_solve(mbsri_front *f, const double *r, double *delta);

@@ -131,22 +131,37 @@ MBSRI_INLINE void hand_down(const passing *p, const sizes s, const double *y, do
     if (s.above) subtract_turned(s.d, s.dp, p->H, y + 2 * s.d, NULL, NULL, below + 2 * s.dp);
 }
 
+/* The size of what eta moves an axis by, by the lengths of moment and force: 0 where it is about as
+ * large. */
+MBSRI_INLINE double lost_push(const double *J, const double *kappa, double push, double moved)
+{
+    static const double much = 1e-10;
+    const double turn = fabs(J[0]) + fabs(J[1]) + fabs(J[2]),
+                 slide = fabs(J[3]) + fabs(J[4]) + fabs(J[5]),
+                 size = turn * kappa[0] + slide * kappa[3] + fabs(push);
+    return fabs(moved) < much * size ? size : 0.0;
+}
+
 /* What eta makes of the joint's places, and of the loads above: nothing in most columns. */
-MBSRI_INLINE void push_places(const passing *p, const sizes s, double *M)
+MBSRI_INLINE void push_places(const passing *p, const sizes s, double *M, double *N)
 {
     const mbsri_front_build *b = p->b;
     const mbsri_terms *k = &b->terms;
     const int d = s.d, n = b->b->n, nq = b->b->nq;
     const double *kappa = M + p->kappa, *push = M + p->push,
                  *qdot = k->qdot + (size_t)((variables(b) - n) * nq);
+    const bool measured = N && b->watched && d == 6;
     bool none = true;
     for (int l = 0; l < d; ++l) none = none && kappa[l] == 0.0;
     for (int l = 0; l < n; ++l) none = none && push[l] == 0.0;
     if (none) return;
     for (int l = 0; l < n; ++l) {
-        const double moved = b->f->model->typical.weight[b->b->iu + l] *
-                             (push[l] - mbsri_dot(d, k->J + l * d, kappa));
+        const double weight = b->f->model->typical.weight[b->b->iu + l],
+                     load = push[l] - mbsri_dot(d, k->J + l * d, kappa), moved = weight * load;
         for (int r = 0; r < nq && moved != 0.0; ++r) M[p->place + r] -= qdot[l * nq + r] * moved;
+        if (!measured) continue;
+        const double lost = weight * lost_push(k->J + l * d, N + p->kappa, push[l], load);
+        for (int r = 0; r < nq && lost > 0.0; ++r) N[p->place + r] += fabs(qdot[l * nq + r]) * lost;
     }
     if (p->kappa_below >= 0) mbsri_atx(d, b->b->pred.d, -1.0, k->H, kappa, M + p->kappa_below);
 }
@@ -195,7 +210,7 @@ MBSRI_INLINE void make_rows(const passing *p, const sizes s, double *M, double *
     }
     if (N) add_sizes(p, s, N);
     if (p->below >= 0) hand_down(p, s, y, M + p->below);
-    if (p->kappa >= 0) push_places(p, s, M);
+    if (p->kappa >= 0) push_places(p, s, M, N);
 }
 
 /* (a) of a column. */
@@ -425,14 +440,29 @@ static void choose_pass(passing *p, const sizes s)
         pass_any(p, s);
 }
 
+/* Each of `count` moments and forces by its largest component: rounding stands in the others. */
+static void measure_lengths(int count, double *N)
+{
+    for (int k = 0; k < 2 * count; ++k, N += 3) {
+        const double other = N[1] > N[2] ? N[1] : N[2];
+        N[0] = N[1] = N[2] = N[0] > other ? N[0] : other;
+    }
+}
+
 /* Sizes of what is there before, along the unknowns. */
 static void take_sizes(const mbsri_front_build *b)
 {
-    const int x = b->f->columns.at[b->at.x], behind = x + mbsri_linear_motions(b->f->linear, b->i);
+    const mbsri_front *f = b->f;
+    const int x = f->columns.at[b->at.x], behind = x + mbsri_linear_motions(f->linear, b->i),
+              actions = mbsri_linear_actions(f->linear, b->i) / 6;
     for (int j = 0; j < b->all_columns; ++j) {
         double *N = j < x || j >= behind ? sums(b, j) : NULL;
         const double *M = M_at(b, 0, j);
         for (int r = 0; r < b->all_rows && N; ++r) N[r] = fabs(M[r]);
+        if (!N || !b->watched || b->b->d != 6 || b->column[j] < f->columns.count) continue;
+        measure_lengths(actions, N + f->rows.at[b->at.y]);
+        if (f->model->position_rows > 0 && !b->plain)
+            measure_lengths(1, N + f->rows.at[b->at.kappa]);
     }
 }
 

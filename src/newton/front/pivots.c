@@ -168,6 +168,26 @@ static bool find(const pivots *p, bool places, double least, int *row, int *colu
     return *row >= 0;
 }
 
+/* The largest of those of which more than rounding is left, however small beside its row and
+ * column: what is small from the beginning, since nothing moves the mass, cancels nowhere. */
+static bool find_whole(const pivots *p, int *row, int *column)
+{
+    double least = 0.0;
+    *row = -1;
+    for (int j = p->done; j < p->size && p->watched; ++j) {
+        for (int i = p->done; i < p->size; ++i) {
+            if (!(scaled(p, i, j) > least) || !together(row_kind(p, i), column_kind(p, j)) ||
+                row_kind(p, i) == MBSRI_FRONT_PLACE ||
+                !(fabs(*entry(p, p->M, i, j)) > noise * *entry(p, p->N, i, j)))
+                continue;
+            least = scaled(p, i, j);
+            *row = i;
+            *column = j;
+        }
+    }
+    return *row >= 0;
+}
+
 /* ---- q' ---- */
 
 /* Scales of the rows q' along dq alone. */
@@ -333,7 +353,8 @@ bool mbsri_front_eliminate(pivots *p)
     while (p->size - p->done > pending) {
         bool found = find(p, false, least, &row, &column);
         if (!found && p->size - p->done - pending <= p->delayed) break;
-        if (!found && !find(p, false, rounding, &row, &column)) return false;
+        if (!found && !find(p, false, rounding, &row, &column) && !find_whole(p, &row, &column))
+            return false;
         pivot(p, row, column);
         if (p->watched) add_up(p, p->done - 1);
     }

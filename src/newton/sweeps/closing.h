@@ -59,8 +59,9 @@ MBSRI_OUTLINE int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton
     int status = MBSR_OK;
     for (int k = v->first_closing[i]; k > 0 && !status; k = v->front[k].next) {
         mbsri_carried_diagonal(w, run->data, k, newton->c);
-        if (v->front[k].passes ? close_part(newton, k, y) : close_front(newton, k, y)) continue;
-        status = MBSRI_NOT_SERVED;
+        status = mbsri_carried_judge(w, run->data, k, newton->c);
+        if (!status && !(v->front[k].passes ? close_part(newton, k, y) : close_front(newton, k, y)))
+            status = MBSRI_NOT_SERVED;
     }
     return status;
 }

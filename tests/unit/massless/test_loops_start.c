@@ -282,11 +282,51 @@ static void springs_at_rest_in_a_loop(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A mass of 2 kg hangs by a closure with a compliance of 1e-5 m/N, and takes a body without mass
+ * along, which a spring of 3 N/m from 0.5 m pushes up. */
+static void a_start_on_a_compliance(void **state)
+{
+    (void)state;
+    static const double upright[3] = {0.0, 0.0, 1.0}, compliance[1] = {1e-5};
+    const double at_rest = -compliance[0] * (2.0 * 9.81 - 1.5) / (1.0 + 3.0 * compliance[0]);
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    double y[10] = {0.0}, yp[10];
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    test_add_body(m, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, upright),
+                  mbsr_inertia_particle(2.0));
+    test_add_body(m, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, upright), mbsr_inertia_zero());
+    const mbsr_force_def law[2] = {mbsr_force_gravity(0.0, 0.0, -9.81),
+                                   mbsr_force_joint_spring(1, 0, 3.0, 0.0, 0.5)};
+    mbsr_closure_def row[2] = {mbsr_closure_rows(0, NULL, 1, NULL, 1, upright),
+                               mbsr_closure_rows(0, NULL, MBSR_GROUND, NULL, 1, upright)};
+    row[1].compliant = 1;
+    row[1].compliance = compliance;
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(mbsr_model_add_force(m, law + k, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_add_closure(m, row + k, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_in_range(mbsr_dae_size(m, MBSR_DAE_MOMENTUM), 1, 10);
+    assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+              mbsr_data_error(d));
+    for (int k = 0; k < 2; ++k) {
+        assert_close(y[k], at_rest, 1e-14);
+        assert_close(y[4 + k], 0.0, 1e-12);
+        assert_close(yp[4 + k], 0.0, 1e-9);
+    }
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_damper_beside_a_loaded_rod), cmocka_unit_test(springs_at_rest_in_a_loop),
-        cmocka_unit_test(a_start_without_forces), cmocka_unit_test(a_start_whose_rate_is_found),
-        cmocka_unit_test(a_start_at_rest_of_elastic_modes)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_damper_beside_a_loaded_rod),
+                                       cmocka_unit_test(springs_at_rest_in_a_loop),
+                                       cmocka_unit_test(a_start_without_forces),
+                                       cmocka_unit_test(a_start_whose_rate_is_found),
+                                       cmocka_unit_test(a_start_at_rest_of_elastic_modes),
+                                       cmocka_unit_test(a_start_on_a_compliance)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -543,6 +543,45 @@ static void factors_of_any_size(void **state)
     }
 }
 
+/* A crank in line with the rod that ties it to the ground, wherever these stand: of what the rod
+ * reads rounding is left, in any units. */
+static void a_crank_at_dead_centre(void **state)
+{
+    (void)state;
+    static const double units[] = {1.0, 1e3, 1e-3}, z[3] = {0.0, 0.0, 1.0};
+    for (int k = 0; k < 24; ++k) {
+        const double unit = units[k % 3], along = 0.3 + 0.7 * k, arm[3] = {unit, 0.0, 0.0},
+                     com[3] = {0.4 * unit, 0.0, 0.0}, about[3] = {0.6, 0.8, 0.0},
+                     I = 0.2 * unit * unit, moments[6] = {I, I, I};
+        mbsr_frame frame = mbsr_frame_rotated(NULL, about, 0.2 + 0.9 * k), end;
+        end = mbsr_frame_rotated(NULL, z, along);
+        end = mbsr_frame_product(&frame, &end);
+        const double ground[3] = {2.2 * unit * end.R[0], 2.2 * unit * end.R[1],
+                                  2.2 * unit * end.R[2]};
+        const mbsr_closure_def rod = mbsr_closure_distance(0, arm, MBSR_GROUND, ground, 1.2 * unit);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.joint = mbsr_joint_revolute(&frame, NULL, z);
+        body.inertia = mbsr_inertia_rigid(2.0, com, moments);
+        mbsr_model *m;
+        mbsr_data *d;
+        mbsr_newton *newton;
+        const double y[5] = {along}, yp[5] = {0.0};
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_add_closure(m, &rod, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        assert_int_equal(mbsr_dae_size(m, MBSR_DAE_MOMENTUM), 5);
+        assert_ok(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), NULL);
+        for (double c = 1e-2; c < 1e10; c *= 1e3)
+            assert_refused(mbsr_newton_factor(newton, d, 0.0, y, yp, c), mbsr_newton_error(newton),
+                           MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE, "length|depends on other");
+        mbsr_newton_destroy(newton);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -557,6 +596,7 @@ int main(void)
         cmocka_unit_test(force_functions_that_fail),
         cmocka_unit_test(inertias_that_fail),
         cmocka_unit_test(factors_of_any_size),
+        cmocka_unit_test(a_crank_at_dead_centre),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
