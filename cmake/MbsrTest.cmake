@@ -35,3 +35,12 @@ function(mbsr_set_test name label)
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${mbsr_test_timeout}
                          COST ${cost} ENVIRONMENT "${environment}" ${ARGN})
 endfunction()
+
+# mbsr_wants_test(variable name): whether MBSR_TEST_ONLY and MBSR_TEST_WITHOUT leave that test.
+function(mbsr_wants_test variable name)
+    set(${variable} ON PARENT_SCOPE)
+    if((MBSR_TEST_WITHOUT AND name MATCHES "^(${MBSR_TEST_WITHOUT})$")
+       OR (MBSR_TEST_ONLY AND NOT name MATCHES "^(${MBSR_TEST_ONLY})$"))
+        set(${variable} OFF PARENT_SCOPE)
+    endif()
+endfunction()

@@ -79,7 +79,7 @@ other_lapacks() {
     local tree=build/test-gcc-release name status
     for name in reference openblas; do
         status=0
-        bash scripts/lapack.sh "$name" --for "$tree/tests/property_newton" || status=$?
+        bash scripts/lapack.sh "$name" --for "$tree/tests/property_tests" || status=$?
         if [ "$status" -eq 1 ]; then continue; fi
         if [ "$status" -ne 0 ]; then
             echo "==== LAPACK $name: left out, not found"
@@ -146,7 +146,7 @@ first() {
     else
         echo "==== web: left out, its packages or sources cannot be had"
     fi
-    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON \
+    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -DMBSR_UNITY=TESTS \
         "${linker[@]}" "${web[@]}" -- "${no_packages[@]}"
     other_lapacks
 }
@@ -180,7 +180,7 @@ others() {
     less=(-DCMAKE_BUILD_TYPE=MinSizeRel "-DCMAKE_C_FLAGS_MINSIZEREL=-O1 -DNDEBUG")
     if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.(headers|snippets)'; fi # done by that compiler
     if [ "$long" = ON ]; then only='.*' less=(-DCMAKE_BUILD_TYPE=Release); fi
-    MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
+    MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DMBSR_UNITY=ON -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
         -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \
         -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests$headers)\$"
 }
