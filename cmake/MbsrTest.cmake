@@ -9,6 +9,8 @@ if(CMAKE_CROSSCOMPILING_EMULATOR)
     set(mbsr_test_timeout 3000)
 endif()
 set(mbsr_test_environment "OPENBLAS_NUM_THREADS=1")
+# Models come and go by thousands: memory that glibc gives back each time, the kernel has to clear again.
+list(APPEND mbsr_test_environment "MALLOC_TRIM_THRESHOLD_=1000000000" "MALLOC_MMAP_THRESHOLD_=33554432")
 if(MBSR_TEST_LONG)
     set(mbsr_test_timeout 6000)
     list(APPEND mbsr_test_environment "MBSR_TEST_LONG=1")
