@@ -42,6 +42,7 @@ run() {
     shift
     echo "==== $name ($compiler)"
     mkdir -p "$tree"
+    times >"$tree/times"
     if cmake -S . -B "$tree" -G "$generator" -DCMAKE_C_COMPILER="$compiler" -DMBSR_WERROR=ON \
             -DMBSR_TEST_LONG="$long" "${options[@]}" >"$tree/configure.log" 2>&1; then
         :
@@ -51,15 +52,22 @@ run() {
         says "$place" "$name" "does not configure"
         return
     fi
+    times >>"$tree/times"
     if ! cmake --build "$tree" --parallel "$jobs" >"$tree/build.log" 2>&1; then
         cat "$tree/build.log"
         fails "$place" "$name"
         says "$place" "$name" "does not build"
         return
     fi
+    times >>"$tree/times"
     (cd "$tree" && ctest --output-on-failure --no-tests=error --parallel "$jobs" "$@") |
         tee "$tree/ctest.log" || fails "$place" "$name"
+    times >>"$tree/times"
     says "$place" "$name" "$(grep -E '^[0-9]+% tests passed' "$tree/ctest.log" || echo 'no tests')"
+    # every second line is of processes that have ended: user, system
+    says "$place" "$name" "$(awk -F'[ms ]+' 'NR % 2 == 0 { t[NR / 2] = 60 * ($1 + $3) + $2 + $4 }
+        END { printf "%.0f + %.0f + %.0f processor seconds: configuration, build, tests", t[2] - t[1], t[3] - t[2], t[4] - t[3] }' \
+        "$tree/times")"
 }
 
 # works COMPILER: whether it can build and run a program with the sanitizers.
