@@ -40,6 +40,11 @@ if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     endif()
 endif()
 
+set(mbsr_unity OFF)
+if(MBSR_UNITY AND NOT MBSR_UNITY STREQUAL "TESTS")
+    set(mbsr_unity ON)
+endif()
+
 function(mbsr_set_warnings target)
     if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
         target_compile_options(${target} PRIVATE
@@ -48,7 +53,7 @@ function(mbsr_set_warnings target)
         if(MINGW) # isfinite of its header has a branch for float, by size
             target_compile_options(${target} PRIVATE -Wno-float-conversion)
         endif()
-        if(MBSR_UNITY) # names of the files before
+        if(mbsr_unity) # names of the files before
             target_compile_options(${target} PRIVATE -Wno-shadow)
         endif()
         if(MBSR_WERROR)
@@ -69,22 +74,33 @@ function(mbsr_set_optimisation target)
     endif()
 endfunction()
 
-# mbsr_group_sources(source...): with MBSR_UNITY, what one compilation of a target of this folder may include together. A
+# mbsr_groups_of_sources(variable shared source...): lines "GROUP SOURCE" of what one compilation may include together. A
 # compiler's start and the headers take half of the time of one that does not optimise.
-function(mbsr_group_sources)
-    if(NOT MBSR_UNITY)
-        return()
-    endif()
+function(mbsr_groups_of_sources variable shared)
     set(script "${PROJECT_SOURCE_DIR}/cmake/groups.awk")
-    execute_process(COMMAND awk -v most=12 -f "${script}" ${ARGN} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
+    execute_process(COMMAND awk -v most=12 -v "shared=${shared}" -f "${script}" ${ARGN} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
                     OUTPUT_VARIABLE lines COMMAND_ERROR_IS_FATAL ANY)
     string(REGEX MATCHALL "[^ \n]+ [^ \n]+" lines "${lines}")
-    foreach(line IN LISTS lines)
+    set(${variable} "${lines}" PARENT_SCOPE)
+endfunction()
+
+# mbsr_set_groups(line...): tells CMake, which includes such groups together where UNITY_BUILD_MODE is GROUP.
+function(mbsr_set_groups)
+    foreach(line IN LISTS ARGN)
         string(REPLACE " " ";" line "${line}")
         list(GET line 0 group)
         list(GET line 1 source)
         set_source_files_properties("${source}" PROPERTIES UNITY_GROUP ${group})
     endforeach()
+endfunction()
+
+# mbsr_group_sources(source...): the groups of the sources of targets of this folder, where libraries are compiled so.
+function(mbsr_group_sources)
+    if(NOT mbsr_unity)
+        return()
+    endif()
+    mbsr_groups_of_sources(lines "" ${ARGN})
+    mbsr_set_groups(${lines})
     set(CMAKE_UNITY_BUILD ON PARENT_SCOPE)
     set(CMAKE_UNITY_BUILD_MODE GROUP PARENT_SCOPE)
 endfunction()

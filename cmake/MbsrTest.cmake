@@ -9,6 +9,8 @@ if(CMAKE_CROSSCOMPILING_EMULATOR)
     set(mbsr_test_timeout 3000)
 endif()
 set(mbsr_test_environment "OPENBLAS_NUM_THREADS=1")
+# Models come and go by thousands: memory that glibc gives back each time, the kernel has to clear again.
+list(APPEND mbsr_test_environment "MALLOC_TRIM_THRESHOLD_=1000000000" "MALLOC_MMAP_THRESHOLD_=33554432")
 if(MBSR_TEST_LONG)
     set(mbsr_test_timeout 6000)
     list(APPEND mbsr_test_environment "MBSR_TEST_LONG=1")
@@ -34,4 +36,13 @@ function(mbsr_set_test name label)
     endif()
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${mbsr_test_timeout}
                          COST ${cost} ENVIRONMENT "${environment}" ${ARGN})
+endfunction()
+
+# mbsr_wants_test(variable name): whether MBSR_TEST_ONLY and MBSR_TEST_WITHOUT leave that test.
+function(mbsr_wants_test variable name)
+    set(${variable} ON PARENT_SCOPE)
+    if((MBSR_TEST_WITHOUT AND name MATCHES "^(${MBSR_TEST_WITHOUT})$")
+       OR (MBSR_TEST_ONLY AND NOT name MATCHES "^(${MBSR_TEST_ONLY})$"))
+        set(${variable} OFF PARENT_SCOPE)
+    endif()
 endfunction()

@@ -42,6 +42,7 @@ run() {
     shift
     echo "==== $name ($compiler)"
     mkdir -p "$tree"
+    times >"$tree/times"
     if cmake -S . -B "$tree" -G "$generator" -DCMAKE_C_COMPILER="$compiler" -DMBSR_WERROR=ON \
             -DMBSR_TEST_LONG="$long" "${options[@]}" >"$tree/configure.log" 2>&1; then
         :
@@ -51,15 +52,22 @@ run() {
         says "$place" "$name" "does not configure"
         return
     fi
+    times >>"$tree/times"
     if ! cmake --build "$tree" --parallel "$jobs" >"$tree/build.log" 2>&1; then
         cat "$tree/build.log"
         fails "$place" "$name"
         says "$place" "$name" "does not build"
         return
     fi
+    times >>"$tree/times"
     (cd "$tree" && ctest --output-on-failure --no-tests=error --parallel "$jobs" "$@") |
         tee "$tree/ctest.log" || fails "$place" "$name"
+    times >>"$tree/times"
     says "$place" "$name" "$(grep -E '^[0-9]+% tests passed' "$tree/ctest.log" || echo 'no tests')"
+    # every second line is of processes that have ended: user, system
+    says "$place" "$name" "$(awk -F'[ms ]+' 'NR % 2 == 0 { t[NR / 2] = 60 * ($1 + $3) + $2 + $4 }
+        END { printf "%.0f + %.0f + %.0f processor seconds: configuration, build, tests", t[2] - t[1], t[3] - t[2], t[4] - t[3] }' \
+        "$tree/times")"
 }
 
 # works COMPILER: whether it can build and run a program with the sanitizers.
@@ -79,7 +87,7 @@ other_lapacks() {
     local tree=build/test-gcc-release name status
     for name in reference openblas; do
         status=0
-        bash scripts/lapack.sh "$name" --for "$tree/tests/property_newton" || status=$?
+        bash scripts/lapack.sh "$name" --for "$tree/tests/property_tests" || status=$?
         if [ "$status" -eq 1 ]; then continue; fi
         if [ "$status" -ne 0 ]; then
             echo "==== LAPACK $name: left out, not found"
@@ -146,7 +154,8 @@ first() {
     else
         echo "==== web: left out, its packages or sources cannot be had"
     fi
-    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON \
+    # with checks of buffers' sizes, as distributions compile
+    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_C_FLAGS=-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2" -DMBSR_BENCH=ON -DMBSR_UNITY=TESTS \
         "${linker[@]}" "${web[@]}" -- "${no_packages[@]}"
     other_lapacks
 }
@@ -180,7 +189,7 @@ others() {
     less=(-DCMAKE_BUILD_TYPE=MinSizeRel "-DCMAKE_C_FLAGS_MINSIZEREL=-O1 -DNDEBUG")
     if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.(headers|snippets)'; fi # done by that compiler
     if [ "$long" = ON ]; then only='.*' less=(-DCMAKE_BUILD_TYPE=Release); fi
-    MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
+    MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DMBSR_UNITY=ON -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
         -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \
         -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests$headers)\$"
 }

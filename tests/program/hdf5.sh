@@ -140,6 +140,10 @@ fi
 # stopped before its end
 for ending in csv h5; do
     "$program" run "$models/arm.urdf" --t-end 1e6 --step 0.01 --quiet -o "$work/stopped.$ending" 2>"$work/err" &
+    for _ in $(seq 300); do # on a busy processor it starts late, and a shell's background ignores the signal until then
+        [ ! -s "$work/stopped.$ending" ] || break
+        sleep 0.1
+    done
     sleep 0.5
     kill -INT $!
     wait $!
