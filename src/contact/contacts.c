@@ -224,34 +224,6 @@ int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
 
 /* ---- making the element ---- */
 
-static int compare_bodies(const void *x, const void *y)
-{
-    const int *a = x, *b = y;
-    return a[0] != b[0] ? (a[0] > b[0]) - (a[0] < b[0]) : (a[1] > b[1]) - (a[1] < b[1]);
-}
-
-static bool is_excluded(const mbsr_contacts *c, int a, int b)
-{
-    const int key[2] = {a < b ? a : b, a < b ? b : a};
-    return c->excluded > 0 && bsearch(key, c->exclude, (size_t)c->excluded, sizeof *c->exclude,
-                                      compare_bodies) != NULL;
-}
-
-/* Of one part, or of two of which one carries the other. */
-static bool are_joined(const mbsri_shape *x, const mbsri_shape *y)
-{
-    return x->part == y->part || x->carrier == y->part || y->carrier == x->part;
-}
-
-bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
-{
-    const mbsri_shape *x = c->shape + a, *y = c->shape + b;
-    if (x->body == y->body) return false;
-    const mbsri_couple *own = mbsri_find_couple(c, a < b ? a : b, a < b ? b : a);
-    return own ? !own->never
-               : mbsri_by_groups(x, y) && !are_joined(x, y) && !is_excluded(c, x->body, y->body);
-}
-
 /* Two that may touch need a finite stiffness. */
 static int check_stiffness(const mbsr_contacts *c, mbsr_error *error)
 {
@@ -287,7 +259,8 @@ static void sort_parts(mbsr_contacts *c)
         s->part = known ? c->joined[s->body][0] : s->body;
         s->carrier = known ? c->joined[s->body][1] : MBSR_NONE;
     }
-    if (c->excluded > 0) qsort(c->exclude, (size_t)c->excluded, sizeof *c->exclude, compare_bodies);
+    if (c->excluded > 0)
+        qsort(c->exclude, (size_t)c->excluded, sizeof *c->exclude, mbsri_compare_excluded);
 }
 
 /* Sorts the laws of two shapes; two of the same shapes are refused. */

@@ -23,6 +23,34 @@ const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b)
                : NULL;
 }
 
+int mbsri_compare_excluded(const void *x, const void *y)
+{
+    const int *a = x, *b = y;
+    return a[0] != b[0] ? (a[0] > b[0]) - (a[0] < b[0]) : (a[1] > b[1]) - (a[1] < b[1]);
+}
+
+static bool is_excluded(const mbsr_contacts *c, int a, int b)
+{
+    const int key[2] = {a < b ? a : b, a < b ? b : a};
+    return c->excluded > 0 && bsearch(key, c->exclude, (size_t)c->excluded, sizeof *c->exclude,
+                                      mbsri_compare_excluded) != NULL;
+}
+
+/* Of one part, or of two of which one carries the other. */
+static bool are_joined(const mbsri_shape *x, const mbsri_shape *y)
+{
+    return x->part == y->part || x->carrier == y->part || y->carrier == x->part;
+}
+
+bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
+{
+    const mbsri_shape *x = c->shape + a, *y = c->shape + b;
+    if (x->body == y->body) return false;
+    const mbsri_couple *own = mbsri_find_couple(c, a < b ? a : b, a < b ? b : a);
+    return own ? !own->never
+               : mbsri_by_groups(x, y) && !are_joined(x, y) && !is_excluded(c, x->body, y->body);
+}
+
 mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b)
 {
     const mbsri_couple *own = mbsri_find_couple(c, a, b);

@@ -74,13 +74,12 @@ static inline bool mbsri_by_groups(const mbsri_shape *x, const mbsri_shape *y)
     return (x->groups & y->mask) != 0 || (y->groups & x->mask) != 0;
 }
 
-/* Whether shapes a and b may touch; of contacts.c. */
-bool mbsri_may_touch(const mbsr_contacts *c, int a, int b);
-
-/* Of law.c: the order of couples, in which they stand once the element is made; that of shapes
- * a < b, or NULL; the law of shapes a and b. */
+/* Of law.c: the order of couples, in which they stand once the element is made, and of excluded
+ * bodies; the couple of shapes a < b, or NULL; whether shapes may touch, and by which law. */
 int mbsri_compare_couples(const void *x, const void *y);
+int mbsri_compare_excluded(const void *x, const void *y);
 const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b);
+bool mbsri_may_touch(const mbsr_contacts *c, int a, int b);
 mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b);
 
 /* The element's table. */
