@@ -14,6 +14,13 @@
 
 #include <math.h>
 
+/* Trees that closures tie to each other, and which of their rows are looked at: `count` from
+ * `first` on in `listed`, now `length` of them from `at` on, or what is left. */
+typedef struct tied {
+    int first, count, at, length;
+    double square; /* of what these have together */
+} tied;
+
 struct mbsri_row_fronts {
     const mbsr_model *m;
     mbsr_data *d;
@@ -24,9 +31,12 @@ struct mbsri_row_fronts {
     double *g, *x;                           /* nu */
     double *zero, *lambda, *inverse, *scale; /* rows */
     double *compliance;                      /* rows: while forces are shared */
-    int *order;         /* rows: the last of those that depend on each other are left out */
-    bool *shared;       /* rows */
-    bool *more, *other; /* rows: for a short time */
+    int *order; /* rows: the last of those that depend on each other are left out */
+    tied *part; /* parts of the model that do not depend on each other */
+    int parts, *part_of_rate, *part_of_row; /* nu, -1: none; rows */
+    int *listed;                            /* rows, part by part */
+    bool *shared;                           /* rows */
+    bool *more, *other, *taken;             /* rows: for a short time */
     bool careful; /* such a row was not in the span of those kept: of them the row goes that has
                      most part in it */
     bool lost;    /* digits, in some ranks */
@@ -67,13 +77,50 @@ static int no_memory_for_rows(const mbsr_model *m, mbsr_data *d, const char *fun
                       "%s: no memory for ranks of %d rows of closures", function, m->rows);
 }
 
+static int first_of(int *tree, int i)
+{
+    while (tree[i] != i) i = tree[i] = tree[tree[i]];
+    return i;
+}
+
+/* tree: bodies + 1, the first of those that are joined; number: as many, their part. */
+static void find_parts(mbsri_row_fronts *w, int *tree, int *number)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_closure *first = mbsri_all_closures(m), *end = first + m->closures.count;
+    for (int i = 0; i <= m->bodies; ++i) {
+        tree[i] = i == 0 || m->body[i].parent == 0 ? i : first_of(tree, m->body[i].parent);
+        number[i] = -1;
+    }
+    for (const mbsri_closure *c = first; c < end; ++c) {
+        int joined = 0;
+        for (int l = 0; l < c->bodies; ++l) {
+            const int own = first_of(tree, c->body[l]);
+            if (own > 0 && joined > 0) tree[own] = joined;
+            if (own > 0) joined = first_of(tree, own);
+        }
+    }
+    w->parts = 0;
+    for (const mbsri_closure *c = first; c < end; ++c) {
+        int own = 0;
+        for (int l = 0; l < c->bodies && own == 0; ++l) own = first_of(tree, c->body[l]);
+        if (number[own] < 0) number[own] = w->parts++;
+        for (int k = 0; k < c->rows; ++k) w->part_of_row[c->row + k] = number[own];
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        for (int l = 0; l < m->body[i].n; ++l)
+            w->part_of_rate[m->body[i].u + l] = number[first_of(tree, i)];
+    }
+}
+
 int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
                           const char *function, mbsri_row_fronts **fronts)
 {
-    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows, numbers = 3 * nu + 5 * rows;
-    mbsri_row_fronts *w =
-        mbsri_allocate(&m->allocator, sizeof *w + numbers * sizeof(double) + rows * sizeof(int) +
-                                          3 * rows * sizeof(bool));
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows, numbers = 3 * nu + 5 * rows,
+                 bodies = (size_t)m->bodies + 1, ints = 3 * rows + nu + 2 * bodies;
+    mbsri_row_fronts *w = mbsri_allocate(
+        &m->allocator, sizeof *w + numbers * sizeof(double) + m->closures.count * sizeof(tied) +
+                           ints * sizeof(int) + 4 * rows * sizeof(bool));
     *fronts = w;
     if (!w) return no_memory_for_rows(m, d, function);
     *w = (mbsri_row_fronts){
@@ -85,14 +132,20 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
     w->inverse = w->lambda + rows;
     w->scale = w->inverse + rows;
     w->compliance = w->scale + rows;
-    w->order = (int *)(void *)(w->compliance + rows);
-    w->shared = (bool *)(w->order + rows);
+    w->part = (tied *)(void *)(w->compliance + rows);
+    w->order = (int *)(void *)(w->part + m->closures.count);
+    w->part_of_row = w->order + rows;
+    w->listed = w->part_of_row + rows;
+    w->part_of_rate = w->listed + rows;
+    w->shared = (bool *)(w->part_of_rate + nu + 2 * bodies);
     w->more = w->shared + rows;
     w->other = w->more + rows;
+    w->taken = w->other + rows;
     mbsri_zero(rows, w->zero);
     for (size_t k = 0; k < nu; ++k) w->x[k] = 1.0 / (span[k] * span[k]);
     mbsri_gather(m, w->x, w->metric);
     mbsri_row_fronts_order(w, NULL);
+    find_parts(w, w->part_of_rate + nu, w->part_of_rate + nu + bodies);
     return mbsri_fronts_open(&w->system, m, d, true, function);
 }
 
@@ -148,14 +201,13 @@ static double project(mbsri_row_fronts *w)
     return square;
 }
 
-/* g = C^T of rows of length 1, with signs: the rows of [from, to) that `those` has, or has not;
- * whether there is one. */
-static bool add_rows(mbsri_row_fronts *w, const bool *those, bool has, int from, int to)
+/* g = C^T of the rows of `those`, of length 1, with signs; false: there are none. */
+static bool add_rows(mbsri_row_fronts *w, const bool *those, bool has)
 {
     bool any = false;
     for (int k = 0; k < w->m->rows; ++k) {
         const double sign = k % 3 == 1 ? -1.0 : 1.0;
-        const bool taken = k >= from && k < to && those[k] == has;
+        const bool taken = those[k] == has;
         any = any || taken;
         w->inverse[k] = taken && w->scale[k] > 0.0 ? sign / w->scale[k] : 0.0;
     }
@@ -163,36 +215,78 @@ static bool add_rows(mbsri_row_fronts *w, const bool *those, bool has, int from,
     return any;
 }
 
-/* What the rows of [from, to) that were found to depend have together beside the span of those
- * kept, squared: of g + C^T lambda itself, so that it is no smaller than the true one, whatever
- * lambda. */
-static double distance_of_dropped(mbsri_row_fronts *w, const bool *dropped, int from, int to)
+/* Lists the rows of w->more, part by part; at first those of a part stand together. */
+static void list_rows(mbsri_row_fronts *w)
 {
-    double square = 0.0;
-    if (!add_rows(w, w->more, true, from, to)) return 0.0;
+    int used = 0;
+    for (int p = 0; p < w->parts; ++p) w->part[p] = (tied){.length = 1};
+    for (int k = 0; k < w->m->rows; ++k) w->part[w->part_of_row[k]].count += w->more[k];
+    for (int p = 0; p < w->parts; ++p) {
+        tied *t = w->part + p;
+        t->first = used;
+        used += t->count;
+        while (t->length < t->count) t->length *= 2;
+        t->count = 0;
+    }
+    for (int k = 0; k < w->m->rows; ++k) {
+        tied *t = w->part + w->part_of_row[k];
+        if (w->more[k]) w->listed[t->first + t->count++] = k;
+    }
+}
+
+/* Takes the rows of each part that are to be looked at; false: there are none. */
+static bool take_rows(const mbsri_row_fronts *w)
+{
+    bool any = false;
+    for (int k = 0; k < w->m->rows; ++k) w->taken[k] = false;
+    for (int p = 0; p < w->parts; ++p) {
+        const tied *t = w->part + p;
+        for (int k = t->at; k < t->at + t->length && k < t->count; ++k)
+            any = w->taken[w->listed[t->first + k]] = true;
+    }
+    return any;
+}
+
+/* What the rows taken have together beside the span of those kept, squared, part by part: of
+ * g + C^T lambda itself, so that it is no smaller than the true one, whatever lambda. */
+static void measure_parts(mbsri_row_fronts *w, const bool *dropped)
+{
     (void)project(w);
     for (int k = 0; k < w->m->rows; ++k) w->lambda[k] = dropped[k] ? 0.0 : w->lambda[k];
     mbsri_closure_transpose(w->m, w->d, w->lambda, w->x);
+    for (int p = 0; p < w->parts; ++p) w->part[p].square = 0.0;
     for (int j = 0; j < w->m->nu; ++j) {
         const double left = (w->g[j] + w->x[j]) * w->span[j];
-        square += left * left;
+        if (w->part_of_rate[j] >= 0) w->part[w->part_of_rate[j]].square += left * left;
     }
-    return square;
 }
 
-/* Marks in w->other the rows of [from, to) that w->more has and that do not depend on those kept;
- * of all others the largest distance. */
-static bool find_apart(mbsri_row_fronts *w, const bool *dropped, int from, int to, double *largest)
+/* Marks in w->other the rows that w->more has and that do not depend on those kept; of all others
+ * the largest distance. Halves of what is apart, of all parts at once, from first to last. */
+static bool find_apart(mbsri_row_fronts *w, const bool *dropped, double *largest)
 {
-    const double square = distance_of_dropped(w, dropped, from, to);
-    if (square <= apart) {
-        *largest = fmax(*largest, square);
-        return false;
+    bool found = false;
+    list_rows(w);
+    while (take_rows(w)) {
+        (void)add_rows(w, w->taken, true);
+        measure_parts(w, dropped);
+        for (int p = 0; p < w->parts; ++p) {
+            tied *t = w->part + p;
+            if (t->at >= t->count) continue;
+            const bool one = t->length == 1 || t->at + 1 == t->count;
+            if (t->square > apart && !one) {
+                t->length /= 2;
+                continue;
+            }
+            if (t->square > apart)
+                found = w->other[w->listed[t->first + t->at]] = true;
+            else
+                *largest = fmax(*largest, t->square);
+            t->at += t->length;
+            while (t->length < t->count && t->at % (2 * t->length) == 0) t->length *= 2;
+        }
     }
-    if (to - from == 1) return w->other[from] = true;
-    const int middle = from + (to - from) / 2;
-    const bool first = find_apart(w, dropped, from, middle, largest);
-    return find_apart(w, dropped, middle, to, largest) || first;
+    return found;
 }
 
 /* Whether forces of the rows kept are found from what they do, and better from what that leaves:
@@ -201,7 +295,7 @@ static bool are_kept_found(mbsri_row_fronts *w, const bool *dropped)
 {
     static const double part = 1e-3;
     bool found = false;
-    if (!add_rows(w, dropped, false, 0, w->m->rows)) return true;
+    if (!add_rows(w, dropped, false)) return true;
     for (int pass = 0; pass < 2 && !found; ++pass) {
         if (pass > 0) mbsri_closure_transpose(w->m, w->d, w->inverse, w->g);
         (void)project(w);
@@ -298,7 +392,7 @@ static int mend(mbsri_row_fronts *w, const bool *without, bool *dropped, double 
         w->more[k] = dropped[k] && !(without && without[k]);
         w->other[k] = false;
     }
-    *changed = find_apart(w, dropped, 0, rows, largest);
+    *changed = find_apart(w, dropped, largest);
     for (int k = 0; k < rows; ++k) dropped[k] = dropped[k] && !w->other[k];
     w->careful = w->careful || *changed;
     if (*changed) return MBSR_OK;
