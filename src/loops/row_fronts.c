@@ -77,7 +77,7 @@ static int no_memory_for_rows(const mbsr_model *m, mbsr_data *d, const char *fun
                       "%s: no memory for ranks of %d rows of closures", function, m->rows);
 }
 
-static int first_of(int *tree, int i)
+static int first_tied(int *tree, int i)
 {
     while (tree[i] != i) i = tree[i] = tree[tree[i]];
     return i;
@@ -89,27 +89,27 @@ static void find_parts(mbsri_row_fronts *w, int *tree, int *number)
     const mbsr_model *m = w->m;
     const mbsri_closure *first = mbsri_all_closures(m), *end = first + m->closures.count;
     for (int i = 0; i <= m->bodies; ++i) {
-        tree[i] = i == 0 || m->body[i].parent == 0 ? i : first_of(tree, m->body[i].parent);
+        tree[i] = i == 0 || m->body[i].parent == 0 ? i : first_tied(tree, m->body[i].parent);
         number[i] = -1;
     }
     for (const mbsri_closure *c = first; c < end; ++c) {
         int joined = 0;
         for (int l = 0; l < c->bodies; ++l) {
-            const int own = first_of(tree, c->body[l]);
+            const int own = first_tied(tree, c->body[l]);
             if (own > 0 && joined > 0) tree[own] = joined;
-            if (own > 0) joined = first_of(tree, own);
+            if (own > 0) joined = first_tied(tree, own);
         }
     }
     w->parts = 0;
     for (const mbsri_closure *c = first; c < end; ++c) {
         int own = 0;
-        for (int l = 0; l < c->bodies && own == 0; ++l) own = first_of(tree, c->body[l]);
+        for (int l = 0; l < c->bodies && own == 0; ++l) own = first_tied(tree, c->body[l]);
         if (number[own] < 0) number[own] = w->parts++;
         for (int k = 0; k < c->rows; ++k) w->part_of_row[c->row + k] = number[own];
     }
     for (int i = 1; i <= m->bodies; ++i) {
         for (int l = 0; l < m->body[i].n; ++l)
-            w->part_of_rate[m->body[i].u + l] = number[first_of(tree, i)];
+            w->part_of_rate[m->body[i].u + l] = number[first_tied(tree, i)];
     }
 }
 
@@ -235,7 +235,7 @@ static void list_rows(mbsri_row_fronts *w)
 }
 
 /* Takes the rows of each part that are to be looked at; false: there are none. */
-static bool take_rows(const mbsri_row_fronts *w)
+static bool take_intervals(const mbsri_row_fronts *w)
 {
     bool any = false;
     for (int k = 0; k < w->m->rows; ++k) w->taken[k] = false;
@@ -267,7 +267,7 @@ static bool find_apart(mbsri_row_fronts *w, const bool *dropped, double *largest
 {
     bool found = false;
     list_rows(w);
-    while (take_rows(w)) {
+    while (take_intervals(w)) {
         (void)add_rows(w, w->taken, true);
         measure_parts(w, dropped);
         for (int p = 0; p < w->parts; ++p) {

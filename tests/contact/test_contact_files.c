@@ -417,7 +417,8 @@ static void blocks(void **unused)
 {
     (void)unused;
     const size_t few = among_blocks(1000), many = among_blocks(3000);
-    if (!(many < 3.3 * (double)few)) fail_msg("%zu bytes of 1000 blocks, %zu of 3000", few, many);
+    if (!((double)many < 3.3 * (double)few))
+        fail_msg("%zu bytes of 1000 blocks, %zu of 3000", few, many);
 }
 
 /* A roller without mass between the floor and a plate: both of its contacts carry the plate. At the
