@@ -328,7 +328,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     const mbsr_model *m = w->m;
     int status = state(w, t, q, u);
     if (!status) status = mbsri_forces(m, w->d, NULL, NULL);
-    if (status) return status;
+    if (status || w->k == 0) return status;
     if (!(w->size > 0.0)) {
         double natural;
         mbsri_null_scales(w, q, u);

@@ -89,9 +89,9 @@ static int take_memory(mbsri_null_space *w)
     const size_t k = (size_t)w->k, nu = (size_t)m->nu, nq = (size_t)m->nq, n = (size_t)m->most.n;
     const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k, v = m->size.v;
     size_t slope = 0, ints = 0;
-    const size_t span = (size_t)element_span(m);
+    const size_t span = k > 0 ? (size_t)element_span(m) : 0;
     double *slope_place, *lambda;
-    mbsri_slopes_size(m, MBSRI_SLOPES_WHOLE, &slope, &ints);
+    if (k > 0) mbsri_slopes_size(m, MBSRI_SLOPES_WHOLE, &slope, &ints);
     const struct {
         double **place;
         size_t length;
@@ -161,8 +161,9 @@ static int take_memory(mbsri_null_space *w)
     w->sums.head = w->to + 3 * w->k;
     w->element.touched = w->sums.head + w->k;
     w->rank = w->element.touched + m->bodies;
-    mbsri_slopes_place(m, MBSRI_SLOPES_WHOLE, &w->element.slope, slope > 0 ? slope_place : NULL,
-                       w->rank + m->bodies + 1);
+    if (k > 0)
+        mbsri_slopes_place(m, MBSRI_SLOPES_WHOLE, &w->element.slope, slope > 0 ? slope_place : NULL,
+                           w->rank + m->bodies + 1);
     w->element.factor_size = (int)span;
     w->element.factor_places = w->rank + m->bodies + 1 + ints;
     w->loads.own = (bool *)(void *)(w->element.factor_places + 2 * span);

@@ -356,9 +356,11 @@ static void time_constants(void **unused)
 
 /* ---- much that stands still ---- */
 
-static void *count_small(void *user, size_t size)
+static void *count_bytes(void *user, size_t size)
 {
-    if (size < (size_t)1 << 28) *(size_t *)user += size; /* others are room that is set aside */
+    size_t *taken = user;
+    taken[0] += size;
+    if (size < (size_t)1 << 28) taken[1] += size; /* others are room that is set aside */
     return malloc(size);
 }
 
@@ -380,11 +382,11 @@ static size_t among_blocks(int blocks)
             sprintf(end, "<body pos='%g 0 0'><geom type='box' size='.6 1 1'/></body>", (double)k);
     (void)sprintf(end, "<body pos='.5 0 1.09'><freejoint/><geom type='sphere' size='.1' mass='1'/>"
                        "</body></worldbody></mujoco>");
-    size_t taken = 0;
+    size_t taken[2] = {0};
     mbsr_error error;
     mbsr_file *file;
     mbsr_file_opt opt = mbsr_default_file_opt();
-    opt.model.allocator = (mbsr_allocator){count_small, give_back, &taken};
+    opt.model.allocator = (mbsr_allocator){count_bytes, give_back, taken};
     if (mbsr_file_read(text, strlen(text), "blocks.xml", &opt, &file, &error))
         fail_msg("%s", error.text);
     assert_int_equal(mbsr_model_finish(file->model), MBSR_OK);
@@ -401,10 +403,17 @@ static size_t among_blocks(int blocks)
     mbsr_contact_point point[4];
     assert_int_equal(mbsr_contact_report(m, d, force, 4, point, &count), MBSR_OK);
     assert_int_equal(count, 2);
-    taken = 0;
+    taken[1] = 0;
     if (mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &newton, &error)) fail_msg("%s", error.text);
-    const size_t bytes = taken;
     mbsr_newton_destroy(newton);
+    mbsr_index_report *report;
+    size_t bytes = taken[1];
+    taken[0] = 0;
+    if (mbsr_index_report_create(m, d, 0.0, file->q0, (double[6]){0.0}, &report))
+        fail_msg("%s", mbsr_data_error(d)->text);
+    assert_int_equal(report->dynamic, 6);
+    bytes += taken[0];
+    mbsr_index_report_destroy(m, report);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
     mbsr_contacts_destroy(contacts);
