@@ -251,6 +251,7 @@ static int count_touches(const mbsr_contacts *c, size_t most)
     return (int)pairs;
 }
 
+/* What the shapes are part of, by their bodies, and excluded bodies in the order of a search. */
 static void sort_parts(mbsr_contacts *c)
 {
     for (int k = 0; k < c->count; ++k) {

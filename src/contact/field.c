@@ -39,9 +39,8 @@ static void spline_weights(double f, double cell, double w[4][4])
 /* 1 within the border, 0 from a cell beyond on, and the derivative by the place in cells. */
 static double share_of(double u, int samples, double *slope)
 {
-    const double beyond = u < 0.0 ? -u : u - (samples - 1), x = beyond > 1.0   ? 1.0
-                                                                : beyond > 0.0 ? beyond
-                                                                               : 0.0;
+    const double beyond = u < 0.0 ? -u : u - (samples - 1);
+    const double x = beyond > 1.0 ? 1.0 : beyond > 0.0 ? beyond : 0.0;
     *slope = (u < 0.0 ? 6.0 : -6.0) * x * (1.0 - x);
     return (1.0 - x) * (1.0 - x) * (1.0 + 2.0 * x);
 }
