@@ -90,7 +90,7 @@ static bool read_scene(mbsri_scene *s, mbsri_element *root)
 {
     s->format = mbsri_is(root, "robot")    ? MBSR_FILE_URDF
                 : mbsri_is(root, "mujoco") ? MBSR_FILE_MJCF
-                : mbsri_is(root, "sdf")    ? MBSR_FILE_SDF
+                : mbsri_sdf_is_root(root)  ? MBSR_FILE_SDF
                                            : MBSR_FILE_ANY;
     if (s->format == MBSR_FILE_ANY)
         return mbsri_file_refuse(s, root,

@@ -132,6 +132,9 @@ bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root);
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root);
 bool mbsri_sdf_read(mbsri_scene *s, const mbsri_element *root);
 
+/* Whether it is the root of a file of SDF: <sdf>, or <gazebo> with a version. */
+bool mbsri_sdf_is_root(const mbsri_element *e);
+
 /* The text of errno that a load function has returned; "" where that says nothing. */
 const char *mbsri_file_why(int reason);
 

@@ -1,9 +1,9 @@
-/* SDF: worlds and models with what they include, from version 1.5 on.
+/* SDF: worlds and models with what they include, from version 1.2 on.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * What has a pose becomes a node, by its name with those of its models before it; poses, joints and
  * bodies come after all nodes are known. Included files are models of SDF in the folder of the file
- * or of a package; a folder stands for the file that its model.config names last. */
+ * or of a package; a folder stands for the newest file of its model.config. */
 #include "files/sdf_parts.h"
 #include "files/urdf_parts.h"
 
@@ -26,13 +26,21 @@ static const char *trimmed(mbsri_scene *s, const char *text)
 
 /* ---- nodes ---- */
 
-static bool has_version(mbsri_scene *s, const mbsri_element *root)
+/* The second number of a version 1.x; -1: it is none. */
+static int minor_of(const char *version)
 {
-    const char *version = mbsri_attribute(root, "version");
     int minor;
     char rest;
-    if (version && sscanf(version, "1.%d%c", &minor, &rest) == 1 && minor >= 5) return true;
-    return mbsri_file_refuse(s, root, "SDF of version '%.20s' is not read, but from 1.5 on",
+    return version && sscanf(version, "1.%d%c", &minor, &rest) == 1 ? minor : -1;
+}
+
+/* Whether the version of a file is read; it becomes that of the nodes to come. */
+static bool has_version(mbsri_sdf *f, const mbsri_element *root)
+{
+    const char *version = mbsri_attribute(root, "version");
+    f->version = minor_of(version);
+    if (f->version >= 2) return true;
+    return mbsri_file_refuse(f->s, root, "SDF of version '%.20s' is not read, but from 1.2 on",
                              version ? version : "");
 }
 
@@ -54,6 +62,7 @@ static bool add_node(mbsri_sdf *f, const mbsri_element *e, mbsri_sdf_kind kind, 
                              .name = full,
                              .element = e,
                              .model = model,
+                             .version = f->version,
                              .pose = mbsri_child(e, "pose"),
                              .fixed = model >= 0 && mbsri_sdf_nodes(f)[model].fixed,
                              .canonical = -1,
@@ -81,15 +90,20 @@ static mbsri_element *open_file(mbsri_sdf *f, const mbsri_element *e, const char
     return *reason ? NULL : mbsri_xml_read(s->arena, text, size, full, s->message);
 }
 
-/* The file in a folder, by its model.config; NULL: there is none. */
+/* The file in a folder, the newest of its model.config; NULL: there is none. */
 static mbsri_element *open_folder(mbsri_sdf *f, const mbsri_element *e, const char *path,
                                   int *reason)
 {
     mbsri_arena *arena = f->s->arena;
     const char *config = mbsri_arena_join(arena, path, "/model.config", ""), *file = "model.sdf";
     const mbsri_element *root = config ? open_file(f, e, config, reason) : NULL;
-    for (const mbsri_element *c = mbsri_child(root, "sdf"); c; c = mbsri_next(c))
-        if (c->text) file = trimmed(f->s, c->text);
+    int newest = -1;
+    for (const mbsri_element *c = mbsri_child(root, "sdf"); c; c = mbsri_next(c)) {
+        const int minor = minor_of(mbsri_attribute(c, "version"));
+        if (!c->text || minor < newest) continue;
+        file = trimmed(f->s, c->text);
+        newest = minor;
+    }
     if (f->s->message[0] || !file) return NULL;
     const char *own = mbsri_arena_join(arena, path, "/", file);
     return own ? open_file(f, e, own, reason) : NULL;
@@ -127,13 +141,15 @@ static bool add_include(mbsri_sdf *f, const mbsri_element *e, int model)
         return mbsri_file_refuse(s, e, "models include each other too deeply, or too many");
     const mbsri_element *root = open_uri(f, e, uri), *of = mbsri_child(root, "model");
     if (!root) return false;
-    if (!mbsri_is(root, "sdf") || !of)
+    if (!mbsri_sdf_is_root(root) || !of)
         return mbsri_file_refuse(s, e, "%.80s is no model of SDF", uri);
-    if (!has_version(s, root)) return false;
+    const int version = f->version;
+    if (!has_version(f, root)) return false;
     mbsri_sdf_find_words(s, root);
     ++f->depth;
     const bool good = add_model(f, of, e, model);
     --f->depth;
+    f->version = version;
     return good;
 }
 
@@ -182,21 +198,30 @@ static bool add_model(mbsri_sdf *f, const mbsri_element *e, const mbsri_element 
     return true;
 }
 
-/* The nodes of a file, with those that it includes. */
+/* The nodes of a file, with those that it includes. Gravity is of the physics before version 1.6.
+ */
 static bool sdf_collect(mbsri_sdf *f, const mbsri_element *root)
 {
     const mbsri_element *world = mbsri_child(root, "world"), *only = mbsri_child(root, "model");
-    if (!has_version(f->s, root)) return false;
+    if (!has_version(f, root)) return false;
     mbsri_sdf_find_words(f->s, root);
     if (world && mbsri_next(world))
         return mbsri_file_refuse(f->s, mbsri_next(world), "there is a second world");
-    if (world)
-        return mbsri_sdf_numbers(f->s, world, "gravity", 3, f->s->gravity) && add_all(f, world, -1);
+    if (world) {
+        const mbsri_element *of = f->version < 6 ? mbsri_child(world, "physics") : NULL;
+        return mbsri_sdf_numbers(f->s, world, "gravity", 3, f->s->gravity) &&
+               mbsri_sdf_numbers(f->s, of, "gravity", 3, f->s->gravity) && add_all(f, world, -1);
+    }
     if (!only) return mbsri_file_refuse(f->s, root, "there is neither a world nor a model");
     if (mbsri_next(only))
         return mbsri_file_refuse(f->s, mbsri_next(only), "there is a second model without a world");
     f->alone = true;
     return add_model(f, only, NULL, -1);
+}
+
+bool mbsri_sdf_is_root(const mbsri_element *e)
+{
+    return mbsri_is(e, "sdf") || (mbsri_is(e, "gazebo") && mbsri_attribute(e, "version"));
 }
 
 bool mbsri_sdf_read(mbsri_scene *s, const mbsri_element *root)

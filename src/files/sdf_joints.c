@@ -1,9 +1,9 @@
 /* Joints of SDF: their axes, limits, springs.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Axes are told along those of the joint, or of what expressed_in names; a universal joint and a
- * revolute2 turn about `axis`, then `axis2`. A screw advances by screw_thread_pitch / (2 pi), or by
- * -1 / thread_pitch before version 1.10, per rad. */
+ * Axes are told along those of the joint, before version 1.5 of its model, or of what expressed_in
+ * names; a universal joint and a revolute2 turn about `axis`, then `axis2`. A screw advances by
+ * screw_thread_pitch / (2 pi), or by -1 / thread_pitch before version 1.10, per rad. */
 #include "files/sdf_parts.h"
 #include "files/urdf_parts.h"
 
@@ -48,7 +48,7 @@ bool mbsri_sdf_direction(mbsri_sdf *f, int node, const mbsri_element *axis, cons
     double a[3] = {0.0, 0.0, 1.0}, length = 0.0;
     if (xyz && xyz->text && !mbsri_numbers(f->s, n.element, "xyz", xyz->text, 3, 3, a, NULL))
         return false;
-    if (mbsri_sdf_switch(axis, "use_parent_model_frame", false)) in = "__model__";
+    if (mbsri_sdf_switch(axis, "use_parent_model_frame", n.version < 5)) in = "__model__";
     if (!in || !in[0]) {
         if (!mbsri_sdf_world(f, node, &along)) return false;
     } else {

@@ -19,6 +19,7 @@ typedef struct mbsri_sdf_node {
     const char *name; /* with the names of its models before it, model::link */
     const mbsri_element *element;
     int model;                 /* the node in which it stands; -1: the world */
+    int version;               /* x of SDF 1.x, of its file */
     const mbsri_element *pose; /* <pose>; NULL: none */
     const char *placement;     /* of a model: the frame that its pose places; NULL: its own */
     bool fixed;                /* a model that does not move, or part of one */
@@ -35,6 +36,7 @@ typedef struct mbsri_sdf {
     mbsri_list nodes;  /* in the order of the file, models before what stands in them */
     mbsri_names names; /* nodes */
     int depth, files;  /* of those that include each other, and how many */
+    int version;       /* x of SDF 1.x, of the file that is read */
     bool alone;        /* the file is one model, whose name is left out of others */
 } mbsri_sdf;
 

@@ -15,5 +15,6 @@ bool mbsri_sdf_switch(const mbsri_element *e, const char *child, bool missing)
     const char *text = mbsri_text_of(e, child);
     if (!text) return missing;
     text += strspn(text, " \t\r\n");
-    return *text == '1' || strncmp(text, "true", 4) == 0;
+    return *text == '1' || strncmp(text, "true", 4) == 0 || strncmp(text, "True", 4) == 0 ||
+           strncmp(text, "TRUE", 4) == 0;
 }

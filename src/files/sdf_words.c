@@ -10,6 +10,7 @@
 /* Below those that are not listed here nothing is looked at. */
 static const char *const words[][2] = {
     {"sdf", "world model "},
+    {"gazebo", "world model "}, /* the root before version 1.3 */
     {"world", "gravity model include frame joint light scene physics gui audio atmosphere "
               "magnetic_field wind "
               "spherical_coordinates plugin state "},

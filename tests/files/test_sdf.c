@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "alike.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 
 #define SDF(inside) "<sdf version='1.9'>" inside "</sdf>"
@@ -136,13 +137,59 @@ static void a_screw(void **state)
     }
 }
 
+/* ---- versions ---- */
+
+#define TURNED                                                                                     \
+    "<model name='m'>" LINK(                                                                       \
+        "a", "1 0 0 .4 .5 .6") "<joint name='j' type='universal'>"                                 \
+                               "<parent>world</parent><child>a</child><axis><xyz>1 2 "             \
+                               "3</xyz></axis><axis2><xyz>0 1 0</xyz>"                             \
+                               "%s</axis2></joint></model>"
+
+/* Before 1.5 axes are along the model's, unless they say otherwise; before 1.6 gravity is of the
+ * physics. */
+static void what_old_versions_say(void **state)
+{
+    static const struct {
+        const char *begin, *end, *second;
+        double gravity;
+        bool along_model, both;
+    } cases[] = {
+        {"<gazebo version='1.2'><world name='w'><physics><gravity>0 0 0</gravity></physics>",
+         "</world></gazebo>", "", 0.0, true, true},
+        {"<sdf version='1.4'><world name='w'><physics><gravity>0 0 -1</gravity></physics>",
+         "</world></sdf>", "<use_parent_model_frame>0</use_parent_model_frame>", -1.0, true, false},
+        {"<sdf version='1.5'><world name='w'><physics><gravity>0 0 -2</gravity></physics>",
+         "</world></sdf>", "<use_parent_model_frame>True</use_parent_model_frame>", -2.0, false,
+         true},
+        {"<sdf version='1.6'><world name='w'><gravity>0 0 -3</gravity><physics><gravity>0 0 -2"
+         "</gravity></physics>",
+         "</world></sdf>", "", -3.0, false, false},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+        char text[2000], other[2000];
+        snprintf(text, sizeof text, "%s" TURNED "%s", cases[k].begin, cases[k].second,
+                 cases[k].end);
+        snprintf(other, sizeof other,
+                 SDF("<world name='w'><gravity>0 0 %g</gravity><model name='m'>" LINK(
+                     "a", "1 0 0 .4 .5 .6") "<joint name='j' type='universal'><parent>world"
+                                            "</parent><child>a</child><axis><xyz expressed_in='%s'>"
+                                            "1 2 3</xyz></axis><axis2><xyz expressed_in='%s'>0 1 0"
+                                            "</xyz></axis2></joint></model></world>"),
+                 cases[k].gravity, cases[k].along_model ? "__model__" : "",
+                 cases[k].both ? "__model__" : "");
+        assert_same(text, NULL, other);
+    }
+}
+
 /* ---- models in models ---- */
 
 static const char arm[] =
     MODEL("<frame name='grip' attached_to='l'><pose>0 0 .5 .1 .2 .3</pose></frame>" LINK(
         "l", ".1 0 0 0 0 0"));
 static const char config[] =
-    "<model><sdf version='1.4'>old.sdf</sdf><sdf version='1.9'>arm.sdf</sdf></model>";
+    "<model><sdf version='1.9'>arm.sdf</sdf><sdf version='1.4'>old.sdf</sdf></model>";
 
 static int load(void *user, const char *path, const char **text, size_t *size)
 {
@@ -420,8 +467,10 @@ static void files_that_are_refused(void **state)
         {MODEL("<link name='a'><visual name='c'><pose relative_to='x'/><geometry><plane/>"
                "</geometry></visual></link>"),
          "'x' is no frame"},
-        {"<sdf version='1.4'/>", "'1.4'"},
-        {"<sdf/>", "from 1.5"},
+        {"<sdf version='1.1'/>", "'1.1'"},
+        {"<gazebo version='1.0'/>", "'1.0'"},
+        {"<gazebo/>", "no <robot>"},
+        {"<sdf/>", "from 1.2"},
         {SDF(""), "neither a world nor a model"},
         {SDF("<model name='a'/><model name='b'/>"), "second model"},
         {MODEL("<link/>"), "no name"},
@@ -490,6 +539,7 @@ int main(void)
         cmocka_unit_test(poses_relative_to_each_other),
         cmocka_unit_test(joints_of_all_kinds),
         cmocka_unit_test(a_screw),
+        cmocka_unit_test(what_old_versions_say),
         cmocka_unit_test(worlds_of_models),
         cmocka_unit_test(a_link_on_two_joints),
         cmocka_unit_test(circles_of_joints),
