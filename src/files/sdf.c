@@ -155,23 +155,41 @@ static bool add_include(mbsri_sdf *f, const mbsri_element *e, int model)
 
 /* ---- models ---- */
 
-/* What stands in a world or model. */
+/* The name of a joint, with more behind it where another has that name. */
+static const char *free_name(mbsri_sdf *f, const mbsri_element *e, int model)
+{
+    const char *name = mbsri_attribute(e, "name"), *own = name;
+    while (own && own[0]) {
+        const char *full = mbsri_sdf_full_name(f, model, own);
+        if (!full || mbsri_names_find(&f->names, full) < 0) break;
+        own = mbsri_arena_join(f->s->arena, own, "_joint", "");
+    }
+    if (own != name) mbsri_file_find(f->s, e, "its name is taken: \"_joint\" is put behind it");
+    return own;
+}
+
+/* What stands in a world or model; before version 1.7 joints behind all others, by whose names
+ * theirs may change. */
 static bool add_all(mbsri_sdf *f, const mbsri_element *e, int model)
 {
-    static const char *const kinds[] = {"link", "joint", "frame"};
+    const bool old = f->version < 7;
     for (const mbsri_element *c = e->child; c; c = c->next) {
         const char *name = mbsri_attribute(c, "name");
         int number;
-        for (int k = 0; k < 3; ++k) {
-            if (!mbsri_is(c, kinds[k])) continue;
-            if (!add_node(f, c, (mbsri_sdf_kind)(MBSRI_SDF_LINK + k), name, model, &number))
-                return false;
-            for (int m = model; k == 0 && m >= 0; m = mbsri_sdf_nodes(f)[m].model)
+        if (mbsri_is(c, "link")) {
+            if (!add_node(f, c, MBSRI_SDF_LINK, name, model, &number)) return false;
+            for (int m = model; m >= 0; m = mbsri_sdf_nodes(f)[m].model)
                 if (mbsri_sdf_nodes(f)[m].canonical < 0) mbsri_sdf_nodes(f)[m].canonical = number;
         }
+        if (mbsri_is(c, "frame") && !add_node(f, c, MBSRI_SDF_FRAME, name, model, NULL))
+            return false;
+        if (!old && mbsri_is(c, "joint") && !add_node(f, c, MBSRI_SDF_JOINT, name, model, NULL))
+            return false;
         if (mbsri_is(c, "model") && !add_model(f, c, NULL, model)) return false;
         if (mbsri_is(c, "include") && !add_include(f, c, model)) return false;
     }
+    for (const mbsri_element *c = old ? mbsri_child(e, "joint") : NULL; c; c = mbsri_next(c))
+        if (!add_node(f, c, MBSRI_SDF_JOINT, free_name(f, c, model), model, NULL)) return false;
     return true;
 }
 

@@ -123,7 +123,10 @@ static bool read_friction(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
 {
     const mbsri_element *friction = mbsri_child(mbsri_child(e, "surface"), "friction");
     if (!mbsri_sdf_numbers(s, mbsri_child(friction, "ode"), "mu", 1, shape->friction)) return false;
-    return shape->friction[0] >= 0.0 || mbsri_file_refuse(s, e, "its mu is negative");
+    if (shape->friction[0] >= 0.0) return true;
+    mbsri_file_find(s, e, "its mu is negative: 1 is taken");
+    shape->friction[0] = 1.0;
+    return true;
 }
 
 /* Where it is in its link. */

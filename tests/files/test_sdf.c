@@ -183,6 +183,25 @@ static void what_old_versions_say(void **state)
     }
 }
 
+/* A joint may have a link's name, and a coefficient of friction may say nothing. */
+static void names_and_numbers_of_old_versions(void **state)
+{
+    static const char text[] =
+        "<sdf version='1.6'><model name='m'><joint name='a' type='revolute'><parent>b</parent>"
+        "<child>a</child><axis><xyz>0 0 1</xyz></axis></joint><link name='a'><collision name='c'>"
+        "<geometry><sphere><radius>1</radius></sphere></geometry><surface><friction><ode><mu>-1"
+        "</mu></ode></friction></surface></collision></link><link name='b'/></model></sdf>";
+    mbsr_file *file = read_small(text, NULL);
+    (void)state;
+    assert_found(file, "joint 'a'", "its name is taken");
+    assert_found(file, "collision 'c'", "1 is taken");
+    int named = 0;
+    for (int k = 0; k < file->joints; ++k) named += strcmp(file->joint[k].name, "a_joint") == 0;
+    assert_int_equal(named, 1);
+    assert_close(file->shape[0].friction[0], 1.0, 0.0);
+    mbsr_file_destroy(file);
+}
+
 /* ---- models in models ---- */
 
 static const char arm[] =
@@ -474,10 +493,6 @@ static void files_that_are_refused(void **state)
         {SDF(""), "neither a world nor a model"},
         {SDF("<model name='a'/><model name='b'/>"), "second model"},
         {MODEL("<link/>"), "no name"},
-        {MODEL("<link name='a'><collision name='c'><geometry><sphere><radius>1</radius></sphere>"
-               "</geometry><surface><friction><ode><mu>-1</mu></ode></friction></surface>"
-               "</collision></link>"),
-         "mu is negative"},
         {MODEL("<link name='a'/><frame name='a'/>"), "two of the name 'a'"},
         {MODEL("<link name='a'><pose>1 2</pose></link>"), "6 numbers"},
         {MODEL("<link name='a'><pose relative_to='b'/></link>"), "'b' is no frame"},
@@ -540,6 +555,7 @@ int main(void)
         cmocka_unit_test(joints_of_all_kinds),
         cmocka_unit_test(a_screw),
         cmocka_unit_test(what_old_versions_say),
+        cmocka_unit_test(names_and_numbers_of_old_versions),
         cmocka_unit_test(worlds_of_models),
         cmocka_unit_test(a_link_on_two_joints),
         cmocka_unit_test(circles_of_joints),
