@@ -103,9 +103,9 @@ typedef struct mbsr_file mbsr_file; /* files.h */
 
 /* What mbsr_contacts_add_file has done. */
 typedef struct mbsr_contacts_of_file {
-    int shapes;   /* that were added */
-    int left_out; /* planes and height fields that move, and meshes without a hull (hull_corners of
-                     files.h) */
+    int shapes;       /* that were added */
+    int left_out;     /* planes and height fields that move, meshes without a hull (hull_corners of
+                         files.h), and what has a size of zero */
     double stiffness; /* N/m of each shape */
 } mbsr_contacts_of_file;
 

@@ -296,6 +296,13 @@ static int sizes_of(mbsr_shape_kind kind)
     return count[kind];
 }
 
+bool mbsri_core_has_size(mbsr_shape_kind kind, const double size[3])
+{
+    for (int k = 0; k < sizes_of(kind); ++k)
+        if (!(size[k] > 0.0 && isfinite(size[k]))) return false;
+    return true;
+}
+
 static int check_sizes(const mbsr_shape *from, char text[MBSR_TEXT_SIZE])
 {
     double least = INFINITY;

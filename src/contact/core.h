@@ -9,4 +9,7 @@
  * text that begins behind the shape's name. */
 int mbsri_core_make(const mbsr_shape *from, mbsri_shape *shape, char text[MBSR_TEXT_SIZE]);
 
+/* Whether the sizes of such a shape are positive. */
+bool mbsri_core_has_size(mbsr_shape_kind kind, const double size[3]);
+
 #endif

@@ -1,5 +1,6 @@
 /* Shapes of files.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "contact/core.h"
 #include "contact/error.h"
 #include "contact/touch.h"
 
@@ -142,7 +143,8 @@ static int add_file_shape(made *m, int k, mbsr_error *error)
                moves = ground && from->body != MBSR_GROUND, mesh = from->kind == MBSR_SHAPE_MESH;
     m->id[k] = MBSR_NONE;
     if (!from->contact) return MBSR_OK;
-    if (moves || (mesh && from->hull_corners == 0)) {
+    if (moves || (mesh && from->hull_corners == 0) ||
+        !mbsri_core_has_size(from->kind, from->size)) {
         ++m->done.left_out;
         return MBSR_OK;
     }

@@ -18,18 +18,18 @@ typedef struct geometry {
     struct {
         const char *child;
         int first, count;
-        double factor;
+        double missing, factor;
     } size[2];
 } geometry;
 
 static const geometry geometries[] = {
-    {"box", MBSR_SHAPE_BOX, {{"size", 0, 3, 0.5}}},
-    {"sphere", MBSR_SHAPE_SPHERE, {{"radius", 0, 1, 1.0}}},
-    {"cylinder", MBSR_SHAPE_CYLINDER, {{"radius", 0, 1, 1.0}, {"length", 1, 1, 0.5}}},
-    {"capsule", MBSR_SHAPE_CAPSULE, {{"radius", 0, 1, 1.0}, {"length", 1, 1, 0.5}}},
-    {"ellipsoid", MBSR_SHAPE_ELLIPSOID, {{"radii", 0, 3, 1.0}}},
-    {"plane", MBSR_SHAPE_PLANE, {{"size", 0, 2, 0.5}}},
-    {"mesh", MBSR_SHAPE_MESH, {{"scale", 0, 3, 1.0}}},
+    {"box", MBSR_SHAPE_BOX, {{"size", 0, 3, 1.0, 0.5}}},
+    {"sphere", MBSR_SHAPE_SPHERE, {{"radius", 0, 1, 1.0, 1.0}}},
+    {"cylinder", MBSR_SHAPE_CYLINDER, {{"radius", 0, 1, 1.0, 1.0}, {"length", 1, 1, 1.0, 0.5}}},
+    {"capsule", MBSR_SHAPE_CAPSULE, {{"radius", 0, 1, 0.5, 1.0}, {"length", 1, 1, 1.0, 0.5}}},
+    {"ellipsoid", MBSR_SHAPE_ELLIPSOID, {{"radii", 0, 3, 1.0, 1.0}}},
+    {"plane", MBSR_SHAPE_PLANE, {{"size", 0, 2, 1.0, 0.5}}},
+    {"mesh", MBSR_SHAPE_MESH, {{"scale", 0, 3, 1.0, 1.0}}},
 };
 
 /* z along the normal of a plane. */
@@ -89,13 +89,13 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
     shape->kind = g->kind;
     if (g->kind == MBSR_SHAPE_MESH) {
         shape->mesh = mbsri_package_path(s, mbsri_text_of(of, "uri"));
-        for (int k = 0; k < 3; ++k) shape->size[k] = 1.0;
         *known = shape->mesh != NULL;
         if (mbsri_child(of, "submesh"))
             mbsri_file_find(s, of, "all of its mesh is drawn, not its submesh alone");
     }
     for (int k = 0; k < 2 && g->size[k].child; ++k) {
         double *size = shape->size + g->size[k].first;
+        for (int l = 0; l < g->size[k].count; ++l) size[l] = g->size[k].missing;
         if (!mbsri_sdf_numbers(s, of, g->size[k].child, g->size[k].count, size)) return false;
         for (int l = 0; l < g->size[k].count; ++l) size[l] *= g->size[k].factor;
     }

@@ -129,7 +129,8 @@ static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
             told->shapes, told->stiffness);
     if (told->left_out > 0)
         say(stderr,
-            "%d shapes for contact are left out: planes that move, or meshes without a hull\n",
+            "%d shapes for contact are left out: planes that move, meshes without a hull, or no "
+            "size\n",
             told->left_out);
     if (found->bodies > 0)
         say(stderr, "shapes of %d pairs of bodies are drawn into each other and never touch\n",

@@ -187,6 +187,24 @@ static void mesh_hulls(void **unused)
     }
 }
 
+/* A box without thickness is left out, the ball beside it is not. */
+static void shapes_without_a_size(void **state)
+{
+    mbsr_contact_point point[16];
+    mbsr_contacts_of_file told;
+    (void)state;
+    assert_int_equal(
+        points_drawn("<robot name='r'><link name='a'><inertial><mass value='1'/>"
+                     "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial>"
+                     "<collision><geometry><box size='1 1 0'/></geometry></collision>"
+                     "<collision><geometry><sphere radius='1'/></geometry></collision>"
+                     "</link></robot>",
+                     16, point, &told),
+        0);
+    assert_int_equal(told.shapes, 1);
+    assert_int_equal(told.left_out, 1);
+}
+
 /* Of a ball of 400 points a hull of 12 corners, all of them points of the ball. */
 static void hulls_are_small(void **unused)
 {
@@ -599,6 +617,7 @@ static void each_allocation_fails(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(quadruped),
+                                       cmocka_unit_test(shapes_without_a_size),
                                        cmocka_unit_test(each_allocation_fails),
                                        cmocka_unit_test(groups),
                                        cmocka_unit_test(mass_that_rests),

@@ -477,6 +477,26 @@ static void where_shapes_are(void **state)
     mbsr_file_destroy(file);
 }
 
+/* Sizes are 1 m where a file says none, a capsule's radius 0.5 m. */
+static void sizes_that_are_missing(void **state)
+{
+    static const char *const names[] = {"box", "sphere", "cylinder", "capsule", "ellipsoid"};
+    static const double sizes[][3] = {
+        {0.5, 0.5, 0.5}, {1.0}, {1.0, 0.5}, {0.5, 0.5}, {1.0, 1.0, 1.0}};
+    (void)state;
+    for (int k = 0; k < 5; ++k) {
+        char text[400];
+        snprintf(text, sizeof text,
+                 MODEL("<link name='a'><collision name='c'><geometry><%s/></geometry></collision>"
+                       "</link>"),
+                 names[k]);
+        mbsr_file *file = read_small(text, NULL);
+        assert_int_equal(file->shapes, 1);
+        for (int l = 0; l < 3; ++l) assert_close(file->shape[0].size[l], sizes[k][l], 0.0);
+        mbsr_file_destroy(file);
+    }
+}
+
 static void files_that_are_refused(void **state)
 {
     static const char *const cases[][2] = {
@@ -562,6 +582,7 @@ int main(void)
         cmocka_unit_test(joints_that_follow_others),
         cmocka_unit_test(what_links_weigh_and_how_they_look),
         cmocka_unit_test(where_shapes_are),
+        cmocka_unit_test(sizes_that_are_missing),
         cmocka_unit_test(files_that_are_refused),
         cmocka_unit_test(converted_and_read_again),
     };
