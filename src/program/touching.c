@@ -7,9 +7,9 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* What is drawn into each other as the run begins, so that points press with more than the weight
- * of all bodies: pairs of bodies, neither of them the ground, and pairs of shapes of the ground and
- * of what a joint holds to it. */
+/* What is drawn into each other as the run begins, so that two shapes press with more than the
+ * weight of all bodies: pairs of bodies, neither of them the ground, and pairs of shapes of the
+ * ground and of what a joint holds to it. */
 typedef struct overlaps {
     int bodies, (*body)[2], shapes, (*shape)[2];
 } overlaps;
@@ -91,10 +91,15 @@ static int list_overlaps(const program_model *m, const mbsr_contact_point *point
     found->shape = malloc(((size_t)count + 1) * sizeof *found->shape);
     if (!found->body || !found->shape) return complain(FAILED, "no memory");
     const double weight = weigh_all(m);
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0, next; k < count; k = next) { /* points of two shapes follow each other */
         const mbsr_contact_point *p = points + k;
         const int on_ground = p->body_a == MBSR_GROUND ? p->body_b : p->body_a;
-        if (p->normal_force <= weight) continue;
+        double force = 0.0;
+        for (next = k; next < count && points[next].shape_a == p->shape_a &&
+                       points[next].shape_b == p->shape_b;
+             ++next)
+            force += points[next].normal_force;
+        if (force <= weight) continue;
         if (p->body_a != MBSR_GROUND && p->body_b != MBSR_GROUND)
             add_pair(p->body_a, p->body_b, &found->bodies, found->body);
         else if (is_held_by_ground(m, on_ground) && !have_pair(m->file, p->body_a, p->body_b))

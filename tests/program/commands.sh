@@ -391,6 +391,12 @@ if [ "$with_run" = 1 ]; then
         sed -n 2p "$work/ball.csv" | awk -F, '{ exit !($4 == 0 && $7 == 0.5 && $10 == 0) }' || { echo 'contact in the air'; failed=1; }
         tail -n 1 "$work/ball.csv" | awk -F, '{ w = 41.0917; exit !($4 > w - 1e-3 && $4 < w + 1e-3 && $10 == $4 && $7 < 0) }' ||
             { echo 'the floor does not carry a ball:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        # fingers drawn in one place, whose forces cancel each other, are drawn into each other
+        finger='<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><box size=".03 .01 .01"/></geometry></collision></link>'
+        slide='<parent link="palm"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+        printf '%s' '<robot name="r"><link name="palm"/><link name="a">' "$finger" '<link name="b">' "$finger" '<joint name="a" type="prismatic">' \
+            "$slide" '<child link="a"/></joint><joint name="b" type="prismatic">' "$slide" '<child link="b"/></joint></robot>' >"$work/fingers.urdf"
+        ends 0 'shapes of 1 pairs of bodies are drawn into each other' run "$work/fingers.urdf" --t-end 0.1
         ends 2 'nothing touches' run "$work/ball.xml" --t-end 1 --no-contacts --output contacts
         # massless fingers lift a box, which creeps by m g / (2 mu F) of the slip, 1e-3 m/s
         "$program" run "$models/gripper.xml" --t-end 3 --step 0.5 --inputs "$models/grip.csv" --output box,box.rate \
