@@ -16,7 +16,7 @@ ends() {
     shift 2
     "$program" "$@" >"$work/out" 2>"$work/err" </dev/null
     got=$?
-    if [ $got -ne "$code" ] || ! cat "$work/out" "$work/err" | grep -q -e "$words"; then
+    if [ $got -ne "$code" ] || ! grep -q -e "$words" "$work/out" "$work/err"; then
         echo "mbsrank $*: ended with $got, expected $code and '$words'"
         cat "$work/out" "$work/err"
         failed=1
