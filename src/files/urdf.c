@@ -306,6 +306,13 @@ static bool add_planar(mbsri_scene *s, const mbsri_element *e)
     return true;
 }
 
+static bool add_ball(mbsri_scene *s, const mbsri_element *e)
+{
+    static const double none[3] = {0.0};
+    mbsri_scene_joint *j = mbsri_urdf_joint(s, e, MBSR_FILE_BALL, none);
+    return j && read_limits(s, e, true, j);
+}
+
 static bool add_floating(mbsri_scene *s, const mbsri_element *e)
 {
     static const double none[3] = {0.0};
@@ -331,6 +338,8 @@ static bool add_joints(mbsri_scene *s, const mbsri_element *e, int *added)
         good = add_planar(s, e);
     else if (strcmp(type, "floating") == 0)
         good = add_floating(s, e);
+    else if (strcmp(type, "ball") == 0 || strcmp(type, "spherical") == 0)
+        good = add_ball(s, e);
     else if (strcmp(type, "fixed") != 0)
         return mbsri_file_refuse(s, e, "there is no type '%.40s'", type);
     *added = s->joints.count - before;

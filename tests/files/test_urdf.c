@@ -1,8 +1,9 @@
 /* What URDF says, feature by feature, and what is refused.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "small.h"
+#include "alike.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #define ROBOT(inside) "<robot name='r'>\n" inside "</robot>\n"
@@ -52,6 +53,31 @@ static void joints_of_every_type(void **state)
     assert_close(twist[2], 1.0, 1e-15);
     mbsr_data_destroy(data);
     mbsr_file_destroy(file);
+}
+
+/* Balls of other readers of URDF, by both of their names. */
+static void balls_beside_mjcf(void **state)
+{
+    static const char *const types[] = {"ball", "spherical"};
+    static const char other[] =
+        "<mujoco><compiler angle='radian' eulerseq='XYZ'/><worldbody>"
+        "<body pos='1 2 3' euler='.1 .2 .3'><joint type='ball' damping='.5'/>"
+        "<inertial pos='.3 .2 .1' mass='2' diaginertia='1 1.5 2'/></body></worldbody></mujoco>";
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 ROBOT("<link name='a'/><link name='b'><inertial><origin xyz='.3 .2 .1'/>"
+                       "<mass value='2'/><inertia ixx='1' iyy='1.5' izz='2'/></inertial></link>"
+                       "<joint name='j' type='%s'><parent link='a'/><child link='b'/>"
+                       "<origin xyz='1 2 3' rpy='.1 .2 .3'/><dynamics damping='.5'/></joint>"),
+                 types[k]);
+        mbsr_file *file = read_small(text, NULL), *same = read_small(other, NULL);
+        assert_int_equal(file->findings, 1); /* the base has no mass */
+        assert_alike(file, same);
+        mbsr_file_destroy(file);
+        mbsr_file_destroy(same);
+    }
 }
 
 static void meshes_of_packages_are_where_the_caller_says(void **state)
@@ -375,6 +401,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(joints_of_every_type),
+        cmocka_unit_test(balls_beside_mjcf),
         cmocka_unit_test(meshes_of_packages_are_where_the_caller_says),
         cmocka_unit_test(what_a_model_has_no_room_for_is_kept),
         cmocka_unit_test(what_is_left_out),
