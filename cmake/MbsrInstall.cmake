@@ -138,3 +138,8 @@ if(MBSR_FMU)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/fmu.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT fmu)
 endif()
+
+if(PROJECT_IS_TOP_LEVEL) # other projects have targets of this name
+    configure_file("${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake.in" "${PROJECT_BINARY_DIR}/mbsrank-uninstall.cmake" @ONLY)
+    add_custom_target(uninstall COMMAND "${CMAKE_COMMAND}" -P "${PROJECT_BINARY_DIR}/mbsrank-uninstall.cmake")
+endif()

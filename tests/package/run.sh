@@ -45,6 +45,15 @@ if [ -z "$tree" ]; then
         { cat "$work/subproject.log"; fail "add_subdirectory"; }
     build_and_run subproject
 fi
+if [ -n "${1:-}" ]; then
+    step "uninstall"
+    "$cmake" --install "$tree" --prefix "$work/installed"
+    touch "$work/installed/include/another.h"
+    "$cmake" --build "$tree" --target uninstall || fail "uninstall"
+    left=$(find "$work/installed" ! -type d -o -name '*mbsrank*')
+    [ "$left" = "$work/installed/include/another.h" ] || fail "left behind, or taken out too: $left"
+    rm -r "$work/installed"
+fi
 step "install"
 "$cmake" --install "$tree" --prefix "$work/installed"
 mv "$work/installed" "$prefix"
