@@ -14,12 +14,19 @@ static bool begins_name(char c)
 
 /* ---- numbers ---- */
 
-/* Without the underscores between digits; false: too long. */
-static bool copy_digits(const char *from, const char *to, char *digits, size_t size)
+/* Without the underscores between digits, which may be letters; false: too long, or one stands
+ * elsewhere. */
+static bool copy_digits(const char *from, const char *to, bool letters, char *digits, size_t size)
 {
     size_t count = 0;
     for (; from < to; ++from) {
-        if (*from == '_') continue;
+        if (*from == '_') {
+            for (int side = -1; side <= 1; side += 2) {
+                const char c = from[side];
+                if (!mbsri_is_digit(c) && !(letters && c != '_' && begins_name(c))) return false;
+            }
+            continue;
+        }
         if (count + 1 == size) return false;
         digits[count++] = *from;
     }
@@ -59,7 +66,7 @@ static bool read_number(mbsri_xacro *x, const char **text, mbsri_token *token)
         real = real || (!based && (*end == '.' || *end == 'e' || *end == 'E'));
         ++end;
     }
-    good = copy_digits(s, end, digits, sizeof digits);
+    good = copy_digits(s, end, based, digits, sizeof digits);
     if (good && based)
         good = read_based(digits, &whole);
     else if (good && real)

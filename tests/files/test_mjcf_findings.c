@@ -54,7 +54,9 @@ static void rare_findings(void **state)
         MUJOCO("<worldbody><body name='b' mocap='true'><geom name='g' size='1'/></body>"
                "<body name='c'><joint name='j' springdamper='1 1' solreflimit='-1 1'/>"
                "<geom name='h' size='1'/><site name='s'/><site name='t'/></body>"
-               "<flexcomp name='cloth' type='grid'/></worldbody>"
+               "<flexcomp name='cloth' type='grid'/><geom name='z' type='sdf'/>"
+               "<composite prefix='w' type='cable' vertex='0 0 4 0 0 5 0 1 5' initial='free'>"
+               "<plugin plugin='bend'/><geom type='box' size='1 .1 .1'/></composite></worldbody>"
                "<contact><pair geom1='g' geom2='x'/><pair name='q' geom1='g' geom2='h' "
                "friction='1 .5 .1'/><unknown/></contact>"
                "<tendon><spatial name='u' stiffness='2'><site site='s'/><pulley/><site site='t'/>"
@@ -68,6 +70,8 @@ static void rare_findings(void **state)
     assert_found(file, "unknown", "left out");
     assert_found(file, "spatial 'u'", "spring is left out");
     assert_found(file, "flex 'e'", "of this kind");
+    assert_found(file, "geom 'z'", "'sdf' is left out");
+    assert_found(file, "plugin", "'bend'");
     mbsr_file_destroy(file);
 }
 
@@ -216,6 +220,15 @@ static void products_of_meshes(void **state)
     }
 }
 
+#define FIELD(samples)                                                                             \
+    MUJOCO("<asset><hfield name='h' size='1 1 1 1' " samples                                       \
+           "/></asset><worldbody><geom type='hfield' hfield='h'/></worldbody>")
+#define CABLE(points)                                                                              \
+    WORLD("<composite type='cable' " points "><geom type='capsule' size='.1'/></composite>")
+#define TWO(rest)                                                                                  \
+    MUJOCO("<worldbody><body name='b'><joint name='j'/><geom name='g' size='1'/></body>"           \
+           "<body name='c'><geom name='h' size='1'/></body></worldbody>" rest)
+
 static void refused_files(void **state)
 {
     static const struct {
@@ -253,6 +266,36 @@ static void refused_files(void **state)
         {MUJOCO("<asset><hfield name='h' nrow='2' ncol='2' size='1 0 1 1'/></asset><worldbody>"
                 "<geom type='hfield' hfield='h'/></worldbody>"),
          "hfield 'h'|four positive"},
+        {FIELD("nrow='2.5' ncol='2'"), "nrow is 2.5"},
+        {FIELD("nrow='2' ncol='1'"), "ncol is 1"},
+        {FIELD("nrow='2' ncol='9999999'"), "ncol is 1e+07"},
+        {FIELD("nrow='2' ncol='2' elevation='0 1'"), "numbers, 4"},
+        {WORLD("<geom type='hfield' hfield='x'/>"), "no hfield 'x'"},
+        {WORLD("<geom type='gluey' size='1'/>"), "no type 'gluey'"},
+        {WORLD("<geom size='1' mass='-1'/>"), "negative"},
+        {WORLD("<geom size='1' density='-1'/>"), "negative"},
+        {WORLD("<geom size='1' margin='-1'/>"), "margin is negative"},
+        {WORLD("<geom type='box' size='1' fromto='0 0 0 0 0 0'/>"), "no length"},
+        {WORLD("<geom type='capsule' fromto='0 0 0 0 0 1'/>"), "no size"},
+        {MUJOCO("<asset><mesh name='m' refquat='0 0 0 0'/></asset>"), "refquat"},
+        {TWO("<contact><pair geom1='g' geom2='h' margin='-1'/></contact>"), "margin is negative"},
+        {TWO("<equality><connect body1='b' body2='c'/></equality>"), "no anchor"},
+        {TWO("<equality><weld body1='b' body2='b'/></equality>"), "are the same"},
+        {TWO("<equality><weld body1='b' body2='x'/></equality>"), "'x' is no body"},
+        {TWO("<equality><connect site1='x' site2='x'/></equality>"), "'x' is no site"},
+        {TWO("<actuator><position joint='j' kv='1' dampratio='1'/></actuator>"), "both kv and"},
+        {TWO("<actuator><position joint='j' dampratio='-1'/></actuator>"), "dampratio|negative"},
+        {TWO("<actuator><motor site='x'/></actuator>"), "'x' is no site"},
+        {TWO("<actuator><motor joint='j' ctrlrange='1 -1' ctrllimited='true'/></actuator>"),
+         "no range"},
+        {WORLD("<composite type='grid'/>"), "type 'grid'"},
+        {CABLE("vertex='0 0 x'"), "not numbers alone"},
+        {CABLE("vertex='0 0 0'"), "2 to"},
+        {CABLE("vertex='0 0 0 1 1'"), "2 to"},
+        {CABLE("count='1 1 1'"), "from 2 to"},
+        {CABLE("count='3 2 1'"), "one direction"},
+        {CABLE("count='3 1 2'"), "one direction"},
+        {CABLE("count='3 1 1' curve='x'"), "no curve"},
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)

@@ -346,6 +346,15 @@ static void a_link_on_two_joints(void **state)
     assert_closed(FOUR_BAR("<joint name='l' type='universal'>" AT_B
                            "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>1 0 0</xyz></axis2></joint>"),
                   4, 6, udot);
+    udot[2] -= udot[0] + udot[1]; /* the last joint at the world in place of the one there */
+    assert_closed(MODEL(BAR("a", "0 0 0 0 0 0") BAR("b", "1 0 0 0 -1 0") BAR("c", "3 0 0 0 -2.5 0")
+                            HINGE("i", "world", "a", "0 0 0 0 0 0") HINGE(
+                                "j", "a", "b",
+                                "0 0 0 0 0 0") "<joint name='k' type='revolute'>" AT_B
+                                               "<axis><xyz>0 1 0</xyz></axis></joint><joint "
+                                               "name='l' type='ball'>"
+                                               "<parent>world</parent><child>c</child></joint>"),
+                  3, 3, udot);
 }
 
 /* Joints in a circle, one by which links hang on each other, and one between links of the world. */
@@ -497,6 +506,31 @@ static void sizes_that_are_missing(void **state)
     }
 }
 
+/* Limits that are none, words that SDF has not. */
+static void what_is_left_out(void **state)
+{
+#define LIMITED(limit)                                                                             \
+    MODEL("<link name='a'/><joint name='j' type='revolute'><parent>world</parent><child>a</child>" \
+          "<axis><xyz>0 0 1</xyz><limit>" limit "</limit></axis></joint>")
+    static const char *const cases[][2] = {
+        {LIMITED("<lower>-1</lower>"), "on one side alone"},
+        {LIMITED("<upper>1</upper><lower>-inf</lower>"), "on one side alone"},
+        {LIMITED("<lower>1</lower><upper>-1</upper>"), "lower is above upper"}};
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+        mbsr_file *file = read_small(cases[k][0], NULL);
+        assert_int_equal(file->findings, 1);
+        assert_found(file, "joint 'j'", cases[k][1]);
+        assert_int_equal(file->joint[0].limited, 0);
+        mbsr_file_destroy(file);
+    }
+    mbsr_file *file = read_small(MODEL("<link name='a'><glue/><own:word/></link>"), NULL);
+    assert_int_equal(file->findings, 1);
+    assert_found(file, "glue", "with all in them");
+    mbsr_file_destroy(file);
+#undef LIMITED
+}
+
 static void files_that_are_refused(void **state)
 {
     static const char *const cases[][2] = {
@@ -538,6 +572,24 @@ static void files_that_are_refused(void **state)
         {MODEL("<include><uri>model://x</uri></include>"), "no model model://x"},
         {MODEL("<include merge='true'><uri>model://x</uri></include>"), "merge"},
         {MODEL("<link name='a'><inertial><mass>-1</mass></inertial></link>"), "mass is -1"},
+        {SDF("<world name='a'/><world name='b'/>"), "second world"},
+        {SDF("<model name='m' canonical_link='x'><link name='a'/></model>"), "'x' is no link"},
+        {SDF("<model name='m' canonical_link='f'><link name='a'/><frame name='f'/></model>"),
+         "'f' is no link"},
+        {SDF("<world name='w'><model name='m'><frame name='f'/></model><model name='n'>"
+             "<link name='a'/></model><joint name='j' type='fixed'><parent>m</parent>"
+             "<child>n::a</child></joint></world>"),
+         "'m' has no link"},
+        {MODEL("<link name='a'/><joint name='j' type='screw'><parent>world</parent>"
+               "<child>a</child><axis><xyz>0 0 1</xyz></axis><thread_pitch>0</thread_pitch>"
+               "</joint>"),
+         "no pitch"},
+        {MODEL("<link name='a'/><joint name='j' type='revolute'><parent>world</parent>"
+               "<child>a</child><axis><xyz>0 0 1</xyz><mimic joint='x'/></axis></joint>"),
+         "mimics 'x'"},
+        {MODEL("<link name='a'/><joint name='j' type='revolute'><parent>world</parent>"
+               "<child>a</child><axis><xyz>0 0 1</xyz><mimic joint='j'/></axis></joint>"),
+         "mimics itself"},
     };
     (void)state;
     for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
@@ -583,6 +635,7 @@ int main(void)
         cmocka_unit_test(what_links_weigh_and_how_they_look),
         cmocka_unit_test(where_shapes_are),
         cmocka_unit_test(sizes_that_are_missing),
+        cmocka_unit_test(what_is_left_out),
         cmocka_unit_test(files_that_are_refused),
         cmocka_unit_test(converted_and_read_again),
     };

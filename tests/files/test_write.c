@@ -602,6 +602,92 @@ static void what_mjcf_has_not_is_refused(void **unused)
     assert_not_written(m, "none that MJCF has");
 }
 
+/* Memory that ends after so many pieces. */
+static void *take(void *user, size_t size)
+{
+    int *left = user;
+    return (*left)-- > 0 ? malloc(size) : NULL;
+}
+
+static void release(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+/* Names of any letters come back; what MJCF has no words for is told, and left out. */
+static void what_mjcf_cannot_say_is_told(void **unused)
+{
+    (void)unused;
+    static const char name[] = "a<b>&\"c'\n\r\td";
+    const double z[3] = {0.0, 0.0, 1.0}, flat[6] = {1.0, 1.0, 5.0}, thin[6] = {0.0, 1.0, 1.0},
+                 none[3] = {0.0},
+                 M[36] = {[0] = 1, [7] = 1, [14] = 1, [21] = 2, [28] = 3, [35] = 4};
+    const mbsr_frame turned = mbsr_frame_rotated(none, z, 0.3);
+    const mbsr_inertia inertia[] = {
+        mbsr_inertia_matrix(6, M), mbsr_inertia_rigid_unchecked(1.0, none, flat),
+        mbsr_inertia_rigid(1.0, none, thin), mbsr_inertia_point_mass(1.0, none)};
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < 4; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.name = k == 0 ? name : NULL;
+        body.joint =
+            k == 3 ? mbsr_joint_spherical(NULL, &turned) : mbsr_joint_revolute(NULL, NULL, z);
+        body.inertia = inertia[k];
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    const mbsr_closure_def rod = mbsr_closure_distance(0, z, 1, none, 1.0);
+    assert_ok(mbsr_model_add_closure(m, &rod, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    mbsr_written *written;
+    mbsr_error error;
+    assert_ok(mbsr_file_write_mjcf(m, NULL, NULL, &written, &error), &error);
+    assert_true(has_finding(written, "closure 0", "cannot say this 'distance'"));
+    assert_true(has_finding(written, "body 'a<b>", "no rigid body's"));
+    assert_true(has_finding(written, "body 'body_1'", "above the sum"));
+    assert_true(has_finding(written, "body 'body_2'", "about some axis"));
+    assert_true(has_finding(written, "joint", "along the body's axes"));
+    mbsr_file *file = read_small(written->text, NULL);
+    assert_string_equal(file->body_name[0], name);
+    mbsr_file_destroy(file);
+    mbsr_written_destroy(written);
+    mbsr_model_destroy(m);
+}
+
+/* A tensor that no body has, off the origin and turned, is the same again. */
+static void negative_moments_come_back(void **unused)
+{
+    (void)unused;
+    mbsr_file *file[2];
+    mbsr_written *written;
+    mbsr_error error;
+    double D[2];
+    file[0] = read_small("<mujoco><worldbody><body><joint axis='0 1 0'/><inertial pos='1 2 3' "
+                         "mass='2' euler='30 40 50' diaginertia='5 4 -1'/></body></worldbody>"
+                         "</mujoco>",
+                         NULL);
+    for (int k = 0; k < 2; ++k) {
+        mbsr_data *d;
+        const double q[1] = {0.0};
+        assert_int_equal(file[k]->findings, 1);
+        assert_found(file[k], "inertial", "moment of inertia is negative");
+        assert_ok(mbsr_model_finish(file[k]->model), mbsr_model_error(file[k]->model));
+        assert_ok(mbsr_data_create(file[k]->model, &d, NULL), NULL);
+        assert_ok(mbsr_stage_positions(file[k]->model, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(file[k]->model, d, q), mbsr_data_error(d));
+        assert_ok(mbsr_mass_matrix(file[k]->model, d, D + k), mbsr_data_error(d));
+        mbsr_data_destroy(d);
+        if (k > 0) break;
+        assert_ok(mbsr_file_write_mjcf(file[0]->model, file[0], NULL, &written, &error), &error);
+        file[1] = read_small(written->text, NULL);
+        mbsr_written_destroy(written);
+    }
+    assert_close(D[1], D[0], 1e-12 * D[0]);
+    assert_true(D[0] > 10.0);
+    for (int k = 0; k < 2; ++k) mbsr_file_destroy(file[k]);
+}
+
 static void wrong_calls_are_refused(void **unused)
 {
     (void)unused;
@@ -616,6 +702,10 @@ static void wrong_calls_are_refused(void **unused)
     assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
     assert_int_equal(mbsr_file_write_mjcf(file->model, other, NULL, &written, &error),
                      MBSR_ERR_MISMATCH);
+    opt.allocator.allocate = take;
+    assert_int_equal(mbsr_file_write_mjcf(file->model, file, &opt, &written, &error),
+                     MBSR_ERR_VALUE);
+    assert_contains(error.text, "one of its two functions");
     opt.cookie = 0;
     assert_int_equal(mbsr_file_write_mjcf(file->model, file, &opt, &written, NULL),
                      MBSR_ERR_NO_DEFAULT);
@@ -625,19 +715,6 @@ static void wrong_calls_are_refused(void **unused)
     mbsr_written_destroy(NULL);
     mbsr_file_destroy(file);
     mbsr_file_destroy(other);
-}
-
-/* Memory that ends after so many pieces. */
-static void *take(void *user, size_t size)
-{
-    int *left = user;
-    return (*left)-- > 0 ? malloc(size) : NULL;
-}
-
-static void release(void *user, void *memory)
-{
-    (void)user;
-    free(memory);
 }
 
 static void memory_may_end_anywhere(void **unused)
@@ -683,6 +760,8 @@ int main(void)
         cmocka_unit_test(robots_come_back),
         cmocka_unit_test(models_of_c_are_written),
         cmocka_unit_test(what_mjcf_has_not_is_refused),
+        cmocka_unit_test(what_mjcf_cannot_say_is_told),
+        cmocka_unit_test(negative_moments_come_back),
         cmocka_unit_test(wrong_calls_are_refused),
         cmocka_unit_test(memory_may_end_anywhere),
         cmocka_unit_test(numbers_have_a_point_in_every_locale),
