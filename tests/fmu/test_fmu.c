@@ -7,12 +7,14 @@
 #include "expect.h"
 #include "fmu/fmi2_functions.h"
 #include "fmu/fmi3_functions.h"
+#include "own_joint.h"
 #include "units.h"
 
 #include <dlfcn.h>
 #include <locale.h>
 #include <math.h>
 #include <pthread.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -402,18 +404,313 @@ static void uris_are_read(void **state)
     load(&l, make_vehicle, 0.0);
     const fmi2CallbackFunctions functions = {.logger = note2};
     assert_non_null(getcwd(here, sizeof here));
-    char escaped[sizeof l.folder * 3], *to = escaped;
-    for (const char *c = l.folder; *c; ++c)
-        to += snprintf(to, 4, *c == ' ' ? "%%20" : "%c", *c == ' ' ? 0 : *c);
+    char escaped[sizeof l.folder * 3];
     static const char *const forms[] = {"file://%s/%s/resources", "file:%s/%s/resources",
-                                        "file://localhost%s/%s/resources"};
+                                        "file://localhost%s/%s/resources"},
+                             *const wrong[] = {"file:%s/%%zz%s", "file:%s/%%4z%s", "file:%s/%%::%s",
+                                               "%s/%%20%s"};
     for (int k = 0; k < 3; ++k) {
+        char *to = escaped;
+        for (const char *c = l.folder; *c; ++c)
+            to += snprintf(to, 4, k < 2 ? "%%%02x" : "%%%02X", (unsigned)*c);
         snprintf(uri, sizeof uri, forms[k], here, escaped);
         fmi2Component c = FUNCTION(&l, fmi2Instantiate)("one", fmi2CoSimulation, l.token, uri,
                                                         &functions, fmi2False, fmi2False);
         assert_non_null(c);
         FUNCTION(&l, fmi2FreeInstance)(c);
     }
+    for (int k = 0; k < 4; ++k) {
+        snprintf(uri, sizeof uri, wrong[k], here, l.folder);
+        assert_null(FUNCTION(&l, fmi2Instantiate)("one", fmi2CoSimulation, l.token, uri, &functions,
+                                                  fmi2False, fmi2False));
+    }
+    unload(&l);
+}
+
+/* ---- wrong calls ---- */
+
+/* Where an instance stands before a wrong call; any error terminates it, a reset gets it back. */
+enum { FRESH, BEGUN, READY };
+
+static void *stand(const loaded *l, fmi3Instance c, int where)
+{
+    assert_int_equal(FUNCTION(l, fmi3Reset)(c), fmi3OK);
+    if (where >= BEGUN)
+        assert_int_equal(FUNCTION(l, fmi3EnterInitializationMode)(c, false, 0.0, 0.0, false, 0.0),
+                         fmi3OK);
+    if (where >= READY) assert_int_equal(FUNCTION(l, fmi3ExitInitializationMode)(c), fmi3OK);
+    messages[0] = '\0';
+    return c;
+}
+
+/* A call of fmi3name(c, ...) there is an error that says so. */
+#define WRONG(where, text, name, ...)                                                              \
+    do {                                                                                           \
+        stand(&l, c, where);                                                                       \
+        assert_int_equal(FUNCTION(&l, name)(c, __VA_ARGS__), fmi3Error);                           \
+        assert_contains(messages, text "|" #name);                                                 \
+    } while (0)
+
+/* Not made: the message says why. */
+#define NOT_MADE(call, text)                                                                       \
+    do {                                                                                           \
+        messages[0] = '\0';                                                                        \
+        assert_null(call);                                                                         \
+        assert_contains(messages, text);                                                           \
+    } while (0)
+
+static void wrong_values_are_refused(const loaded *with, fmi3Instance c)
+{
+    const loaded l = *with;
+    const fmi3ValueReference q = find(&l, "joints.upper.q"),
+                             spring = find(&l, "forces.spring.stiffness"), none = 9999;
+    double x = 0.0, odd = NAN;
+    WRONG(FRESH, "start time", fmi3EnterInitializationMode, false, 0.0, NAN, false, 0.0);
+    WRONG(FRESH, "tolerance", fmi3EnterInitializationMode, true, 1.5, 0.0, false, 0.0);
+    WRONG(FRESH, "9999", fmi3GetFloat64, &none, 1, &x, 1);
+    WRONG(BEGUN, "numbers of values", fmi3GetFloat64, &q, 1, &x, 2);
+    WRONG(BEGUN, "NULL", fmi3GetFloat64, NULL, 1, &x, 1);
+    WRONG(BEGUN, "NULL", fmi3GetFloat64, &q, 1, NULL, 1);
+    WRONG(BEGUN, "numbers of values", fmi3SetFloat64, &q, 2, &x, 1);
+    WRONG(BEGUN, "NULL", fmi3SetFloat64, NULL, 1, &x, 1);
+    WRONG(BEGUN, "NULL", fmi3SetFloat64, &q, 1, NULL, 1);
+    WRONG(BEGUN, "9999", fmi3SetFloat64, &none, 1, &x, 1);
+    WRONG(BEGUN, "nan for joints.upper.q", fmi3SetFloat64, &q, 1, &odd, 1);
+    WRONG(READY, "cannot be set now", fmi3SetFloat64, &spring, 1, &x, 1);
+    WRONG(READY, "numbers", fmi3GetDirectionalDerivative, &q, 1, &q, 1, &x, 2, &x, 1);
+    WRONG(READY, "numbers", fmi3GetDirectionalDerivative, &q, 1, &q, 1, &x, 1, &x, 2);
+    WRONG(READY, "NULL", fmi3GetDirectionalDerivative, NULL, 1, &q, 1, &x, 1, &x, 1);
+    WRONG(READY, "NULL", fmi3GetDirectionalDerivative, &q, 1, NULL, 1, &x, 1, &x, 1);
+    WRONG(READY, "NULL", fmi3GetDirectionalDerivative, &q, 1, &q, 1, NULL, 1, &x, 1);
+    WRONG(READY, "numbers", fmi3GetAdjointDerivative, &q, 1, &q, 1, &x, 2, &x, 1);
+    WRONG(READY, "numbers", fmi3GetAdjointDerivative, &q, 1, &q, 1, &x, 1, &x, 2);
+    WRONG(READY, "NULL", fmi3GetAdjointDerivative, &q, 1, &q, 1, &x, 1, NULL, 1);
+}
+
+static void wrong_states_are_refused(const loaded *with, fmi3Instance c)
+{
+    const loaded l = *with;
+    fmi3FMUState saved = NULL;
+    size_t size;
+    WRONG(FRESH, "NULL", fmi3GetFMUState, NULL);
+    WRONG(READY, "NULL", fmi3SetFMUState, NULL);
+    WRONG(READY, "NULL", fmi3SerializedFMUStateSize, NULL, &size);
+    stand(&l, c, READY);
+    assert_int_equal(FUNCTION(&l, fmi3GetFMUState)(c, &saved), fmi3OK);
+    WRONG(READY, "NULL", fmi3SerializedFMUStateSize, saved, NULL);
+    WRONG(READY, "NULL", fmi3DeserializeFMUState, NULL, 8, &saved);
+    stand(&l, c, READY);
+    assert_int_equal(FUNCTION(&l, fmi3FreeFMUState)(c, &saved), fmi3OK);
+    assert_int_equal(FUNCTION(&l, fmi3FreeFMUState)(c, NULL), fmi3OK);
+}
+
+static void wrong_steps_are_refused(void **state)
+{
+    loaded l;
+    bool event, end, early;
+    double t;
+    (void)state;
+    load(&l, make_arm, 0.0);
+    assert_string_equal(FUNCTION(&l, fmi3GetVersion)(), "3.0");
+    fmi3Instance c = instantiate(&l);
+    wrong_values_are_refused(&l, c);
+    wrong_states_are_refused(&l, c);
+    WRONG(READY, "must be positive", fmi3DoStep, 0.0, -1.0, true, &event, &end, &early, &t);
+    WRONG(READY, "must be positive", fmi3DoStep, 0.0, NAN, true, &event, &end, &early, &t);
+    WRONG(READY, "point is 5", fmi3DoStep, 5.0, 0.1, true, &event, &end, &early, &t);
+    WRONG(READY, "point is nan", fmi3DoStep, NAN, 0.1, true, &event, &end, &early, &t);
+    WRONG(READY, "NULL", fmi3DoStep, 0.0, 0.1, true, NULL, &end, &early, &t);
+    WRONG(READY, "NULL", fmi3DoStep, 0.0, 0.1, true, &event, NULL, &early, &t);
+    WRONG(READY, "NULL", fmi3DoStep, 0.0, 0.1, true, &event, &end, NULL, &t);
+    WRONG(READY, "NULL", fmi3DoStep, 0.0, 0.1, true, &event, &end, &early, NULL);
+    stand(&l, c, READY);
+    assert_int_equal(FUNCTION(&l, fmi3EnterEventMode)(c), fmi3Error);
+    assert_contains(messages, "event mode is not used");
+    FUNCTION(&l, fmi3FreeInstance)(c);
+#define MAKE(name, token, folder)                                                                  \
+    FUNCTION(&l, fmi3InstantiateCoSimulation)                                                      \
+    (name, token, folder, false, false, false, false, NULL, 0, NULL, note, NULL)
+    NOT_MADE(MAKE(NULL, l.token, l.resources), "name");
+    NOT_MADE(MAKE("", l.token, l.resources), "name");
+    NOT_MADE(MAKE("one", NULL, l.resources), "token");
+    NOT_MADE(MAKE("one", l.token, NULL), "resources");
+    for (int k = 0; k < 2; ++k)
+        NOT_MADE(FUNCTION(&l, fmi3InstantiateScheduledExecution)("one", l.token, l.resources, false,
+                                                                 false, NULL, k ? note : NULL, NULL,
+                                                                 NULL, NULL),
+                 k ? "no scheduled execution" : "");
+    unload(&l);
+    load(&l, make_vehicle, 1e-3);
+    NOT_MADE(FUNCTION(&l, fmi3InstantiateCoSimulation)("one", l.token, l.resources, false, false,
+                                                       true, false, NULL, 0, NULL, note, NULL),
+             "no event mode");
+    unload(&l);
+}
+
+static void wrong_exchange_is_refused(void **state)
+{
+    loaded l;
+    bool b[5];
+    double t, x[16] = {0.0};
+    size_t states, count;
+    (void)state;
+    load(&l, make_body, 0.0);
+    fmi3Instance c = FUNCTION(&l, fmi3InstantiateModelExchange)("one", l.token, l.resources, false,
+                                                                false, NULL, note);
+    bool *const flag[] = {b, b + 1, b + 2, b + 3, b + 4, NULL};
+    for (int k = 0; k < 5; ++k) {
+        bool *given[5];
+        memcpy(given, flag, sizeof given);
+        given[k] = NULL;
+        WRONG(READY, "NULL", fmi3UpdateDiscreteStates, given[0], given[1], given[2], given[3],
+              given[4], &t);
+    }
+    WRONG(READY, "NULL", fmi3UpdateDiscreteStates, b, b + 1, b + 2, b + 3, b + 4, NULL);
+    WRONG(READY, "NULL", fmi3GetNumberOfContinuousStates, NULL);
+    WRONG(READY, "NULL", fmi3GetNumberOfEventIndicators, NULL);
+    stand(&l, c, READY);
+    assert_int_equal(FUNCTION(&l, fmi3GetNumberOfContinuousStates)(c, &states), fmi3OK);
+    assert_int_equal(FUNCTION(&l, fmi3GetNumberOfEventIndicators)(c, &count), fmi3OK);
+    assert_true(states > 0 && states < 16);
+    for (int k = 0; k < 4; ++k) {
+        stand(&l, c, READY);
+        assert_int_equal(FUNCTION(&l, fmi3EnterContinuousTimeMode)(c), fmi3OK);
+        x[0] = k == 3 ? NAN : 0.0;
+        assert_int_equal(k == 0   ? FUNCTION(&l, fmi3CompletedIntegratorStep)(c, true, NULL, b)
+                         : k == 1 ? FUNCTION(&l, fmi3CompletedIntegratorStep)(c, true, b, NULL)
+                         : k == 2 ? FUNCTION(&l, fmi3SetContinuousStates)(c, x, states + 1)
+                                  : FUNCTION(&l, fmi3SetContinuousStates)(c, x, states),
+                         fmi3Error);
+        assert_contains(messages, k < 2 ? "NULL" : k == 2 ? "3 numbers" : "state 0 is nan");
+    }
+    FUNCTION(&l, fmi3FreeInstance)(c);
+    unload(&l);
+}
+
+static char messages2[512];
+
+static void note_words(fmi2ComponentEnvironment environment, fmi2String name, fmi2Status status,
+                       fmi2String category, fmi2String message, ...)
+{
+    va_list words;
+    (void)environment, (void)name, (void)status, (void)category;
+    va_start(words, message);
+    vsnprintf(messages2, sizeof messages2, message, words);
+    va_end(words);
+}
+
+static void wrong_calls_of_fmi2_are_refused(void **state)
+{
+    loaded l;
+    const fmi2CallbackFunctions functions = {.logger = note_words};
+    (void)state;
+    load_version(&l, make_body, 0.0, 2);
+    assert_string_equal(FUNCTION(&l, fmi2GetVersion)(), "2.0");
+    assert_string_equal(FUNCTION(&l, fmi2GetTypesPlatform)(), "default");
+    const struct {
+        const char *name, *guid, *resources, *text;
+        int type;
+    } bad[] = {{NULL, l.token, l.resources, "name", fmi2CoSimulation},
+               {"", l.token, l.resources, "name", fmi2CoSimulation},
+               {"one", NULL, l.resources, "GUID", fmi2ModelExchange},
+               {"one", l.token, NULL, "resources", fmi2ModelExchange},
+               {"one", l.token, l.resources, "type", 7}};
+    for (int k = 0; k < 10; ++k) {
+        messages2[0] = '\0';
+        assert_null(FUNCTION(&l, fmi2Instantiate)(bad[k / 2].name, (fmi2Type)bad[k / 2].type,
+                                                  bad[k / 2].guid, bad[k / 2].resources,
+                                                  k % 2 ? NULL : &functions, fmi2False, fmi2True));
+        assert_contains(messages2, k % 2 ? "" : bad[k / 2].text);
+    }
+    for (int exchange = 0; exchange < 2; ++exchange) {
+        fmi2Component c =
+            FUNCTION(&l, fmi2Instantiate)("one", exchange ? fmi2ModelExchange : fmi2CoSimulation,
+                                          l.token, l.resources, &functions, fmi2False, fmi2False);
+        for (int k = 0; k < 4; ++k) {
+            bool refused = false;
+            fmi2Boolean enter;
+            fmi2EventInfo info;
+            assert_int_equal(FUNCTION(&l, fmi2Reset)(c), fmi2OK);
+            assert_int_equal(
+                FUNCTION(&l, fmi2SetupExperiment)(c, fmi2True, 1e-6, 0.0, fmi2False, 0.0), fmi2OK);
+            assert_int_equal(FUNCTION(&l, fmi2EnterInitializationMode)(c), fmi2OK);
+            assert_int_equal(FUNCTION(&l, fmi2ExitInitializationMode)(c), fmi2OK);
+            if (!exchange) {
+                fmi2Status status = fmi2Fatal;
+                fmi2Real last = -1.0;
+                fmi2Boolean ended = fmi2True;
+                assert_int_equal(FUNCTION(&l, fmi2GetStatus)(c, fmi2DoStepStatus, &status), fmi2OK);
+                assert_int_equal(status, fmi2OK);
+                assert_int_equal(FUNCTION(&l, fmi2GetRealStatus)(c, fmi2LastSuccessfulTime, &last),
+                                 fmi2OK);
+                assert_true(last == 0.0);
+                assert_int_equal(FUNCTION(&l, fmi2GetBooleanStatus)(c, fmi2Terminated, &ended),
+                                 fmi2OK);
+                assert_int_equal(ended, fmi2False);
+                refused =
+                    FUNCTION(&l, fmi2GetStatus)(c, fmi2PendingStatus, &status) == fmi2Discard &&
+                    FUNCTION(&l, fmi2GetStatus)(c, fmi2DoStepStatus, NULL) == fmi2Discard &&
+                    FUNCTION(&l, fmi2GetRealStatus)(c, fmi2Terminated, &last) == fmi2Discard &&
+                    FUNCTION(&l, fmi2GetRealStatus)(c, fmi2LastSuccessfulTime, NULL) ==
+                        fmi2Discard &&
+                    FUNCTION(&l, fmi2GetBooleanStatus)(c, fmi2DoStepStatus, &ended) ==
+                        fmi2Discard &&
+                    FUNCTION(&l, fmi2GetBooleanStatus)(c, fmi2Terminated, NULL) == fmi2Discard &&
+                    FUNCTION(&l, fmi2GetIntegerStatus)(c, fmi2Terminated, NULL) == fmi2Discard &&
+                    FUNCTION(&l, fmi2GetStringStatus)(c, fmi2PendingStatus, NULL) == fmi2Discard;
+            } else if (k == 0) {
+                refused = FUNCTION(&l, fmi2NewDiscreteStates)(c, NULL) == fmi2Error;
+            } else {
+                assert_int_equal(FUNCTION(&l, fmi2NewDiscreteStates)(c, &info), fmi2OK);
+                assert_int_equal(FUNCTION(&l, fmi2EnterContinuousTimeMode)(c), fmi2OK);
+                refused = k == 3 ? FUNCTION(&l, fmi2DoStep)(c, 0.0, 0.1, fmi2True) == fmi2Error
+                                 : FUNCTION(&l, fmi2CompletedIntegratorStep)(
+                                       c, fmi2True, k == 1 ? NULL : &enter,
+                                       k == 1 ? &enter : NULL) == fmi2Error;
+            }
+            if (!refused) fail_msg("%s, call %d", exchange ? "exchange" : "co-simulation", k);
+        }
+        assert_int_equal(FUNCTION(&l, fmi2FreeFMUstate)(c, NULL), fmi2OK);
+        FUNCTION(&l, fmi2FreeInstance)(c);
+    }
+    unload(&l);
+}
+
+/* ---- derivatives ---- */
+
+/* <w, J v> = <J^T w, v> of everything that is told, whichever way it is found. */
+static void adjoint_derivatives_are_transposed(void **state)
+{
+    static const char *const known[] = {"joints.upper.q", "joints.upper.p", "joints.flap.q",
+                                        "inputs.motor"},
+                             *const unknown[] = {"energy.kinetic", "energy.potential",
+                                                 "joints.upper.pdot", "joints.flap.a"};
+    static const double x[] = {0.2, -0.4, 0.3, 0.5, 0.7, 0.0};
+    enum { KNOWN = 4, UNKNOWN = 4 };
+    loaded l;
+    (void)state;
+    load(&l, make_arm, 0.0);
+    fmi3ValueReference in[KNOWN], out[UNKNOWN];
+    for (int k = 0; k < KNOWN; ++k) in[k] = find(&l, known[k]);
+    for (int k = 0; k < UNKNOWN; ++k) out[k] = find(&l, unknown[k]);
+    fmi3Instance c = FUNCTION(&l, fmi3InstantiateModelExchange)("one", l.token, l.resources, false,
+                                                                false, NULL, note);
+    initialize(&l, c);
+    assert_int_equal(FUNCTION(&l, fmi3EnterContinuousTimeMode)(c), fmi3OK);
+    assert_int_equal(FUNCTION(&l, fmi3SetContinuousStates)(c, x, 6), fmi3OK);
+    const double v[KNOWN] = {0.3, -0.7, 0.2, 0.9}, w[UNKNOWN] = {0.5, -0.4, 1.1, 0.6};
+    double Jv[UNKNOWN], JTw[KNOWN], left = 0.0, right = 0.0;
+    assert_int_equal(FUNCTION(&l, fmi3GetDirectionalDerivative)(c, out, UNKNOWN, in, KNOWN, v,
+                                                                KNOWN, Jv, UNKNOWN),
+                     fmi3OK);
+    assert_int_equal(
+        FUNCTION(&l, fmi3GetAdjointDerivative)(c, out, UNKNOWN, in, KNOWN, w, UNKNOWN, JTw, KNOWN),
+        fmi3OK);
+    for (int k = 0; k < UNKNOWN; ++k) left += w[k] * Jv[k];
+    for (int k = 0; k < KNOWN; ++k) right += v[k] * JTw[k];
+    assert_true(fabs(left) > 1e-3);
+    if (!(fabs(left - right) < 1e-6 * fabs(left))) fail_msg("%.12g, %.12g", left, right);
+    FUNCTION(&l, fmi3FreeInstance)(c);
     unload(&l);
 }
 
@@ -485,15 +782,148 @@ static void refuse(unit_model *m, const mbsr_fmu_opt *opt, int status, const cha
     assert_contains(error.text, text);
 }
 
+static int own_motion(void *user, double t, double *x, double *v, double *a)
+{
+    (void)user;
+    *x = t, *v = 1.0, *a = 0.0;
+    return 0;
+}
+
+static int own_law(void *user, double x, double v, double *force, double *energy, double *power)
+{
+    (void)user, (void)v;
+    *force = x;
+    if (energy) *energy = 0.5 * x * x;
+    if (power) *power = 0.0;
+    return 0;
+}
+
+static int own_mass(void *user, double t, const double *p, const double *V, double *M, double *h)
+{
+    (void)user, (void)t, (void)p, (void)V, (void)h;
+    for (int k = 0; k < 6; ++k) M[7 * k] = 1.0;
+    return 0;
+}
+
+static int own_push(const mbsr_force_args *args)
+{
+    args->body[0].f[5] += 1.0;
+    return 0;
+}
+
+static int own_gap(const mbsr_closure_args *args, double *g)
+{
+    *g = args->body[0].p[MBSR_POSE_X];
+    return 0;
+}
+
+static int own_root(void *user, double t, double *p, double *V, double *A)
+{
+    (void)user, (void)V, (void)A;
+    for (int k = 0; k < 3; ++k) p[4 * k] = 1.0;
+    p[MBSR_POSE_X] = t, V[3] = 1.0;
+    return 0;
+}
+
+static const mbsr_force_table own_forces = {
+    .version = MBSR_FORCE_TABLE_VERSION, .name = "push", .evaluate = own_push};
+static const mbsr_closure_table own_gaps = {
+    .version = MBSR_CLOSURE_TABLE_VERSION, .name = "gap", .position = own_gap};
+
+enum { OWN_JOINT, OWN_MOTION, OWN_MASS, OWN_TABLE, OWN_LAW, OWN_FORCE, OWN_GAP, FOLLOWS_OWN, OWNS };
+
+/* A vehicle's body with a part by somebody's own function. */
+static void make_own(unit_model *m, int own)
+{
+    static const double up[3] = {0.0, 0.0, 1.0};
+    const int bodies[] = {0};
+    const mbsr_spring law = {.function = own_law};
+    const mbsr_axis driven = {.kind = MBSR_AXIS_TRANSLATION, .direction = {0, 0, 1}, .driven = 1};
+    const mbsr_joint joint = own == OWN_JOINT ? mbsr_joint_custom(&test_own_table, 1, 1, NULL)
+                             : own == OWN_MOTION
+                                 ? mbsr_joint_compound(NULL, NULL, 1, &driven, own_motion, NULL)
+                                 : mbsr_joint_prismatic(NULL, NULL, up);
+    make_body(m);
+    if (own <= OWN_MASS)
+        mbsr_simulation_add_body(&m->s, "mine", MBSR_GROUND, joint,
+                                 own == OWN_MASS    ? mbsr_inertia_function(own_mass, NULL)
+                                 : own == OWN_JOINT ? mbsr_inertia_matrix(1, (double[]){1.0})
+                                                    : mbsr_inertia_particle(1.0));
+    else if (own <= OWN_FORCE) {
+        mbsr_force_def force = own == OWN_TABLE ? mbsr_force_custom(&own_forces, 1, bodies, NULL)
+                               : own == OWN_LAW ? mbsr_force_spring(0, NULL, MBSR_GROUND, up, &law)
+                                                : mbsr_force_joint_applied(0, own_function, NULL);
+        force.name = "mine";
+        mbsr_simulation_add_force(&m->s, force);
+    } else {
+        mbsr_closure_def closure = own == OWN_GAP
+                                       ? mbsr_closure_custom(&own_gaps, 1, bodies, 1, 1, NULL)
+                                       : mbsr_closure_distance(0, NULL, MBSR_GROUND, up, 1.0);
+        if (own == FOLLOWS_OWN) closure.motion = own_motion;
+        closure.name = "mine";
+        mbsr_simulation_add_closure(&m->s, closure);
+    }
+}
+
 static void own_functions_are_refused(void **state)
 {
+    static const char *const part[OWNS] = {"body 'mine'|joint is of a table",
+                                           "body 'mine'|joint follows",
+                                           "body 'mine'|inertia",
+                                           "force 'mine'|of a table",
+                                           "force 'mine'|law",
+                                           "force 'mine'|it is a function",
+                                           "closure 'mine'|of a table",
+                                           "closure 'mine'|follows"};
     unit_model m;
     (void)state;
+    for (int own = 0; own < OWNS; ++own) {
+        make_own(&m, own);
+        refuse(&m, NULL, MBSR_ERR_VALUE, part[own]);
+        mbsr_fmu *fmu;
+        assert_int_equal(mbsr_fmu_export(m.s.model, NULL, &fmu, NULL), MBSR_ERR_VALUE);
+        free_model(&m);
+    }
+    mbsr_model_def def = mbsr_default_model_def();
+    def.root = mbsr_root_moving(MBSR_SPACE_SPATIAL, 6, MBSR_POSE_SIZE, own_root, NULL);
+    m = (unit_model){.s = mbsr_simulation_begin(&def)};
+    refuse(&m, NULL, MBSR_ERR_VALUE, "the root moves by a function");
+    free_model(&m);
+}
+
+/* Every kind of closure and a lock come back: what does not fit is refused. */
+static void stock_closures_are_taken_along(void **state)
+{
+    static const double along[3] = {1.0, 0.0, 0.0}, up[3] = {0.0, 0.0, 1.0}, one[1] = {1.0};
+    const int body[1] = {0}, coordinate[1] = {0};
+    const mbsr_closure_def closures[] = {mbsr_closure_distance(1, NULL, MBSR_GROUND, along, 1.0),
+                                         mbsr_closure_coupling(1, body, coordinate, one, 0.0),
+                                         mbsr_closure_rolling_ball(2, NULL, 0.1, MBSR_GROUND, NULL),
+                                         mbsr_closure_rolling_disc(3, NULL, 0.1, MBSR_GROUND, NULL),
+                                         mbsr_closure_body_rows(1, NULL, 0, NULL, 1, along),
+                                         mbsr_closure_weld(4, NULL, 3, NULL)};
+    enum { CLOSURES = sizeof closures / sizeof *closures };
+    const double tensor[6] = {1.0, 1.0, 1.0, 0.0, 0.0, 0.0}, none[3] = {0.0}, armature[1] = {0.1};
+    unit_model m;
+    mbsr_fmu *fmu;
+    mbsr_error error;
+    char text[40];
+    (void)state;
     make_body(&m);
-    mbsr_force_def own = mbsr_force_joint_applied(0, own_function, NULL);
-    own.name = "mine";
-    mbsr_simulation_add_force(&m.s, own);
-    refuse(&m, NULL, MBSR_ERR_VALUE, "'mine'|function of your own");
+    for (int k = 1; k <= 4; ++k)
+        mbsr_simulation_add_body(&m.s, NULL, MBSR_GROUND, mbsr_joint_free(NULL, NULL),
+                                 mbsr_inertia_rigid(1.0, none, tensor));
+    const int table = mbsr_simulation_add_body(&m.s, "table", MBSR_GROUND,
+                                               mbsr_joint_universal(NULL, NULL, along, up),
+                                               mbsr_inertia_rigid(1.0, none, tensor));
+    assert_ok(mbsr_model_lock(m.s.model, table, 1, 0.3), mbsr_model_error(m.s.model));
+    assert_ok(mbsr_model_armature(m.s.model, 0, 1, armature), mbsr_model_error(m.s.model));
+    for (int k = 0; k < CLOSURES; ++k) mbsr_simulation_add_closure(&m.s, closures[k]);
+    assert_ok(mbsr_model_finish(m.s.model), mbsr_model_error(m.s.model));
+    assert_ok(mbsr_fmu_export(m.s.model, NULL, &fmu, &error), &error);
+    snprintf(text, sizeof text, "closures (%d)", CLOSURES);
+    assert_contains(fmu->text, text);
+    mbsr_fmu_destroy(fmu);
     free_model(&m);
 }
 
@@ -526,6 +956,24 @@ static void options_are_checked(void **state)
     assert_int_equal(mbsr_fmu_export(m.s.model, &opt, &fmu, &error), MBSR_ERR_UNFINISHED);
     opt.version = 1;
     refuse(&m, &opt, MBSR_ERR_VALUE, "version");
+    const mbsr_file_site sites[] = {{"a", MBSR_GROUND, mbsr_frame_identity()},
+                                    {"b", 7, mbsr_frame_identity()}};
+    const mbsr_file file = {.bodies = 99};
+    const mbsr_fmu_opt usual = mbsr_default_fmu_opt();
+    mbsr_fmu_opt bad[] = {usual, usual, usual, usual, usual, usual, usual, usual, usual, usual};
+    static const struct {
+        int status;
+        const char *text;
+    } why[] = {{MBSR_ERR_VALUE, "kinds"},       {MBSR_ERR_VALUE, "order"},
+               {MBSR_ERR_VALUE, "outputs"},     {MBSR_ERR_VALUE, "sites"},
+               {MBSR_ERR_NULL, "site is NULL"}, {MBSR_ERR_VALUE, "site 1 is on body 7"},
+               {MBSR_ERR_MISMATCH, "file"},     {MBSR_ERR_VALUE, "kinds"},
+               {MBSR_ERR_VALUE, "outputs"},     {MBSR_NOT_FINITE, "u0[0] is nan"}};
+    bad[0].kinds = 4, bad[1].order = 3, bad[2].outputs = MBSR_FMU_ALL + 1, bad[3].sites = -2;
+    bad[4].sites = 1, bad[5].sites = 2, bad[5].site = sites, bad[6].file = &file;
+    bad[7].kinds = -1, bad[8].outputs = -1, bad[9].u0 = (double[]){NAN};
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; ++k)
+        refuse(&m, bad + k, why[k].status, why[k].text);
     opt = mbsr_default_fmu_opt();
     opt.rtol = NAN;
     refuse(&m, &opt, MBSR_ERR_VALUE, "rtol");
@@ -556,8 +1004,13 @@ int main(void)
         cmocka_unit_test(instances_run_in_threads),
         cmocka_unit_test(locale_stays),
         cmocka_unit_test(uris_are_read),
+        cmocka_unit_test(wrong_steps_are_refused),
+        cmocka_unit_test(wrong_exchange_is_refused),
+        cmocka_unit_test(wrong_calls_of_fmi2_are_refused),
+        cmocka_unit_test(adjoint_derivatives_are_transposed),
         cmocka_unit_test(damaged_resources_are_refused),
         cmocka_unit_test(own_functions_are_refused),
+        cmocka_unit_test(stock_closures_are_taken_along),
         cmocka_unit_test(exchange_is_refused_with_the_reason),
         cmocka_unit_test(options_are_checked),
     };
