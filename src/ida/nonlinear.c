@@ -124,12 +124,6 @@ static int get_iterations(SUNNonlinearSolver solver, long int *iterations)
     return SUN_NLS_SUCCESS;
 }
 
-static int get_current(SUNNonlinearSolver solver, int *iteration)
-{
-    *iteration = (int)content(solver)->now.iterations - 1;
-    return SUN_NLS_SUCCESS;
-}
-
 static int get_failures(SUNNonlinearSolver solver, long int *failures)
 {
     *failures = content(solver)->now.failures;
@@ -175,7 +169,6 @@ static void set_operations(SUNNonlinearSolver solver)
     solver->ops->setctestfn = set_test;
     solver->ops->setmaxiters = set_most;
     solver->ops->getnumiters = get_iterations;
-    solver->ops->getcuriter = get_current;
     solver->ops->getnumconvfails = get_failures;
 }
 

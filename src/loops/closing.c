@@ -156,13 +156,6 @@ double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_c
     return size;
 }
 
-double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g)
-{
-    double widest = 0.0;
-    for (int k = 0; k < m->position_rows; ++k) widest = fmax(widest, fabs(g[k]) / c->gap[k]);
-    return widest;
-}
-
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g)
 {
     double square = 0.0;

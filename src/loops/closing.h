@@ -29,8 +29,7 @@ double mbsri_closing_share(const mbsr_model *m, const mbsri_closing *c, const do
  * over the lever, 1 at least. */
 double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_closing *c);
 
-/* The largest of gaps g (position rows), and their Euclidean norm, in this measure. */
-double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g);
+/* The Euclidean norm of gaps g (position rows) in this measure. */
 double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g);
 
 /* The squared lengths of rows (rows) over all joint rates, each times what it gives (nu, the
