@@ -14,6 +14,7 @@ import json
 import os
 import random
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -87,11 +88,14 @@ def tests_of(build):
 
 
 def run(command, folder, seconds, environment=None):
-    try:
-        return subprocess.run(command, cwd=folder, capture_output=True, timeout=seconds, check=False,
-                              env={**os.environ, **(environment or {})}).returncode
-    except subprocess.TimeoutExpired:
-        return "too long"
+    """What a command returns; one that takes too long ends with all that it has started."""
+    with subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                          env={**os.environ, **(environment or {})}, start_new_session=True) as process:
+        try:
+            return process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            return "too long"
 
 
 def fails(build, test):
