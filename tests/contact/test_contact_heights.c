@@ -14,6 +14,12 @@ static double tilted(double x, double y)
     return 0.3 + 0.4 * x - 0.2 * y;
 }
 
+static double level(double x, double y)
+{
+    (void)x, (void)y;
+    return 0.0;
+}
+
 static const double radius = 1.5;
 
 static double bowl(double x, double y)
@@ -99,6 +105,29 @@ static void planes(void **unused)
         end_scene(&plane);
     }
     assert_true(touched > 90);
+}
+
+/* A margin of the field is one of the plane: a ball feels it from as far above. */
+static void margins(void **unused)
+{
+    (void)unused;
+    double height[64];
+    mbsr_shape shape[2] = {field_of(level, 8, 8, 1.0, height), sample_shape(MBSR_SHAPE_SPHERE, 0)};
+    shape[0].law.margin = 0.05;
+    scene field = scene_of(2, shape);
+    shape[0].kind = MBSR_SHAPE_PLANE;
+    shape[0].frame = mbsr_frame_identity();
+    scene plane = scene_of(2, shape);
+    for (int k = 0; k < 30; ++k) {
+        const double q[7] = {1.0, 0.0, 0.0, 0.0, 0.1, 0.2, 0.2 - 0.021 + 0.003 * k}, u[6] = {0.0};
+        mbsr_contact_point x, y;
+        const int count = points_at(&plane, q, u, 1, &y);
+        assert_int_equal(count, k < 24);
+        assert_int_equal(points_at(&field, q, u, 1, &x), count);
+        if (count > 0) check_same(&x, &y);
+    }
+    end_scene(&field);
+    end_scene(&plane);
 }
 
 /* ---- paraboloids ---- */
@@ -372,9 +401,9 @@ static void refusals(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(planes),     cmocka_unit_test(paraboloids),
-                                       cmocka_unit_test(nearest),    cmocka_unit_test(borders),
-                                       cmocka_unit_test(sticks_out), cmocka_unit_test(extremes),
-                                       cmocka_unit_test(refusals)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(planes),      cmocka_unit_test(margins),
+                                       cmocka_unit_test(paraboloids), cmocka_unit_test(nearest),
+                                       cmocka_unit_test(borders),     cmocka_unit_test(sticks_out),
+                                       cmocka_unit_test(extremes),    cmocka_unit_test(refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -160,9 +160,11 @@ static void shapes(void **state)
     refuse(&def, MBSR_ERR_VALUE, "K has an entry at (1,0), but 1 rows");
     def.K.column = NULL;
     refuse(&def, MBSR_ERR_NULL, "K.start and column");
-    const int start[3] = {0, 4, 3}, wrong[3] = {0, 2, 2};
+    const int start[3] = {0, 4, 3}, wrong[3] = {0, 2, 2}, below[3] = {0, -1, 3};
     def.K.start = start, def.K.rows = 2;
     refuse(&def, MBSR_ERR_VALUE, "K.start[2]");
+    def.K.start = below;
+    refuse(&def, MBSR_ERR_VALUE, "K.start[1] is -1");
     def.K.start = wrong;
     refuse(&def, MBSR_ERR_VALUE, "from 0 to 2");
     def.K.rows = 0;

@@ -115,6 +115,11 @@ static void null_is_refused_or_harmless(void **state)
     assert_int_equal(mbsr_ida_event_info(NULL, &direction), MBSR_ERR_NULL);
     assert_int_equal(mbsr_ida_dense(NULL, 0.0, 0, x), MBSR_ERR_NULL);
     assert_int_equal(mbsr_ida_get_stats(NULL, &stats), MBSR_ERR_NULL);
+    mbsr_ida_drift drift;
+    mbsr_error error;
+    assert_int_equal(mbsr_ida_get_drift(NULL, &drift), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ida_motion(NULL, x, x, x, x), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_small_masses_run(NULL, NULL, 1.0, NULL, &error), MBSR_ERR_NULL);
     assert_int_equal(mbsr_ida_error(NULL)->status, MBSR_ERR_NULL);
     assert_null(mbsr_ida_memory(NULL));
     problem p;
@@ -126,11 +131,30 @@ static void null_is_refused_or_harmless(void **state)
     assert_int_equal(mbsr_ida_get_stats(ida, NULL), MBSR_ERR_NULL);
     assert_refused(mbsr_ida_dense(ida, 0.0, 0, NULL), mbsr_ida_error(ida), MBSR_ERR_NULL, MBSR_NONE,
                    MBSR_NONE, "dky is NULL");
+    assert_refused(mbsr_ida_get_drift(ida, NULL), mbsr_ida_error(ida), MBSR_ERR_NULL, MBSR_NONE,
+                   MBSR_NONE, "drift is NULL");
     assert_refused(mbsr_ida_start(ida, 0.0, NULL, x), mbsr_ida_error(ida), MBSR_ERR_NULL, MBSR_NONE,
                    MBSR_NONE, "mbsr_ida_start: y is NULL");
     assert_refused(mbsr_ida_start(ida, 0.0, x, NULL), mbsr_ida_error(ida), MBSR_ERR_NULL, MBSR_NONE,
                    MBSR_NONE, "mbsr_ida_start: yp is NULL");
     assert_ok(mbsr_ida_advance(ida, 0.1, NULL, NULL, NULL), mbsr_ida_error(ida));
+    mbsr_ida_destroy(ida);
+    problem_free(&p);
+}
+
+static void what_a_start_has_to_come_before(void **state)
+{
+    (void)state;
+    problem p;
+    mbsr_ida *ida;
+    mbsr_ida_drift drift;
+    double x[4];
+    problem_oscillator(&p, NULL);
+    assert_ok(mbsr_ida_create(p.model, p.data, NULL, &ida, NULL), NULL);
+    assert_refused(mbsr_ida_motion(ida, x, x, x, x), mbsr_ida_error(ida), MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_ida_start first");
+    assert_refused(mbsr_ida_get_drift(ida, &drift), mbsr_ida_error(ida), MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_ida_start first");
     mbsr_ida_destroy(ida);
     problem_free(&p);
 }
@@ -544,6 +568,7 @@ int main(void)
         cmocka_unit_test(options_that_make_no_sense_are_refused),
         cmocka_unit_test(models_that_cannot_be_integrated_are_refused),
         cmocka_unit_test(null_is_refused_or_harmless),
+        cmocka_unit_test(what_a_start_has_to_come_before),
         cmocka_unit_test(wrong_times_and_starts_are_refused),
         cmocka_unit_test(the_status_of_a_failed_residual_comes_out_unchanged),
         cmocka_unit_test(a_start_whose_residual_fails_is_refused),

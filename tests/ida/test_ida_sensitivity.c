@@ -670,6 +670,37 @@ static void the_closed_form(void **state)
     mbsr_model_destroy(m);
 }
 
+/* Tolerances of each number, all the same, are those of all. */
+static void tolerances_of_each_number(void **state)
+{
+    enum { LONGEST = 64 };
+    double each[LONGEST], dq[2][TIMES * MOST];
+    (void)state;
+    mbsr_model *m = paper_upper(&paper_standard);
+    subject s = begin(m, 1.0);
+    choose_all(&s, "mass");
+    for (int k = 0; k < 4; ++k) s.q[k] = 0.1, s.u[k] = 0.2;
+    for (int k = 0; k < LONGEST; ++k) each[k] = s.tolerance;
+    for (int k = 0; k < 2; ++k) {
+        mbsr_sensitivity *sensitivity;
+        mbsr_sensitivity_opt opt = options(&s);
+        if (k > 0) opt.ida.atol_each = each;
+        assert_true(mbsr_dae_size(m, MBSR_DAE_MOMENTUM) <= LONGEST);
+        assert_ok(mbsr_sensitivity_create(m, &opt, &sensitivity, NULL), NULL);
+        for (int l = 0; l < LONGEST; ++l) each[l] = k > 0 ? NAN : s.tolerance; /* have been read */
+        assert_ok(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, TIMES, s.time, NULL, NULL),
+                  mbsr_sensitivity_error(sensitivity));
+        assert_ok(mbsr_sensitivity_forward(sensitivity, dq[k], NULL),
+                  mbsr_sensitivity_error(sensitivity));
+        mbsr_sensitivity_destroy(sensitivity);
+    }
+    const int count = TIMES * mbsr_model_nq(m);
+    assert_true(largest(count, dq[0]) > 1e-3);
+    assert_true(apart(count, dq[0], dq[1]) < s.within * largest(count, dq[0]));
+    mbsr_parameters_destroy(s.list);
+    mbsr_model_destroy(m);
+}
+
 /* ---- what is refused ---- */
 
 static void refuse(const subject *s, mbsr_sensitivity_opt opt, int status, const char *words)
@@ -701,6 +732,17 @@ static void options_are_checked(void **state)
     const int none = 1000;
     opt = options(&s), opt.parameters = 1, opt.which = &none;
     refuse(&s, opt, MBSR_ERR_ID, "which[0] is 1000");
+    opt = options(&s);
+    mbsr_sensitivity *sensitivity = NULL;
+    mbsr_error error;
+    assert_int_equal(mbsr_sensitivity_create(NULL, &opt, &sensitivity, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sensitivity_create(m, NULL, &sensitivity, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sensitivity_create(m, &opt, NULL, &error), MBSR_ERR_NULL);
+    mbsr_model *unfinished;
+    assert_ok(mbsr_model_create(NULL, &unfinished, NULL), NULL);
+    assert_int_equal(mbsr_sensitivity_create(unfinished, &opt, &sensitivity, &error),
+                     MBSR_ERR_UNFINISHED);
+    mbsr_model_destroy(unfinished);
     mbsr_parameters_destroy(s.list);
     mbsr_model_destroy(m);
     /* frames of joints that closures hold */
@@ -731,6 +773,24 @@ static void calls_are_checked(void **state)
     const double twice[2] = {0.5, 0.5};
     assert_refused(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, 2, twice, NULL, NULL), error,
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "time[1] is 0.5");
+    static const struct {
+        double t0;
+        int times;
+        double time[2];
+        int status;
+        const char *words;
+    } runs[] = {{0.0, 0, {1.0, 2.0}, MBSR_ERR_VALUE, "times is 0"},
+                {NAN, 1, {1.0, 2.0}, MBSR_NOT_FINITE, "t0"},
+                {0.0, 1, {-1.0, 2.0}, MBSR_ERR_VALUE, "time[0] is -1"},
+                {0.0, 2, {1.0, NAN}, MBSR_NOT_FINITE, "time[1] is nan"},
+                {0.0, 2, {1.0, INFINITY}, MBSR_NOT_FINITE, "time[1] is inf"},
+                {1.0, 1, {1.0, 2.0}, MBSR_ERR_VALUE, "the last time is the start"}};
+    for (size_t k = 0; k < sizeof runs / sizeof *runs; ++k)
+        assert_refused(mbsr_sensitivity_run(sensitivity, runs[k].t0, s.q, s.u, runs[k].times,
+                                            runs[k].time, NULL, NULL),
+                       error, runs[k].status, MBSR_NONE, MBSR_NONE, runs[k].words);
+    assert_refused(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, 1, NULL, NULL, NULL), error,
+                   MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "time is NULL");
     assert_int_equal(mbsr_sensitivity_steps(sensitivity), 0);
     assert_ok(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, 1, twice, NULL, NULL), error);
     assert_true(mbsr_sensitivity_steps(sensitivity) > 2);
@@ -769,6 +829,7 @@ int main(void)
         cmocka_unit_test(a_stop_without_mass),
         cmocka_unit_test(a_cable_goes_slack),
         cmocka_unit_test(a_force_that_jumps_is_refused),
+        cmocka_unit_test(tolerances_of_each_number),
         cmocka_unit_test(options_are_checked),
         cmocka_unit_test(calls_are_checked),
     };

@@ -51,6 +51,28 @@ static void a_run_needs_one_look_at_the_end(void **state)
     }
 }
 
+/* The index-1 form as it is interpolated has no accelerations; there is no fifth form. */
+static void raw_outputs_have_no_accelerations(void **state)
+{
+    (void)state;
+    const double q = 0.5;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.form = MBSR_DAE_INDEX1;
+    opt.rtol = opt.atol = 1e-9;
+    opt.raw_outputs = 1;
+    mbsr_simulation s = pendulum();
+    mbsr_simulation_start(&s, &opt, 0.0, &q, NULL);
+    assert_int_equal(mbsr_simulation_to(&s, 1.0), 0);
+    assert_true(isnan(s.udot[0]));
+    assert_close(0.5 * s.u[0] * s.u[0] - 9.81 * cos(s.q[0]), -9.81 * cos(0.5), 1e-6);
+    mbsr_simulation_end(&s);
+    s = pendulum();
+    opt.form = (mbsr_dae_form)17;
+    assert_int_equal(mbsr_simulation_start(&s, &opt, 0.0, &q, NULL), MBSR_ERR_VALUE);
+    assert_contains(s.error.text, "no such form");
+    mbsr_simulation_end(&s);
+}
+
 static void zero_stands_for_no_coordinates(void **state)
 {
     (void)state;
@@ -583,6 +605,7 @@ int main(void)
         cmocka_unit_test(functions_read_what_the_struct_has),
         cmocka_unit_test(held_forces_change_between_samples),
         cmocka_unit_test(a_run_needs_one_look_at_the_end),
+        cmocka_unit_test(raw_outputs_have_no_accelerations),
         cmocka_unit_test(zero_stands_for_no_coordinates),
         cmocka_unit_test(a_crank_turns_as_told),
         cmocka_unit_test(the_first_failure_stays),

@@ -129,6 +129,18 @@ static void what_is_wrong_is_refused(void **state)
     assert_int_equal(found, 0);
     assert_refused(mbsr_modes_near(m, NULL, 0.0, q, NULL, mode, &found, NULL, NULL, &error), &error,
                    MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "data is NULL");
+    assert_int_equal(mbsr_modes_near(m, d, 0.0, NULL, NULL, mode, &found, NULL, NULL, &error),
+                     MBSR_ERR_NULL);
+    assert_int_equal(mbsr_modes_near(m, d, 0.0, q, NULL, NULL, &found, NULL, NULL, &error),
+                     MBSR_ERR_NULL);
+    assert_int_equal(mbsr_modes_near(m, d, 0.0, q, NULL, mode, NULL, NULL, NULL, &error),
+                     MBSR_ERR_NULL);
+    mbsr_near_opt bad[] = {opt, opt, opt, opt, opt};
+    bad[0].count = 1001, bad[1].shift = -1.0, bad[2].shift = INFINITY, bad[3].tolerance = 0.0;
+    bad[4].tolerance = NAN;
+    for (int k = 0; k < 5; ++k)
+        assert_refused(mbsr_modes_near(m, d, 0.0, q, bad + k, mode, &found, NULL, NULL, &error),
+                       &error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "count is|shift|tolerance");
     opt.count = 0;
     assert_refused(mbsr_modes_near(m, d, 0.0, q, &opt, mode, &found, NULL, NULL, &error), &error,
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "count is 0");

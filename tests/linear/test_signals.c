@@ -117,6 +117,13 @@ static void what_there_is_not(void **state)
                  {"forces.spring.f[9]", "has no f[9]"},
                  {"forces.force1.f", "has no f"}, /* gravity */
                  {"forces.none.f", "no force element 'none'"},
+                 {"bodies.'a mass", "names are"},
+                 {"bodies.'a mass'", "names are"},
+                 {"bodies.'a mass'.q[0]", "has no q[0]"},
+                 {"bodies.'a mass'.q[1", "has no q[1"},
+                 {"bodies.'a mass'.q[1]]", "has no q[1]]"},
+                 {"bodies.'a mass'.q[x]", "has no q[x]"},
+                 {"forces.spring.tau[7]", "has no tau[7]"},
                  {"forces.spring.rest", "has no rest"}}; /* without a list */
     mbsr_data *d;
     mbsr_model *m = make_hanging(&d);
@@ -127,6 +134,43 @@ static void what_there_is_not(void **state)
         assert_non_null(strstr(error.text, wrong[k].text));
     }
     assert_int_equal(mbsr_signal_find(m, NULL, NULL, &signal, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_signal_find(NULL, NULL, "q", &signal, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_signal_find(m, NULL, "q", NULL, &error), MBSR_ERR_NULL);
+    static const struct {
+        bool input;
+        mbsr_signal signal;
+        const char *text;
+    } bad[] = {{true, {.kind = MBSR_SIGNAL_JOINT, .id = -1}, "no such joint rate: -1"},
+               {false, {.kind = MBSR_SIGNAL_RATE, .id = 99}, "no such joint rate: 99"},
+               {true, {.kind = MBSR_SIGNAL_RATE}, "of a kind that it cannot be"},
+               {true, {.kind = MBSR_SIGNAL_PARAMETER}, "no parameter of the list"},
+               {false, {.kind = MBSR_SIGNAL_PARAMETER}, "of a kind that it cannot be"},
+               {true, {.kind = MBSR_SIGNAL_POINT}, "of a kind that it cannot be"},
+               {false, {.kind = MBSR_SIGNAL_POINT, .point = {NAN}}, "not at a point: 0"},
+               {false, {.kind = MBSR_SIGNAL_POINT, .id = -1}, "no such body or axis"},
+               {false, {.kind = MBSR_SIGNAL_POINT, .id = 99}, "no such body or axis"},
+               {false, {.kind = MBSR_SIGNAL_POINT, .part = -1}, "no such body or axis"},
+               {false, {.kind = MBSR_SIGNAL_POINT, .part = 3}, "no such body or axis"},
+               {true, {.kind = MBSR_SIGNAL_FORCE}, "of a kind that it cannot be"},
+               {false, {.kind = MBSR_SIGNAL_FORCE, .part = -1}, "no number of an element"},
+               {false, {.kind = MBSR_SIGNAL_FORCE, .part = 99}, "no number of an element"},
+               {false, {.kind = MBSR_SIGNAL_MOTION}, "of a kind that it cannot be"},
+               {true, {.kind = MBSR_SIGNAL_MOTION}, "no such motion"},
+               {true, {.kind = MBSR_SIGNAL_MOTION, .id = 99}, "no such motion"},
+               {true, {.kind = MBSR_SIGNAL_CLOSURE_MOTION}, "no such motion"},
+               {true, {.kind = MBSR_SIGNAL_CLOSURE_MOTION, .part = -1}, "no such motion"},
+               {true, {.kind = (mbsr_signal_kind)77}, "of a kind that it cannot be: 77"}};
+    double q[8] = {0.0};
+    for (size_t k = 0; k < 2 + sizeof bad / sizeof *bad; ++k) {
+        mbsr_linear *l;
+        mbsr_linear_opt opt = mbsr_default_linear_opt();
+        const bool count = k >= sizeof bad / sizeof *bad, input = count ? k % 2 : bad[k].input;
+        if (input) opt.inputs = 1, opt.input = count ? NULL : &bad[k].signal;
+        if (!input) opt.outputs = count ? -1 : 1, opt.output = count ? NULL : &bad[k].signal;
+        assert_int_equal(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), MBSR_ERR_VALUE);
+        assert_null(l);
+        assert_contains(error.text, count ? "or no list of them" : bad[k].text);
+    }
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }

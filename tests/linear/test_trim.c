@@ -233,6 +233,24 @@ static void what_trim_refuses(void **state)
     opt.held = 0, opt.tolerance = NAN;
     assert_refused(mbsr_trim(list, 0.0, q, 1, &rest, &opt, found, value, NULL, &error), &error,
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "tolerance");
+    mbsr_trim_opt bad[] = {mbsr_default_trim_opt(), mbsr_default_trim_opt()};
+    bad[0].max_iterations = 0, bad[1].held = -2;
+    for (int k = 0; k < 2; ++k)
+        assert_int_equal(mbsr_trim(list, 0.0, q, 1, &rest, bad + k, found, value, NULL, &error),
+                         MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_trim(list, 0.0, q, -1, &rest, NULL, found, value, NULL, NULL),
+                     MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_trim(NULL, 0.0, q, 1, &rest, NULL, found, value, NULL, &error),
+                     MBSR_ERR_NULL);
+    assert_int_equal(mbsr_trim(list, 0.0, q, 1, NULL, NULL, found, value, NULL, &error),
+                     MBSR_ERR_NULL);
+    assert_int_equal(mbsr_trim(list, 0.0, q, 1, &rest, NULL, NULL, value, NULL, &error),
+                     MBSR_ERR_NULL);
+    assert_int_equal(mbsr_trim(list, 0.0, q, 1, &rest, NULL, found, NULL, NULL, &error),
+                     MBSR_ERR_NULL);
+    const int negative = -1;
+    assert_int_equal(mbsr_trim(list, 0.0, q, 1, &negative, NULL, found, value, NULL, &error),
+                     MBSR_ERR_ID);
     opt.cookie = 0;
     assert_refused(mbsr_trim(list, 0.0, q, 1, &rest, &opt, found, value, NULL, &error), &error,
                    MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE, "opt");

@@ -2,6 +2,7 @@
  * names the closure; nothing is lost.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
+#include "own_joint.h"
 
 #include <mbsrank/driver.h>
 
@@ -17,6 +18,12 @@ static void begin(loops *s)
     loops_begin(s, NULL);
     const int a = loops_rod(s, "a", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
     loops_rod(s, "b", a, 1.0, 0.0, 1.0, 1.0);
+}
+
+static int position(const mbsr_closure_args *args, double *g)
+{
+    g[0] = args->body[0].q[0];
+    return 0;
 }
 
 static void definitions(void **state)
@@ -62,6 +69,23 @@ static void definitions(void **state)
     def.settled = 1;
     def = mbsr_closure_custom(NULL, 1, (int[1]){0}, 1, 1, NULL);
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "table");
+    static const mbsr_closure_table
+        old = {.version = MBSR_CLOSURE_TABLE_VERSION + 1, .name = "own", .position = position},
+        unnamed = {.version = MBSR_CLOSURE_TABLE_VERSION, .position = position},
+        nothing = {.version = MBSR_CLOSURE_TABLE_VERSION, .name = "own"},
+        placed = {.version = MBSR_CLOSURE_TABLE_VERSION, .name = "own", .position = position};
+    static const struct {
+        const mbsr_closure_table *table;
+        int rows, held;
+        const char *words;
+    } own[] = {{&old, 1, 1, "another version"},      {&unnamed, 1, 1, "lacks its name"},
+               {&placed, 0, 0, "rows is 0"},         {&placed, MBSR_CLOSURE_ROWS + 1, 1, "rows is"},
+               {&placed, 1, -1, "position_rows -1"}, {&placed, 1, 2, "position_rows 2"},
+               {&nothing, 1, 1, "has no position"},  {&placed, 2, 1, "need a jacobian"}};
+    for (size_t k = 0; k < sizeof own / sizeof *own; ++k) {
+        def = mbsr_closure_custom(own[k].table, 1, (int[1]){0}, own[k].rows, own[k].held, NULL);
+        assert_add_refused(&s, &def, MBSR_ERR_VALUE, own[k].words);
+    }
     loops_finish(&s);
     assert_int_equal(mbsr_model_closures(s.m), 0);
     def = mbsr_closure_ball(0, NULL, 1, NULL);
@@ -82,6 +106,10 @@ static void finish_refused(const mbsr_closure_def *def, int status, const char *
     assert_ok(mbsr_model_add_body(s.m, &body, NULL), NULL); /* 3 */
     body.parent = 3;
     assert_ok(mbsr_model_add_body(s.m, &body, NULL), NULL); /* 4 */
+    body.parent = MBSR_GROUND;
+    body.joint = mbsr_joint_custom(&test_own_table, 1, 1, NULL);
+    body.inertia = mbsr_inertia_matrix(1, (const double[1]){1.0});
+    assert_ok(mbsr_model_add_body(s.m, &body, NULL), NULL); /* 5, in a space of its own */
     assert_ok(mbsr_model_add_closure(s.m, def, NULL), mbsr_model_error(s.m));
     for (int k = 0; k < 2; ++k) {
         assert_refused(mbsr_model_finish(s.m), mbsr_model_error(s.m), status, MBSR_NONE, MBSR_NONE,
@@ -90,12 +118,6 @@ static void finish_refused(const mbsr_closure_def *def, int status, const char *
     assert_int_equal(mbsr_model_bodies(s.m), -1);
     assert_ok(mbsr_model_add_body(s.m, &body, NULL), mbsr_model_error(s.m));
     loops_free(&s);
-}
-
-static int position(const mbsr_closure_args *args, double *g)
-{
-    g[0] = args->body[0].q[0];
-    return 0;
 }
 
 static int too_many(const mbsr_closure_args *args, int *rows, int *held)
@@ -113,6 +135,9 @@ static void bodies(void **state)
                                               .flags = MBSR_CLOSURE_JOINTS,
                                               .name = "joints",
                                               .position = position},
+                                    plain = {.version = MBSR_CLOSURE_TABLE_VERSION,
+                                             .name = "plain",
+                                             .position = position},
                                     counts = {.version = MBSR_CLOSURE_TABLE_VERSION,
                                               .name = "counts",
                                               .position = position,
@@ -137,6 +162,10 @@ static void bodies(void **state)
     finish_refused(&def, MBSR_ERR_VALUE, "closure 0 (coupling)|coordinate 1 of body 1");
     def = mbsr_closure_coupling(1, (int[1]){3}, (int[1]){0}, x, 0.0);
     finish_refused(&def, MBSR_ERR_SPACE, "closure 0 (coupling)|body 3|rates");
+    def = mbsr_closure_ball(5, NULL, MBSR_GROUND, NULL);
+    finish_refused(&def, MBSR_ERR_SPACE, "closure 0 (ball)|body 5 is in GENERAL space|custom");
+    def = mbsr_closure_custom(&plain, 1, (int[1]){5}, 1, 1, NULL);
+    finish_refused(&def, MBSR_ERR_SPACE, "closure 0 (plain)|body 5|GENERAL|jacobian and bias");
     def = mbsr_closure_custom(&joints, 1, (int[1]){3}, 1, 1, NULL);
     finish_refused(&def, MBSR_ERR_SPACE, "closure 0 (joints)|body 3|rates");
     def = mbsr_closure_custom(&counts, 1, (int[1]){0}, 1, 1, NULL);

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
+#include <math.h>
 #include <string.h>
 
 static const double mass = 2.0, length = 1.5, gravity = 9.81, inertia = 0.3;
@@ -354,6 +355,53 @@ static void parameters_without_derivatives(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A trunk with legs, added leg by leg, so that coordinates stand as their places in the tree do:
+ * matrices are the products with unit vectors, also of more than 200 coordinates. */
+static void matrices_of_legs(void **state)
+{
+    static const int legs[] = {2, 3, 4, 5, 68}; /* 7, 10, 13, 16, 205 coordinates */
+    enum { MOST = 205, BODIES = 2 + 3 * 68 };
+    static mbsr_body_def body[BODIES];
+    static double q[MOST], u[MOST], tau[MOST], udot[MOST], by[3][MOST * MOST], x[MOST], y[MOST];
+    const double one[3] = {0.2, 0.9, 0.1}, other[3] = {0.1, -0.2, 1.0}, com[3] = {0.1, 0.2, -0.3},
+                 tensor[6] = {0.2, 0.3, 0.25, 0.01, -0.02, 0.03};
+    (void)state;
+    for (size_t k = 0; k < sizeof legs / sizeof *legs; ++k) {
+        int count = 0;
+        for (int b = 0; b < 1 + 3 * legs[k]; ++b) {
+            const mbsr_frame at = mbsr_frame_at(0.3, b % 3 ? 0.0 : 0.1 * b, -0.2);
+            body[b] = mbsr_default_body_def();
+            body[b].parent = b % 3 == 1 ? 0 : b - 1;
+            body[b].joint = mbsr_joint_revolute(&at, NULL, b % 2 ? one : other);
+            body[b].inertia = mbsr_inertia_rigid(1.0 + 0.1 * (b % 5), com, tensor);
+            count = b + 1;
+        }
+        mbsr_model *m = model_with(body, count, NULL);
+        mbsr_derivatives *d = derivatives_of(m);
+        const int nu = mbsr_model_nu(m);
+        for (int l = 0; l < nu; ++l)
+            q[l] = sin(1.0 + l), u[l] = cos(3.0 * l), tau[l] = sin(5.0 * l);
+        assert_ok(mbsr_derivatives_forward(d, 0.0, q, u, tau, udot, NULL),
+                  mbsr_derivatives_error(d));
+        assert_ok(mbsr_derivatives_matrices(d, by[0], by[1], by[2]), mbsr_derivatives_error(d));
+        for (int way = 0; way < 3; ++way) {
+            double largest = 0.0;
+            for (int l = 0; l < nu * nu; ++l) largest = fmax(largest, fabs(by[way][l]));
+            for (int c = 0; c<nu; c += nu> 20 ? 17 : 1) {
+                memset(x, 0, sizeof x);
+                x[c] = 1.0;
+                assert_ok(mbsr_derivatives_tangent(d, way == 0 ? x : NULL, way == 1 ? x : NULL,
+                                                   way == 2 ? x : NULL, y, NULL),
+                          mbsr_derivatives_error(d));
+                for (int r = 0; r < nu; ++r)
+                    assert_close(by[way][c * nu + r], y[r], 1e-10 * largest);
+            }
+        }
+        mbsr_derivatives_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_pendulum),
@@ -361,6 +409,7 @@ int main(void)
                                        cmocka_unit_test(a_top),
                                        cmocka_unit_test(a_point_on_a_circle),
                                        cmocka_unit_test(what_is_wrong_is_refused),
+                                       cmocka_unit_test(matrices_of_legs),
                                        cmocka_unit_test(in_parameters),
                                        cmocka_unit_test(of_the_residual),
                                        cmocka_unit_test(parameters_without_derivatives)};
