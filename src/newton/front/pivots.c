@@ -169,15 +169,17 @@ static bool find(const pivots *p, bool places, double least, int *row, int *colu
 }
 
 /* The largest of those of which more than rounding is left, however small beside its row and
- * column: what is small from the beginning, since nothing moves the mass, cancels nowhere. */
+ * column: what is small from the beginning, since nothing moves the mass, cancels nowhere. Where
+ * rounding of those that go together has decided otherwise, eta and lambda may be left of each
+ * other's rows. */
 static bool find_whole(const pivots *p, int *row, int *column)
 {
     double least = 0.0;
     *row = -1;
     for (int j = p->done; j < p->size && p->watched; ++j) {
         for (int i = p->done; i < p->size; ++i) {
-            if (!(scaled(p, i, j) > least) || !together(row_kind(p, i), column_kind(p, j)) ||
-                row_kind(p, i) == MBSRI_FRONT_PLACE ||
+            if (!(scaled(p, i, j) > least) || row_kind(p, i) == MBSRI_FRONT_PLACE ||
+                column_kind(p, j) == MBSRI_FRONT_PLACE ||
                 !(fabs(*entry(p, p->M, i, j)) > noise * *entry(p, p->N, i, j)))
                 continue;
             least = scaled(p, i, j);
