@@ -496,3 +496,19 @@ const double *mbsri_row_fronts_scales(mbsri_row_fronts *w)
     find_scales(w);
     return w->scale;
 }
+
+void mbsri_row_fronts_clear_traces(mbsri_row_fronts *w, double load, const double *doubt,
+                                   double *lambda)
+{
+    static const double rounding = 1e-9, doubtful = 16.0;
+    const double *scale = mbsri_row_fronts_scales(w);
+    double largest = load, error = 0.0;
+    for (int k = 0; k < w->m->rows; ++k) {
+        largest = fmax(largest, fabs(lambda[k]) * scale[k]);
+        error = fmax(error, doubtful * fabs(doubt[k]) * scale[k]);
+    }
+    error = fmax(error, rounding * largest);
+    for (int k = 0; k < w->m->rows; ++k) {
+        if (fabs(lambda[k]) * scale[k] <= error) lambda[k] = 0.0;
+    }
+}

@@ -63,6 +63,13 @@ int mbsri_row_fronts_share(mbsri_row_fronts *w, const double *stiffness, const b
 /* The length to which each row is compared (rows). After the derivatives. */
 const double *mbsri_row_fronts_scales(mbsri_row_fronts *w);
 
+/* Of loop forces lambda (rows), found with doubts (rows), those become zero that are rounding of
+ * the others and of what acts (load), by the work of each along its row, or no more than solving
+ * them is in doubt: they would stiffen directions along which nothing holds. After the derivatives.
+ */
+void mbsri_row_fronts_clear_traces(mbsri_row_fronts *w, double load, const double *doubt,
+                                   double *lambda);
+
 bool mbsri_any_stiff(const mbsr_model *m);
 
 #endif

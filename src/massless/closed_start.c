@@ -112,8 +112,9 @@ int mbsri_closed_start_find(mbsri_closed_start *s, double t, const double *offse
     s->search.opt = opt;
     s->search.info = info;
     s->search.offset = offset;
-    s->search.q_given = s->q;
-    s->search.u_given = s->u;
+    s->search.given.q = s->q;
+    s->search.given.u = s->u;
+    s->search.given.load = lambda;
     int status = mbsri_start_find(&s->search, s->d, t, &clear);
     if (status) {
         s->d->error = w->error;

@@ -22,8 +22,8 @@ void mbsri_closed_start_close(mbsri_closed_start *s);
 /* From positions q, closed but for offset (position rows; NULL: none) without the rows that the
  * data leaves out, and velocities u: u changes by impulses of the loops, and where directions move
  * no mass until forces along them balance, q too where springs alone hold some; u' (nu) and loop
- * forces lambda (rows; of springs zero). Statuses of mbsr_dae_consistent, reported in d;
- * MBSR_LOOP_OPEN where rows contradict each other. */
+ * forces lambda (rows; of springs zero), at first those that act at q, u. Statuses of
+ * mbsr_dae_consistent, reported in d; MBSR_LOOP_OPEN where rows contradict each other. */
 int mbsri_closed_start_find(mbsri_closed_start *s, double t, const double *offset, double *q,
                             double *u, double *udot, double *lambda, const mbsr_consistent_opt *opt,
                             mbsr_consistent_info *info);

@@ -164,8 +164,8 @@ static int search(start *s, mbsr_consistent_info *info)
     if (status) return status;
     b->opt = s->opt;
     b->info = info;
-    b->q_given = s->q_begun;
-    b->u_given = s->u_begun;
+    b->given.q = s->q_begun;
+    b->given.u = s->u_begun;
     status = mbsri_start_find(b, s->d, s->t, &clear);
     const mbsr_completion *w = s->completion;
     if (!status) {

@@ -14,6 +14,7 @@
 #include "algebra/dense.h"
 #include "loops/forward.h"
 #include "loops/ranks.h"
+#include "loops/row_fronts.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
@@ -124,6 +125,28 @@ static void exchange_left_out(const mbsri_tree_start *s)
     }
 }
 
+/* Loop forces at the state that a search begins with, as the index report finds them: directions
+ * that they alone hold are held from the beginning. Zero where they cannot be had. */
+static int guess_forces(mbsri_tree_start *s, double t, const double *q, const double *u,
+                        double *lambda)
+{
+    const mbsr_model *m = s->m;
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    bool *left_out = s->w.other;
+    double load, *doubt = s->w.out;
+    for (; c < end; ++c) {
+        for (int row = c->row; row < c->row + c->rows; ++row)
+            left_out[row] = s->w.left_out[row] || mbsri_is_loose(c, row - c->row);
+    }
+    const int status =
+        mbsri_loops_settled(m, s->d, t, q, u, left_out, s->w.span, lambda, doubt, &load, function);
+    if (!status && s->w.fronts)
+        mbsri_row_fronts_clear_traces(s->w.fronts, load, doubt, lambda);
+    else
+        mbsri_zero((size_t)m->rows, lambda);
+    return status < 0 ? status : MBSR_OK;
+}
+
 /* Velocities, u' and lambda at closed positions. */
 static int find_motion(mbsri_tree_start *s, double t, const double *offset, double *q, double *u,
                        double *udot, double *lambda, const mbsr_consistent_opt *opt,
@@ -138,6 +161,7 @@ static int find_motion(mbsri_tree_start *s, double t, const double *offset, doub
     if (!massive) {
         int directions;
         status = mbsri_loops_count_free(m, d, s->w.left_out, false, function, &directions);
+        if (!status) status = guess_forces(s, t, q, u, lambda);
         exchange_left_out(s);
         if (!status)
             status = mbsri_closed_start_find(&s->start, t, offset, q, u, udot, lambda, opt, info);

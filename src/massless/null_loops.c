@@ -81,24 +81,6 @@ static bool find_left_out(mbsri_ranking *w, double *stiffness)
     return any;
 }
 
-/* Forces that are rounding of the others and of what acts, by the work of each along its row, or no
- * more than solving them is in doubt: zero. They would stiffen directions along which nothing
- * holds. */
-static void clear_traces(mbsri_ranking *w, double load, const double *doubt, double *lambda)
-{
-    static const double rounding = 1e-9, doubtful = 16.0;
-    const double *scale = mbsri_row_fronts_scales(w->fronts);
-    double largest = load, error = 0.0;
-    for (int k = 0; k < w->rows; ++k) {
-        largest = fmax(largest, fabs(lambda[k]) * scale[k]);
-        error = fmax(error, doubtful * fabs(doubt[k]) * scale[k]);
-    }
-    error = fmax(error, rounding * largest);
-    for (int k = 0; k < w->rows; ++k) {
-        if (fabs(lambda[k]) * scale[k] <= error) lambda[k] = 0.0;
-    }
-}
-
 /* Of rows that depend on each other stiff ones share what they bear by their compliance. */
 static int find_forces(mbsri_null_space *w, mbsri_ranking *ranking, double t, const double *q,
                        const double *u)
@@ -110,7 +92,7 @@ static int find_forces(mbsri_null_space *w, mbsri_ranking *ranking, double t, co
     if (!status && shares)
         status = mbsri_row_fronts_share(ranking->fronts, stiffness, ranking->left_out, lambda);
     if (status) return status;
-    clear_traces(ranking, load, doubt, lambda);
+    mbsri_row_fronts_clear_traces(ranking->fronts, load, doubt, lambda);
     status = mbsri_loops_take_springs(w->m, w->d, t, q, u, ranking->left_out, lambda);
     if (!status) status = mbsri_ranking_rows(ranking);
     if (!status) clear_rounded_springs(w, ranking->left_out, u);

@@ -51,8 +51,9 @@ enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 4 };
 static int begin_start(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
-    int status = mbsri_pack(&mbsri_form_momentum, w->m, w->d, w->t, s->q_given, s->u_given, w->y);
+    int status = mbsri_pack(&mbsri_form_momentum, w->m, w->d, w->t, s->given.q, s->given.u, w->y);
     mbsri_zero((size_t)w->size, w->yp);
+    mbsri_copy((size_t)w->m->rows, s->given.load, w->yp + w->loops);
     mbsri_zero((size_t)w->size, w->rate);
     mbsri_zero((size_t)w->m->rows, w->force_rate);
     mbsri_zero((size_t)w->m->rows, s->impulse);
@@ -72,8 +73,8 @@ static int note_masses(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     int status = mbsri_positions(w->m, w->d, w->t, w->y);
-    if (!status) status = mbsri_velocities(w->m, w->d, s->u_given);
-    if (!status) mbsri_masses_note(w->m, w->d, w->y, s->u_given, &s->masses);
+    if (!status) status = mbsri_velocities(w->m, w->d, s->given.u);
+    if (!status) mbsri_masses_note(w->m, w->d, w->y, s->given.u, &s->masses);
     if (status) w->error = w->d->error;
     return status;
 }
@@ -129,7 +130,7 @@ static int alternate(mbsri_start *s, bool again)
         s->sought = "position";
         if (w->kind.elastic) status = mbsri_start_positions(s);
         if (!again && turn == 0 && m->rows > 0)
-            mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
+            mbsri_copy((size_t)m->nu, s->given.u, w->y + w->rates);
         if (status || (turn > 0 && s->info->iterations == before)) break;
         s->sought = "velocity";
         status = find_velocities(s);
@@ -147,8 +148,8 @@ static bool ran_away(mbsri_start *s)
     const mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     const double *u = w->y + w->rates,
-                 speed = fmax(w->span.least, mbsri_completion_speed(w, s->u_given));
-    for (int k = 0; k < m->nq; ++k) w->form.q[k] = w->y[k] - s->q_given[k];
+                 speed = fmax(w->span.least, mbsri_completion_speed(w, s->given.u));
+    for (int k = 0; k < m->nq; ++k) w->form.q[k] = w->y[k] - s->given.q[k];
     return mbsri_completion_speed(w, u) > far * speed || mbsri_start_extent(s, w->form.q) > far;
 }
 
@@ -297,7 +298,7 @@ static bool has_moved(const mbsri_start *s)
     static const double little = 1e-6;
     const mbsr_completion *w = s->w;
     const double *u = w->y + w->rates;
-    for (int k = 0; k < w->m->nu; ++k) w->form.u[k] = u[k] - s->u_given[k];
+    for (int k = 0; k < w->m->nu; ++k) w->form.u[k] = u[k] - s->given.u[k];
     return s->displaced || mbsri_completion_speed(w, w->form.u) > little * w->span.least;
 }
 

@@ -104,7 +104,7 @@ static int find_way(mbsri_start *s)
     int status = mbsri_positions(m, w->d, w->t, w->y);
     mbsri_zero((size_t)m->nu, w->form.u);
     if (!status) status = mbsri_velocities(m, w->d, w->form.u);
-    for (int k = 0; k < m->nq; ++k) w->form.q[k] = s->q_given[k] - w->y[k];
+    for (int k = 0; k < m->nq; ++k) w->form.q[k] = s->given.q[k] - w->y[k];
     for (int i = 1; i <= m->bodies && !status; ++i) {
         const mbsri_body *b = m->body + i;
         status = rates_towards(s, i, w->form.q + b->q, w->form.u + b->u);

@@ -21,22 +21,25 @@ typedef struct mbsri_start {
     mbsr_completion *w; /* the state that is being improved, its matrices, and the rates found */
     const mbsr_consistent_opt *opt;
     mbsr_consistent_info *info;
-    const double *offset;            /* position_rows: gaps wanted; NULL: zero */
-    const double *q_given, *u_given; /* nq, nu: closed positions, velocities */
-    double widest;                   /* largest rotation in a step of positions, rad */
-    double longest;                  /* largest step of positions, in spans of coordinates */
-    double time;                     /* time in which the state given changes much, s */
-    mbsri_start_from from;           /* where velocities of what has no mass begin */
-    const char *sought;              /* name of the part of a state found last or in vain */
-    bool displaced;                  /* whether positions have left q_given */
-    bool doubtful;       /* whether some direction may be undetermined at the state given */
-    mbsri_masses masses; /* of the state given */
-    double *per_place;   /* nq: 1 over the span of each coordinate */
-    double *target;      /* nu: momenta of the velocities given, at the positions reached */
-    double *beyond;      /* nu: their excess over those of u_given there */
-    double *missing;     /* nu: target and impulses of loops, less the momenta */
-    double *impulse;     /* rows: of loops */
-    double *before;      /* size: the state before a step */
+    const double *offset; /* position_rows: gaps wanted; NULL: zero */
+    struct {
+        const double *q, *u; /* nq, nu: closed positions, velocities */
+        const double *load;  /* rows: loop forces there */
+    } given;
+    double widest;         /* largest rotation in a step of positions, rad */
+    double longest;        /* largest step of positions, in spans of coordinates */
+    double time;           /* time in which the state given changes much, s */
+    mbsri_start_from from; /* where velocities of what has no mass begin */
+    const char *sought;    /* name of the part of a state found last or in vain */
+    bool displaced;        /* whether positions have left those given */
+    bool doubtful;         /* whether some direction may be undetermined at the state given */
+    mbsri_masses masses;   /* of the state given */
+    double *per_place;     /* nq: 1 over the span of each coordinate */
+    double *target;        /* nu: momenta of the velocities given, at the positions reached */
+    double *beyond;        /* nu: their excess over those of given.u there */
+    double *missing;       /* nu: target and impulses of loops, less the momenta */
+    double *impulse;       /* rows: of loops */
+    double *before;        /* size: the state before a step */
     double *impulse_before, *load_before; /* rows: impulses and loop forces before it */
     double *step;                         /* size: the correction of a state */
     double *load_step;                    /* rows: the correction of loop forces */

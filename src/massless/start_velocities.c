@@ -35,7 +35,7 @@ int mbsri_start_momenta(mbsri_start *s)
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     int status = mbsri_positions(m, w->d, w->t, w->y);
-    if (!status) status = momenta_of(w, s->u_given, s->target);
+    if (!status) status = momenta_of(w, s->given.u, s->target);
     mbsri_zero((size_t)m->nu, s->beyond);
     if (status || !s->displaced) return status;
     mbsri_copy((size_t)m->nu, s->target, s->beyond);
@@ -59,7 +59,7 @@ static int compare(mbsri_start *s)
     }
     mbsri_zero(nu, w->form.u);
     if (!status) status = momenta_of(w, w->form.u, still); /* a root that moves */
-    for (size_t k = 0; k < nu; ++k) w->form.u[k] = u[k] - s->u_given[k];
+    for (size_t k = 0; k < nu; ++k) w->form.u[k] = u[k] - s->given.u[k];
     if (!status) status = momenta_of(w, w->form.u, changed);
     for (size_t k = 0; k < nu; ++k) {
         p[k] = s->target[k] + s->missing[k];
