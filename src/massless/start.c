@@ -11,7 +11,7 @@
  * velocities; I: impulses of loops, A_p = C^T I; L: loop forces. Solutions for c and 100 c tell one
  * from the other, and so Newton's method finds
  *
- *   positions    F_u = 0 and g = 0 by A_q and a        start_positions.c
+ *   positions    F_u = 0 and g = 0 by A_q and a        start_positions.c, start_descent.c
  *   velocities   F_u = 0, C u + g_t = 0 by a, I, L; dF_u/dt = 0 by b        start_velocities.c
  *   rates        as those of any state        completion_rates.c
  *
@@ -22,6 +22,7 @@
 #include "massless/completion_elastic.h"
 #include "massless/completion_rates.h"
 #include "massless/imbalance.h"
+#include "massless/start_descent.h"
 #include "massless/start_positions.h"
 #include "massless/start_return.h"
 #include "massless/start_velocities.h"
@@ -40,11 +41,12 @@
 
 #include <math.h>
 
-static const char function[] = "mbsr_dae_consistent";
+static const char function[] = "mbsr_dae_consistent", position[] = "position";
 
-/* c in the time in which the state changes much. */
+/* c in the time in which the state changes much, and how many of these look for a balance of
+ * springs in vain before rounding alone would lead to one. */
 static const double ladder[] = {1e5, 1e7, 1e9, 1e11, 1e3, 1e4, 1e6, 3e4, 1e2};
-enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 4 };
+enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 4, ENOUGH = 2 };
 
 /* ---- from a guess to a state ---- */
 
@@ -127,7 +129,7 @@ static int alternate(mbsri_start *s, bool again)
     int status = MBSR_OK;
     for (int turn = 0; turn < TURNS && !status; ++turn) {
         const int before = s->info->iterations;
-        s->sought = "position";
+        s->sought = position;
         if (w->kind.elastic) status = mbsri_start_positions(s);
         if (!again && turn == 0 && m->rows > 0)
             mbsri_copy((size_t)m->nu, s->given.u, w->y + w->rates);
@@ -217,12 +219,18 @@ static int accelerate(mbsri_start *s)
     return mbsri_completion_rates(s->w, true);
 }
 
-/* The state in balance, and its accelerations. */
+/* The state in balance, and its accelerations: on springs alone where Newton's method leads, or
+ * from where these come to rest. */
 static int balance(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     int status = w->kind.elastic && w->m->position_rows == 0 ? settle_dampers(s) : MBSR_OK;
     if (!status) status = alternate(s, false);
+    if (status == MBSR_NO_CONVERGENCE && w->kind.elastic && s->sought == position) {
+        status = begin_start(s);
+        if (!status) status = mbsri_start_descend(s);
+        if (!status) status = alternate(s, false);
+    }
     if (!status && w->kind.elastic && s->displaced) status = return_rest(s);
     return status ? status : accelerate(s);
 }
@@ -421,7 +429,7 @@ static bool gives_way(mbsri_start *s)
     return way * mbsri_work_of_forces(w->m, w->d) > far;
 }
 
-/* With one c after the other. */
+/* With one c after the other, until one serves. */
 static int climb(mbsri_start *s, int rungs, climbed *all)
 {
     mbsr_completion *w = s->w;
@@ -435,10 +443,13 @@ static int climb(mbsri_start *s, int rungs, climbed *all)
         if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
         if (!status && s->from == MBSRI_FROM_GIVEN && (w->kind.faster || gives_way(s)))
             s->doubtful = true;
+        if (!status && s->searches >= ENOUGH && w->kind.elastic) return MBSR_NO_CONVERGENCE;
         if (!status) status = balance(s);
         if (!status) status = stays_as_it_is(s);
         s->info->elastic = w->kind.elastic;
         if (status <= 0) return status;
+        s->searches += w->kind.elastic && s->sought == position;
+        if (s->searches >= ENOUGH) return status;
         all->singular = all->singular && status == MBSR_SINGULAR_BLOCK;
         all->dependent = all->dependent && status == MBSR_LOOP_SINGULAR;
         all->regular = all->regular && status != MBSR_SINGULAR_BLOCK;
@@ -466,6 +477,7 @@ static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const
     int status = MBSR_NO_CONVERGENCE;
     s->c_balanced = 0.0;
     s->doubtful = false;
+    s->searches = 0;
     for (int from = MBSRI_FROM_GIVEN;
          from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c_balanced > 0.0); ++from) {
         s->from = (mbsri_start_from)from;
@@ -483,7 +495,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     enum { ASKED = 64 }; /* directions: a report of more costs more than all the rest */
     mbsr_completion *w = s->w;
     climbed all = {true, true, true};
-    const char *sought;
+    const char *sought = "velocity";
     mbsr_error first;
     *clear = false;
     w->d = d;
@@ -502,7 +514,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
         s->doubtful = s->doubtful && (status || has_moved(s)) && s->info->null_directions <= ASKED;
         return status;
     }
-    if (!all.singular && !all.dependent) return refuse_imbalance(s, sought);
+    if (s->searches > 0 || (!all.singular && !all.dependent)) return refuse_imbalance(s, sought);
     w->error = first; /* nothing was sought */
     if (!all.dependent) w->error.status = MBSR_UNDETERMINED;
     return w->error.status;

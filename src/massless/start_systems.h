@@ -31,6 +31,7 @@ typedef struct mbsri_start {
     double time;           /* time in which the state given changes much, s */
     mbsri_start_from from; /* where velocities of what has no mass begin */
     const char *sought;    /* name of the part of a state found last or in vain */
+    int searches;          /* for a balance of springs, in vain */
     bool displaced;        /* whether positions have left those given */
     bool doubtful;         /* whether some direction may be undetermined at the state given */
     mbsri_masses masses;   /* of the state given */

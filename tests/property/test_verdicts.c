@@ -465,6 +465,17 @@ static void masses_far_out(void **state)
     assert_true(check_rich(720361, true));
 }
 
+/* Newton's method stops where springs lose their stiffness: what follows their slope comes to rest,
+ * or finds that nothing is balanced there, in all units. */
+static void balances_down_the_slope(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {310900, 845000, 842266, 621158, 876115, 881832};
+    check_seeds(test_long() ? 6 : 3, seed);
+    assert_true(check_rich(720398, true));
+    assert_true(check_rich(861754, true));
+}
+
 /* Directions that nothing holds but loop forces, by the way these turn: a start knows them from the
  * beginning. */
 static void held_by_loop_forces_alone(void **state)
@@ -617,6 +628,7 @@ int main(void)
                                        cmocka_unit_test(loops_without_load),
                                        cmocka_unit_test(balances_of_moments),
                                        cmocka_unit_test(balances_by_the_same_way),
+                                       cmocka_unit_test(balances_down_the_slope),
                                        cmocka_unit_test(held_by_loop_forces_alone),
                                        cmocka_unit_test(a_mass_close_to_axes),
                                        cmocka_unit_test(fast_dampers_beside_loops),
