@@ -67,7 +67,8 @@ static void it_turns_as_its_tensor_says(void **state)
     const double flat[6] = {1.0, 1.0, 3.0, 0.0, 0.0, 0.0};
     mbsr_model *m;
     mbsr_data *d = NULL;
-    assert_ok(add(mbsr_inertia_rigid_unchecked(2.0, NULL, flat), &m), mbsr_model_error(m));
+    const int status = add(mbsr_inertia_rigid_unchecked(2.0, NULL, flat), &m);
+    assert_ok(status, mbsr_model_error(m));
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     const double q[7] = {1.0}, u[6] = {0.0}, tau[6] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0},
