@@ -55,6 +55,7 @@ struct mbsr_sensitivity {
     int size, nq, nu, parameters;
     bool plain;       /* a tree without directions that lack mass: u does not jump */
     bool restart;     /* behind a kink */
+    bool cut;         /* the last step ended at a crossing */
     int rise;         /* what orders have risen to behind a crossing */
     bool ready;       /* there is a run */
     double start;     /* time */

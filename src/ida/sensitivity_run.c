@@ -60,21 +60,25 @@ static int refuse_frame(mbsr_sensitivity *s, double t)
 }
 
 /* A step that has ended there. Where an element takes another branch within it there is a node, and
- * a segment begins. */
+ * a segment begins; where that is at its end, with the next step. */
 static int keep_step(mbsr_sensitivity *s, const mbsr_ida_progress *now)
 {
     enum { MOST = 32 };                  /* what changes more often is at the border of rounding */
-    static const double short_of = 1e-6; /* steps: a branch is taken at the end of the last one */
+    static const double short_of = 1e-6; /* steps: a branch is taken at the end of one */
     double h = 0.0;
-    bool first = s->step.count == 0 || (s->restart && now->order == 1), crossed = false;
+    bool first = s->step.count == 0 || (s->restart && now->order == 1), crossed = s->cut;
     IDAGetLastStep(mbsr_ida_memory(s->ida), &h);
     double from = now->t - h, before, behind = now->t;
     int status = first ? mbsri_sensitivity_note_sides(s, from) : MBSR_OK;
-    s->rise = first ? MBSRI_NODES : s->rise + 1;
+    s->rise = first ? MBSRI_NODES : s->cut ? 2 : s->rise + 1;
+    first = first || s->cut;
+    s->cut = false;
     for (int k = 0; k < MOST && !status; ++k) {
         status = mbsri_sensitivity_cross(s, from, now->t, &before, &behind);
         if (status || !(before < now->t)) break;
         if (s->elastic && s->frame[0]) return refuse_frame(s, before);
+        s->cut = now->t - behind <= short_of * h;
+        if (s->cut) break;
         if (before - from > short_of * h) {
             status = keep_parts(s, from, before, crossed);
             if (!status)
@@ -88,7 +92,7 @@ static int keep_step(mbsr_sensitivity *s, const mbsr_ida_progress *now)
         from = behind;
     }
     s->restart = false;
-    if (!status && behind < now->t) status = mbsri_sensitivity_note_sides(s, now->t);
+    if (!status && (s->cut || behind < now->t)) status = mbsri_sensitivity_note_sides(s, now->t);
     if (!status) status = keep_parts(s, from, now->t, crossed);
     return status
                ? status
@@ -259,7 +263,7 @@ int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, const double 
     if (status) return status;
     s->step.count = s->state.count = s->time.count = 0;
     s->start = t0;
-    s->restart = false;
+    s->restart = s->cut = false;
     s->error.status = MBSR_OK;
     if (!mbsri_sensitivity_reserve(&s->time, (size_t)times, sizeof *time))
         return no_memory_for_step(s);

@@ -61,10 +61,13 @@ static int side_failed(mbsr_sensitivity *s, int status)
                                   "mbsr_sensitivity_run");
 }
 
-/* The driver's polynomial at t in the last step. */
-static int state_at(mbsr_sensitivity *s, double t, double *y)
+/* The driver's polynomial at t in the last step, which ends at `end`; behind it a straight line. */
+static int state_at(mbsr_sensitivity *s, double t, double end, double *y)
 {
-    const int status = mbsr_ida_dense(s->ida, t, 0, y);
+    double *rate = s->sides.F + 2 * (size_t)s->size;
+    int status = mbsr_ida_dense(s->ida, fmin(t, end), 0, y);
+    if (!status && t > end) status = mbsr_ida_dense(s->ida, end, 1, rate);
+    for (int k = 0; k < s->size && !status && t > end; ++k) y[k] += (t - end) * rate[k];
     return status
                ? mbsri_sensitivity_fail(s, status, mbsr_ida_error(s->ida), "mbsr_sensitivity_run")
                : MBSR_OK;
@@ -73,7 +76,7 @@ static int state_at(mbsr_sensitivity *s, double t, double *y)
 static int sides_at(mbsr_sensitivity *s, double t, double *side)
 {
     mbsri_sides *w = &s->sides;
-    int status = state_at(s, t, w->y);
+    int status = state_at(s, t, t, w->y);
     if (status) return status;
     status = mbsr_stage_positions(s->model, w->data, t, w->y);
     if (!status) status = mbsr_stage_velocities(s->model, w->data, w->y + s->nq + s->nu);
@@ -95,8 +98,9 @@ static int first_changed(const mbsri_sides *w)
     return -1;
 }
 
-/* What F_p and F_u change by from a to b in the last step, with the rates at a. */
-static int change_of_forces(mbsr_sensitivity *s, double a, double b, double *most)
+/* What F_p and F_u change by from a in the last step, which ends at `end`, to b, with the rates at
+ * a. */
+static int change_of_forces(mbsr_sensitivity *s, double a, double b, double end, double *most)
 {
     mbsri_sides *w = &s->sides;
     double *const rate = w->F + s->size, *const F = rate + s->size;
@@ -104,7 +108,7 @@ static int change_of_forces(mbsr_sensitivity *s, double a, double b, double *mos
     if (status) mbsri_sensitivity_fail(s, status, mbsr_ida_error(s->ida), "mbsr_sensitivity_run");
     *most = 0.0;
     for (int k = 0; k < 2 && !status; ++k) {
-        status = state_at(s, k == 0 ? a : b, w->y);
+        status = state_at(s, k == 0 ? a : b, end, w->y);
         if (status) break;
         status = mbsr_dae_residual(s->model, w->data, MBSR_DAE_MOMENTUM, k == 0 ? a : b, w->y, rate,
                                    k == 0 ? w->F : F);
@@ -120,8 +124,8 @@ static int check_continuous(mbsr_sensitivity *s, int k, double from, double to, 
 {
     const double far = 0x1p-10 * (to - from);
     double near_by = 0.0, over = 0.0;
-    int status = change_of_forces(s, a, b, &near_by);
-    if (!status) status = change_of_forces(s, fmax(from, a - far), fmin(to, b + far), &over);
+    int status = change_of_forces(s, a, b, to, &near_by);
+    if (!status) status = change_of_forces(s, fmax(from, a - far), b + far, to, &over);
     if (status || !(near_by > 0.5 * over)) return status;
     mbsr_force_def def;
     mbsr_force_definition(s->model, s->sides.force[k], &def);
