@@ -3,6 +3,7 @@
 #include "program/hdf5.h"
 #include "program/mat.h"
 #include "program/mode_motion.h"
+#include "program/touching.h"
 
 #include <mbsrank/linear.h>
 
@@ -28,6 +29,7 @@ typedef struct linear_options {
 /* A model at rest, or as it starts. */
 typedef struct scene {
     program_model m;
+    touching contacts;
     double *q, *u; /* nq, nu */
     mbsr_equilibrium_info info;
     mbsr_parameters *list;
@@ -126,6 +128,8 @@ static void close_scene(scene *s)
     free(s->q);
     mbsr_parameters_destroy(s->list);
     close_model(&s->m);
+    mbsr_model_destroy(s->contacts.model);
+    touching_free(&s->contacts);
 }
 
 /* The model of the options, at rest unless they say otherwise. A code. */
@@ -135,6 +139,7 @@ static int open_scene(const linear_options *o, scene *s)
     *s = (scene){.info = {.worst = MBSR_NONE}};
     int code = open_model(&o->common, false, &s->m);
     if (!code) code = start_state(&o->common, &s->m, &q, &u);
+    if (!code) code = touching_put(&s->m, q, o->common.contacts, false, &s->contacts);
     if (code) return code;
     const int nq = mbsr_model_nq(s->m.model), nu = mbsr_model_nu(s->m.model);
     s->q = calloc((size_t)(nq + nu) + 1, sizeof *s->q);
@@ -244,7 +249,7 @@ static int trim_scene(const linear_options *o, scene *s, trimmed *t)
 
 int run_static(int argc, char **argv)
 {
-    linear_options o = {.drawn = false};
+    linear_options o = {.common = {.contacts = true}};
     trimmed t = {.count = 0};
     scene s;
     int code = read_options(argc, argv, "static", &o);
@@ -414,7 +419,7 @@ static int put_motion(const scene *s, mbsr_linear *l, int number, const char *pa
 
 int run_modes(int argc, char **argv)
 {
-    linear_options o = {.drawn = false};
+    linear_options o = {.common = {.contacts = true}};
     scene s;
     mbsr_linear *l = NULL;
     int code = read_options(argc, argv, "modes", &o);
@@ -521,7 +526,7 @@ static int put_response(const linear_options *o, mbsr_linear *l)
 
 int run_linearise(int argc, char **argv)
 {
-    linear_options o = {.drawn = false};
+    linear_options o = {.common = {.contacts = true}};
     scene s;
     mbsr_linear *l = NULL;
     hdf5_matrix all[MBSR_LINEAR_PARTS];

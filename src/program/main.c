@@ -21,7 +21,7 @@ typedef struct command {
     "  --no-limits, --no-friction   run, view: none of them unless these ask for them; else\n"     \
     "                 stops and friction are by the masses and ranges of the joints\n"             \
     "  --set NAME=VALUE   a parameter as info --parameters calls it; more than once: more\n"       \
-    "  --no-contacts  run: shapes for contact of the file do not touch\n"                          \
+    "  --no-contacts  shapes for contact of the file do not touch\n"                               \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {

@@ -177,6 +177,17 @@ int touching_make(const program_model *m, const double *q, bool on, bool quiet, 
     return code;
 }
 
+int touching_put(program_model *m, const double *q, bool on, bool quiet, touching *t)
+{
+    mbsr_error error;
+    const int code = touching_make(m, q, on, quiet, t);
+    if (code || !t->model) return code;
+    mbsr_data_destroy(m->data);
+    m->data = NULL;
+    m->model = t->model;
+    return mbsr_data_create(m->model, &m->data, &error) ? complain(FAILED, "%s", error.text) : DONE;
+}
+
 void touching_free(touching *t)
 {
     mbsr_contacts_destroy(t->contacts);

@@ -24,6 +24,9 @@ enum { ANY_BODY = -3 };
 int touching_make(const program_model *m, const double *q, bool on, bool quiet, touching *t);
 void touching_free(touching *t); /* the object, after the model */
 
+/* Likewise, and the model with the element and data of it are those of m. */
+int touching_put(program_model *m, const double *q, bool on, bool quiet, touching *t);
+
 /* Takes the points at the state of the data, which is at mbsr_stage_velocities. A code. */
 int touching_look(touching *t, mbsr_data *data);
 
@@ -43,6 +46,11 @@ static inline int touching_make(const program_model *m, const double *q, bool on
     if (on && !quiet)
         say(stderr, "nothing touches: this program is without the component contact\n");
     return DONE;
+}
+
+static inline int touching_put(program_model *m, const double *q, bool on, bool quiet, touching *t)
+{
+    return touching_make(m, q, on, quiet, t);
 }
 
 static inline void touching_free(touching *t)

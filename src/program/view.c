@@ -198,18 +198,6 @@ static int write_page(const view_options *o, const page *p)
     return code;
 }
 
-/* The model and data are those with what touches. */
-static int touch_shown(const view_options *o, const double *q, program_model *m, touching *contacts)
-{
-    mbsr_error error;
-    const int code = touching_make(m, q, o->common.contacts, true, contacts);
-    if (code || !contacts->model) return code;
-    mbsr_data_destroy(m->data);
-    m->data = NULL;
-    m->model = contacts->model;
-    return mbsr_data_create(m->model, &m->data, &error) ? complain(FAILED, "%s", error.text) : DONE;
-}
-
 int run_view(int argc, char **argv)
 {
     view_options o = {.common = {.limits = true, .friction = true, .contacts = true}, .own = ""};
@@ -225,7 +213,7 @@ int run_view(int argc, char **argv)
     if (!code) code = start_state(&o.common, &m, &q, &u);
     if (!code && o.run) code = read_run(&o, &m, &run);
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
-    if (!code) code = touch_shown(&o, q, &m, &contacts);
+    if (!code) code = touching_put(&m, q, o.common.contacts, true, &contacts);
     double *rates = code ? NULL : calloc((size_t)mbsr_model_nu(m.model) + 1, sizeof *rates);
     if (!code && !rates) code = complain(FAILED, "no memory");
     if (!code && u) memcpy(rates, u, (size_t)mbsr_model_nu(m.model) * sizeof *u);

@@ -381,6 +381,13 @@ if [ "$with_run" = 1 ]; then
     if grep -q '2 shapes touch' "$work/err"; then
         tail -n 1 "$work/ball.csv" | awk -F, '{ exit !($8 > 0.09 && $8 < 0.1) }' ||
             { echo 'a ball does not lie on the floor:'; tail -n 1 "$work/ball.csv"; failed=1; }
+        if "$program" --help | grep -q '^  modes'; then # where it lies is where it rests
+            last=$(tail -n 1 "$work/ball.csv" | cut -d, -f8)
+            "$program" static "$work/ball.xml" 2>"$work/err" | awk -v z="$last" 'NR == 2 { exit !($NF - z < 1e-6 && z - $NF < 1e-6) }' ||
+                { echo "a ball rests elsewhere than at $last:"; "$program" static "$work/ball.xml"; failed=1; }
+            ends 0 'energy in contacts 1 1.00' modes "$work/ball.xml"
+            ends 4 'no equilibrium was found' static --no-contacts "$work/ball.xml"
+        fi
         "$program" run "$work/ball.xml" --t-end 2 --output contacts,body:world.contact -o "$work/ball.csv" 2>"$work/err"
         grep -q "there is no body 'body'" "$work/err" || { echo 'contact of a body that is none'; failed=1; }
         sed 's/<body /<body name="b" /' "$work/ball.xml" >"$work/named.xml"
