@@ -75,6 +75,18 @@ static char *stem_of(const char *path)
     return stem;
 }
 
+/* A unit has no element for contact. */
+static void tell_contacts(const mbsr_file *f)
+{
+    int shapes = 0;
+    for (int k = 0; k < f->shapes; ++k) shapes += f->shape[k].contact && f->shape[k].body >= 0;
+    if (shapes > 0)
+        say(stderr,
+            "the %d shapes for contact on bodies touch nothing in the unit; --no-contacts: "
+            "no word of it\n",
+            shapes);
+}
+
 static int make_fmu(const fmu_options *o, const program_model *m)
 {
     mbsr_fmu *fmu;
@@ -107,11 +119,12 @@ static int make_fmu(const fmu_options *o, const program_model *m)
 
 int run_fmu(int argc, char **argv)
 {
-    fmu_options o = {.common = {.limits = true, .friction = true}};
+    fmu_options o = {.common = {.limits = true, .friction = true, .contacts = true}};
     program_model m = {.text = NULL};
     int code = read_fmu_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, false, &m);
+    if (!code && o.common.contacts) tell_contacts(m.file);
     if (!code) code = make_fmu(&o, &m);
     close_model(&m);
     return code;
