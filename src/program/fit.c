@@ -306,6 +306,20 @@ static void tell_direction(const fit_work *w, const mbsr_fit *f, int k)
     fputs(", relative\n", stdout);
 }
 
+/* Of a column that is met exactly nothing is known, and it counts as if it were. */
+static void tell_noise(const fit_work *w, const mbsr_fit *f, int k)
+{
+    bool met = !w->known;
+    for (int i = 0; i < w->data.lines && met; ++i) met = f->residual[k * w->data.lines + i] == 0.0;
+    if (met)
+        say(stdout,
+            "%s is met exactly: without that column the other noises and intervals are larger\n",
+            w->output[k].column);
+    else
+        say(stdout, "noise of %-27s %12.6g\n", w->output[k].column,
+            w->noise[k] * (w->known ? 1.0 : f->noise));
+}
+
 static void tell_fit_text(const fit_work *w, const mbsr_fit *f)
 {
     static const char *const bounds[] = {"  at its lower bound", "", "  at its upper bound"};
@@ -313,9 +327,7 @@ static void tell_fit_text(const fit_work *w, const mbsr_fit *f)
     for (int k = 0; k < f->parameters; ++k)
         say(stdout, "%-36s %12.6g %12.3g   %.6g .. %.6g %s%s\n", w->o->name[k], f->value[k],
             f->deviation[k], f->low[k], f->high[k], fitted_unit(w, k), bounds[1 + f->at_bound[k]]);
-    for (int k = 0; k < w->study.outputs; ++k)
-        say(stdout, "noise of %-27s %12.6g\n", w->output[k].column,
-            w->noise[k] * (w->known ? 1.0 : f->noise));
+    for (int k = 0; k < w->study.outputs; ++k) tell_noise(w, f, k);
     if (w->known) say(stdout, "residuals are %.3g times the noise that is given\n", f->noise);
     for (int k = 0; k < f->parameters; ++k) {
         if (!is_told(f, k)) tell_direction(w, f, k);

@@ -205,7 +205,7 @@ static int set_parameters(const program_options *o, program_model *m)
         code = complain(USAGE, "--set: %s", error.text);
     mbsr_parameters_destroy(list);
     if (code) return code;
-    mbsr_model_destroy(mbsr_file_take_model(m->file));
+    m->read = mbsr_file_take_model(m->file);
     m->model = m->file->model = made;
     return DONE;
 }
@@ -234,6 +234,7 @@ void close_model(program_model *m)
 {
     mbsr_data_destroy(m->data);
     mbsr_file_destroy(m->file);
+    mbsr_model_destroy(m->read);
     for (int k = 0; k < m->others; ++k) free(m->other[k]);
     free(m->other);
     free(m->text);

@@ -52,6 +52,7 @@ typedef struct program_model {
     size_t size; /* bytes of the text */
     mbsr_file *file;
     mbsr_model *model; /* owned by the file until it is taken */
+    mbsr_model *read;  /* before --set; NULL: the same */
     mbsr_data *data;
     int others;   /* files that were read besides, */
     char **other; /* by their paths */

@@ -424,6 +424,7 @@ void study_try(study_work *w, mbsr_study_result *result)
     }
     program_model one = w->m;
     one.model = model;
+    if (!one.read) one.read = w->m.model;
     for (int k = 0; k < one.file->actuators; ++k) one.file->control[k] = 0.0;
     start_state(&w->options.common, &one, &q, &u);
     w->in.next = 0;

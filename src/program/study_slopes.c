@@ -133,6 +133,7 @@ int study_slopes(study_work *w, double *slope)
         return 1;
     program_model one = w->m;
     one.model = model;
+    if (!one.read) one.read = w->m.model;
     int status = start_state(&w->options.common, &one, &q, &u);
     if (!status) status = touching_make(&one, q, w->options.common.contacts, true, &contacts);
     sloped_run r = {.w = w,

@@ -14,14 +14,17 @@ typedef struct overlaps {
     int bodies, (*body)[2], shapes, (*shape)[2];
 } overlaps;
 
-/* The object and the model with its element. */
+/* The object and the model with its element. Laws are by the masses that the file has, as those of
+ * stops are: another value of a parameter leaves them. */
 static int make_touching(const program_model *m, const overlaps *without, touching *t,
                          mbsr_contacts_of_file *told)
 {
     mbsr_error error = {.text = "no memory"};
     mbsr_force_def def;
     int status = mbsr_contacts_create(&t->contacts, &error);
-    if (!status) status = mbsr_contacts_add_file(t->contacts, m->file, m->model, 0.0, told, &error);
+    if (!status)
+        status = mbsr_contacts_add_file(t->contacts, m->file, m->read ? m->read : m->model, 0.0,
+                                        told, &error);
     for (int k = 0; k < without->bodies && !status; ++k)
         status =
             mbsr_contacts_exclude(t->contacts, without->body[k][0], without->body[k][1], &error);

@@ -55,6 +55,15 @@ pair="--vary forces.force2.damping=100:10000 --vary forces.force3.stiffness"
 ends 0 'deviation' fit "$car" --start pushed --data clean.csv $pair --set forces.force2.damping=1200 --noise damper=1e-3 --noise rubber=1e-4
 within "$(number forces.force2.damping 2)" 1500 1e-5 || { fail 'the damping without noise'; cat out; }
 within "$(number forces.force3.stiffness 2)" 160000 1e-5 || { fail 'the stiffness without noise'; cat out; }
+# The law of a contact is by the masses of the file, whatever the mass that is looked for: how a ball sinks in tells it.
+printf '%s' '<mujoco><worldbody><geom type="plane" size="0 0 1"/><body name="b" pos="0 0 .5"><freejoint/>' \
+    '<geom type="sphere" size=".1" mass="4"/></body></worldbody></mujoco>' >ball.xml
+"$program" run ball.xml --t-end 0.6 --step 0.02 --output b.pos --quiet --rtol 1e-9 --atol 1e-10 >ball.csv
+if "$program" run ball.xml --t-end 0.1 2>&1 | grep -q 'shapes touch'; then
+    ends 0 'deviation' fit ball.xml --data ball.csv --vary bodies.b.mass=2:10 --set bodies.b.mass=5
+    grep -q '^b.pos.y is met exactly' out || { fail 'a column without noise'; cat out; }
+    within "$(number bodies.b.mass 2)" 4 1e-5 || { fail 'the mass of a ball'; cat out; }
+fi
 # by sensitivities; by differences, which a column with accelerations needs
 ends 0 '"runs": [1-9]}' fit "$car" --start pushed --data clean.csv $pair --set forces.force2.damping=1200 --noise damper=1e-3 --noise rubber=1e-4 --json
 noisy 1 0.02 clean.csv >noise.csv
