@@ -59,6 +59,13 @@ static int read_options(int argc, char **argv, const char *command, linear_optio
     return code;
 }
 
+/* Of a joint, or of its body where it has none. */
+static const char *joint_name(const mbsr_file *f, int joint)
+{
+    const mbsr_file_joint *j = f->joint + joint;
+    return j->name[0] ? j->name : f->body_name[j->body];
+}
+
 /* The joint with rate k: the last that begins at k or before, and its own number of it. */
 static const char *joint_of_rate(const program_model *m, int k, int *own)
 {
@@ -72,7 +79,7 @@ static const char *joint_of_rate(const program_model *m, int k, int *own)
         first = u;
     }
     *own = k - first;
-    return best < 0 ? "?" : m->file->joint[best].name;
+    return best < 0 ? "?" : joint_name(m->file, best);
 }
 
 static void say_rate(const program_model *m, int k)
@@ -175,7 +182,7 @@ static void put_joints(const scene *s)
         int q;
         if (f->joint[j].kind == 0) continue;
         mbsr_body_coordinates(s->m.model, f->joint[j].body, &q, NULL, NULL, NULL);
-        say(stdout, "  %-24s", f->joint[j].name);
+        say(stdout, "  %-24s", joint_name(f, j));
         for (int k = 0; k < numbers[f->joint[j].kind]; ++k)
             printf(" %.9g", s->q[q + f->joint[j].position + k]);
         putchar('\n');
