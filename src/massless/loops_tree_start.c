@@ -126,7 +126,8 @@ static void exchange_left_out(const mbsri_tree_start *s)
 }
 
 /* Loop forces at the state that a search begins with, as the index report finds them: directions
- * that they alone hold are held from the beginning. Zero where they cannot be had. */
+ * that they alone hold are held from the beginning. Zero where they cannot be had, and where rows
+ * depend on each other, so that nothing tells which of them bears what. */
 static int guess_forces(mbsri_tree_start *s, double t, const double *q, const double *u,
                         double *lambda)
 {
@@ -134,9 +135,12 @@ static int guess_forces(mbsri_tree_start *s, double t, const double *q, const do
     const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
     bool *left_out = s->w.other;
     double load, *doubt = s->w.out;
+    mbsri_zero((size_t)m->rows, lambda);
     for (; c < end; ++c) {
-        for (int row = c->row; row < c->row + c->rows; ++row)
-            left_out[row] = s->w.left_out[row] || mbsri_is_loose(c, row - c->row);
+        for (int row = c->row; row < c->row + c->rows; ++row) {
+            left_out[row] = mbsri_is_loose(c, row - c->row);
+            if (s->w.left_out[row] && !left_out[row]) return MBSR_OK;
+        }
     }
     const int status =
         mbsri_loops_settled(m, s->d, t, q, u, left_out, s->w.span, lambda, doubt, &load, function);

@@ -490,6 +490,14 @@ static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const
     return status;
 }
 
+/* Whether loop forces act at the state given, which may hold what nothing else does. */
+static bool is_loaded(const mbsri_start *s)
+{
+    bool any = false;
+    for (int k = 0; k < s->w->m->rows; ++k) any = any || s->given.load[k] != 0.0;
+    return any;
+}
+
 int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
 {
     enum { ASKED = 64 }; /* directions: a report of more costs more than all the rest */
@@ -511,6 +519,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
         if (!status && *clear) status = compare_ranks(s, clear);
         *clear = *clear && all.regular;
         /* of a state that stays as it is *clear tells */
+        s->doubtful = s->doubtful || (s->info->elastic && is_loaded(s));
         s->doubtful = s->doubtful && (status || has_moved(s)) && s->info->null_directions <= ASKED;
         return status;
     }

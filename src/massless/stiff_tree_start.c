@@ -14,6 +14,7 @@
  * Springs that a start takes as they are stay springs in the copy: forces in a state that the other
  * rows allow. */
 #include "massless/loops_tree_start.h"
+#include "massless/open.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
@@ -337,6 +338,17 @@ static int start_rigid_rows(const mbsr_model *m, mbsr_data *d, double t, double 
     return status;
 }
 
+/* Springs that settle may come to hold what nothing holds at the state given: refused, as the index
+ * report there says it. */
+static int refuse_given(const mbsr_model *m, mbsr_data *d, double t, const rigid *r,
+                        const mbsr_consistent_info *info)
+{
+    enum { ASKED = 64 }; /* directions: a report of more costs more than all the rest */
+    mbsri_verdict verdict;
+    if (!info->elastic || info->null_directions > ASKED) return MBSR_OK;
+    return mbsri_refuse_open(m, d, t, r->q, r->u, "mbsr_dae_consistent", &verdict);
+}
+
 int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info)
@@ -348,6 +360,7 @@ int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
         status = settle(m, &r, t, q, u, udot, lambda, opt, info);
         if (status) d->error = r.twin.data->error;
     }
+    if (!status) status = refuse_given(m, d, t, &r, info);
     for (int k = 0; k < m->rows && !status; ++k) d->dropped[k] = r.twin.data->dropped[k];
     if (!status) mbsri_leave_soft(m, r.late, d->dropped);
     close_rigid(m, &r);
