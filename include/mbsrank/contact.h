@@ -99,6 +99,14 @@ MBSR_API int mbsr_contacts_exclude(mbsr_contacts *contacts, int body_a, int body
 MBSR_API int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
                                 const mbsr_contact_law *law, mbsr_error *error);
 
+/* Which bodies hang together: joined has two ids for each body of the model, the first of those
+ * that are welded to each other, and that of those which carry them, MBSR_NONE where the ground
+ * does. Bodies of which the first is the same never touch, nor do those of which one carries the
+ * other. In the place of what was given before. MBSR_ERR_NULL, MBSR_ERR_VALUE, MBSR_ERR_FINISHED,
+ * MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_contacts_join(mbsr_contacts *contacts, int bodies, const int *joined,
+                                mbsr_error *error);
+
 typedef struct mbsr_file mbsr_file; /* files.h */
 
 /* What mbsr_contacts_add_file has done. */
@@ -128,6 +136,31 @@ MBSR_API int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *fi
  * stiffness. MBSR_ERR_NULL, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *force,
                                  mbsr_error *error);
+
+/* Two shapes with a law of their own. */
+typedef struct mbsr_shape_pair {
+    int a, b;  /* shapes, a < b */
+    int never; /* 1: they never touch, and the law does not count */
+    mbsr_contact_law law;
+} mbsr_shape_pair;
+
+/* An object as it was given: mbsr_contacts_add, _exclude, _pair and _join with these make another
+ * one of the same forces. */
+typedef struct mbsr_contacts_def {
+    int shapes, excluded, pairs, bodies;
+    int max_pairs; /* of mbsr_contacts_force, or fewer where fewer may touch; 0: not made, or none
+                    */
+    const mbsr_shape *shape;
+    const int *exclude; /* two bodies each */
+    const mbsr_shape_pair *pair;
+    const int *joined; /* two for each of `bodies` */
+} mbsr_contacts_def;
+
+/* Pointers are into *contacts, valid until something is added. MBSR_ERR_NULL. */
+MBSR_API int mbsr_contacts_definition(const mbsr_contacts *contacts, mbsr_contacts_def *def);
+
+/* The table of elements that mbsr_contacts_force makes; their user is the object. */
+MBSR_API const mbsr_force_table *mbsr_contacts_table(void);
 
 /* One point at which two shapes touch, along the axes of the world. */
 typedef struct mbsr_contact_point {

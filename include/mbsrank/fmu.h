@@ -12,9 +12,9 @@
  *       write fmu->size bytes of fmu->data to rover.fmu
  *   mbsr_fmu_destroy(fmu);
  *
- * Of a model go into an FMU all parts of the library and of files, with tables and modal data; of
- * functions of the caller's own only those that hold numbers, which become inputs:
- * mbsr_stored_force and mbsr_fmu_stored_motion. docs/fmu.md has the variables. */
+ * Of a model go into an FMU all parts of the library and of files, with tables, modal data and
+ * shapes that touch; of functions of the caller's own only those that hold numbers, which become
+ * inputs: mbsr_stored_force and mbsr_fmu_stored_motion. docs/fmu.md has the variables. */
 #ifndef MBSRANK_FMU_H
 #define MBSRANK_FMU_H
 
@@ -36,7 +36,7 @@ enum {
 /* Groups of outputs. Joint coordinates, rates and accelerations are always there. */
 enum mbsr_fmu_outputs {
     MBSR_FMU_SITES = 1,     /* positions and quaternions of sites */
-    MBSR_FMU_FORCES = 2,    /* what force elements exert on their first body */
+    MBSR_FMU_FORCES = 2,    /* what force elements exert on their first body, contacts on each */
     MBSR_FMU_REACTIONS = 4, /* of joints, and loop forces of closures */
     MBSR_FMU_ENERGY = 8,    /* kinetic and potential */
     MBSR_FMU_ALL = 15

@@ -33,9 +33,12 @@ int mbsr_contacts_create(mbsr_contacts **contacts, mbsr_error *error)
 void mbsr_contacts_destroy(mbsr_contacts *contacts)
 {
     if (!contacts) return;
-    for (int k = 0; k < contacts->count; ++k) free(contacts->shape[k].memory);
-    void *const memory[] = {contacts->shape, contacts->exclude, contacts->couple, contacts->body,
-                            contacts->first, contacts->member,  contacts->joined};
+    for (int k = 0; k < contacts->count; ++k) {
+        free(contacts->shape[k].memory);
+        free((void *)contacts->given[k].name);
+    }
+    void *const memory[] = {contacts->shape, contacts->given, contacts->exclude, contacts->couple,
+                            contacts->body,  contacts->first, contacts->member,  contacts->joined};
     for (size_t k = 0; k < sizeof memory / sizeof memory[0]; ++k) free(memory[k]);
     free(contacts);
 }
@@ -138,6 +141,35 @@ static int check_shape(const mbsr_shape *shape, const char *name, mbsr_error *er
     return MBSR_OK;
 }
 
+static void *copy_bytes(unsigned char **at, const void *from, size_t size)
+{
+    unsigned char *to = *at;
+    if (size > 0) memcpy(to, from, size);
+    *at += size;
+    return size > 0 ? to : NULL;
+}
+
+/* The shape with arrays and a name of its own, in one block that begins with the name. */
+static bool keep_given(const mbsr_shape *shape, mbsr_shape *given)
+{
+    const bool mesh = shape->kind == MBSR_SHAPE_MESH, fields = shape->kind == MBSR_SHAPE_HEIGHTS;
+    const char *name = shape->name ? shape->name : "";
+    const size_t align = sizeof(double), letters = (strlen(name) + align) / align * align,
+                 vertices = mesh ? 3 * (size_t)shape->vertices * sizeof(double) : 0,
+                 sides = mesh ? 3 * (size_t)shape->triangles * sizeof(int) : 0,
+                 heights =
+                     fields ? (size_t)shape->rows * (size_t)shape->columns * sizeof(double) : 0;
+    unsigned char *at = calloc(1, letters + vertices + sides + heights);
+    if (!at) return false;
+    *given = *shape;
+    given->name = memcpy(at, name, strlen(name));
+    at += letters;
+    given->vertex = copy_bytes(&at, shape->vertex, vertices);
+    given->height = copy_bytes(&at, shape->height, heights);
+    given->triangle = copy_bytes(&at, shape->triangle, sides);
+    return true;
+}
+
 int mbsr_contacts_add(mbsr_contacts *contacts, const mbsr_shape *shape, int *id, mbsr_error *error)
 {
     const char *const function = "mbsr_contacts_add";
@@ -165,7 +197,9 @@ int mbsr_contacts_add(mbsr_contacts *contacts, const mbsr_shape *shape, int *id,
     memcpy(now.x, shape->frame.x, sizeof now.x);
     char text[MBSR_TEXT_SIZE] = "no memory";
     status = mbsri_core_make(shape, &now, text);
-    if (!status && !make_room((void **)&c->shape, c->count, &c->room, sizeof now))
+    if (!status && (!make_room((void **)&c->shape, c->count, &c->room, sizeof now) ||
+                    !make_room((void **)&c->given, c->count, &c->given_room, sizeof *c->given) ||
+                    !keep_given(shape, c->given + c->count)))
         status = MBSR_ERR_NO_MEMORY;
     if (status) {
         free(now.memory);
@@ -215,10 +249,28 @@ int mbsr_contacts_pair(mbsr_contacts *contacts, int shape_a, int shape_b,
                    sizeof *contacts->couple))
         return lacks_memory(error, function);
     contacts->couple[contacts->couples++] =
-        (mbsri_couple){.a = shape_a < shape_b ? shape_a : shape_b,
-                       .b = shape_a < shape_b ? shape_b : shape_a,
-                       .never = law == NULL,
-                       .law = law ? *law : contacts->shape[shape_a].law};
+        (mbsr_shape_pair){.a = shape_a < shape_b ? shape_a : shape_b,
+                          .b = shape_a < shape_b ? shape_b : shape_a,
+                          .never = law == NULL,
+                          .law = law ? *law : contacts->shape[shape_a].law};
+    return MBSR_OK;
+}
+
+int mbsr_contacts_join(mbsr_contacts *contacts, int bodies, const int *joined, mbsr_error *error)
+{
+    const char *const function = "mbsr_contacts_join";
+    const int status = check_open(contacts, error, function);
+    if (status) return status;
+    if (bodies < 0 || (bodies > 0 && !joined))
+        return mbsri_contact_fail(error, joined ? MBSR_ERR_VALUE : MBSR_ERR_NULL,
+                                  joined ? "%s: bodies is %d" : "%s: joined is NULL", function,
+                                  bodies);
+    int(*kept)[2] = malloc(((size_t)bodies + 1) * sizeof *kept);
+    if (!kept) return lacks_memory(error, function);
+    if (bodies > 0) memcpy(kept, joined, (size_t)bodies * sizeof *kept);
+    free(contacts->joined);
+    contacts->joined = kept;
+    contacts->joined_bodies = bodies;
     return MBSR_OK;
 }
 
@@ -270,7 +322,7 @@ static int sort_couples(mbsr_contacts *c, mbsr_error *error)
     if (c->couples == 0) return MBSR_OK;
     qsort(c->couple, (size_t)c->couples, sizeof *c->couple, mbsri_compare_couples);
     for (int k = 1; k < c->couples; ++k) {
-        const mbsri_couple *now = c->couple + k;
+        const mbsr_shape_pair *now = c->couple + k;
         if (mbsri_compare_couples(now - 1, now) == 0)
             return mbsri_contact_fail(error, MBSR_ERR_VALUE,
                                       "mbsr_contacts_force: %s and %s have a law twice",
@@ -284,7 +336,7 @@ static void find_margins(mbsr_contacts *c)
 {
     for (int k = 0; k < c->count; ++k) c->shape[k].margin = c->shape[k].law.margin;
     for (int k = 0; k < c->couples; ++k) {
-        const mbsri_couple *own = c->couple + k;
+        const mbsr_shape_pair *own = c->couple + k;
         if (own->never) continue;
         c->shape[own->a].margin = fmax(c->shape[own->a].margin, own->law.margin);
         c->shape[own->b].margin = fmax(c->shape[own->b].margin, own->law.margin);
@@ -359,4 +411,25 @@ int mbsr_contacts_force(mbsr_contacts *contacts, int max_pairs, mbsr_force_def *
     }
     *force = mbsr_force_custom(&mbsri_contacts_table, c->bodies, c->body, c);
     return MBSR_OK;
+}
+
+int mbsr_contacts_definition(const mbsr_contacts *contacts, mbsr_contacts_def *def)
+{
+    const mbsr_contacts *c = contacts;
+    if (!c || !def) return MBSR_ERR_NULL;
+    *def = (mbsr_contacts_def){.shapes = c->count,
+                               .excluded = c->excluded,
+                               .pairs = c->couples,
+                               .bodies = c->joined_bodies,
+                               .max_pairs = c->most,
+                               .shape = c->given,
+                               .exclude = c->excluded > 0 ? c->exclude[0] : NULL,
+                               .pair = c->couple,
+                               .joined = c->joined_bodies > 0 ? c->joined[0] : NULL};
+    return MBSR_OK;
+}
+
+const mbsr_force_table *mbsr_contacts_table(void)
+{
+    return &mbsri_contacts_table;
 }

@@ -75,10 +75,8 @@ static int exclude_joined(mbsr_contacts *c, const tree *t, const mbsr_file *file
         joined[k][0] = part;
         joined[k][1] = carrier == MBSR_GROUND ? MBSR_NONE : carrier;
     }
-    free(c->joined);
-    c->joined = joined;
-    c->joined_bodies = t->bodies;
-    int status = MBSR_OK;
+    int status = mbsr_contacts_join(c, t->bodies, joined[0], error);
+    free(joined);
     for (int k = 0; k < file->excluded && !status; ++k)
         status = mbsr_contacts_exclude(c, file->exclude[2 * k], file->exclude[2 * k + 1], error);
     return status;

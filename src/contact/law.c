@@ -11,13 +11,13 @@
 
 int mbsri_compare_couples(const void *x, const void *y)
 {
-    const mbsri_couple *a = x, *b = y;
+    const mbsr_shape_pair *a = x, *b = y;
     return a->a != b->a ? (a->a > b->a) - (a->a < b->a) : (a->b > b->b) - (a->b < b->b);
 }
 
-const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b)
+const mbsr_shape_pair *mbsri_find_couple(const mbsr_contacts *c, int a, int b)
 {
-    const mbsri_couple key = {.a = a, .b = b};
+    const mbsr_shape_pair key = {.a = a, .b = b};
     return c->couples > 0
                ? bsearch(&key, c->couple, (size_t)c->couples, sizeof key, mbsri_compare_couples)
                : NULL;
@@ -46,14 +46,14 @@ bool mbsri_may_touch(const mbsr_contacts *c, int a, int b)
 {
     const mbsri_shape *x = c->shape + a, *y = c->shape + b;
     if (x->body == y->body) return false;
-    const mbsri_couple *own = mbsri_find_couple(c, a < b ? a : b, a < b ? b : a);
+    const mbsr_shape_pair *own = mbsri_find_couple(c, a < b ? a : b, a < b ? b : a);
     return own ? !own->never
                : mbsri_by_groups(x, y) && !are_joined(x, y) && !is_excluded(c, x->body, y->body);
 }
 
 mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b)
 {
-    const mbsri_couple *own = mbsri_find_couple(c, a, b);
+    const mbsr_shape_pair *own = mbsri_find_couple(c, a, b);
     if (own) return own->law;
     const mbsr_contact_law *x = &c->shape[a].law, *y = &c->shape[b].law;
     return (mbsr_contact_law){.stiffness = 1.0 / (1.0 / x->stiffness + 1.0 / y->stiffness),

@@ -40,21 +40,16 @@ typedef struct mbsri_shape {
     void *memory;             /* of the core */
 } mbsri_shape;
 
-typedef struct mbsri_couple {
-    int a, b;   /* a < b */
-    bool never; /* they never touch */
-    mbsr_contact_law law;
-} mbsri_couple;
-
 struct mbsr_contacts {
-    int count, room;
+    int count, room, given_room;
     mbsri_shape *shape;
+    mbsr_shape *given; /* as they were added, with names and arrays of their own */
     int excluded, excluded_room;
     int (*exclude)[2]; /* bodies, the smaller id first */
     int joined_bodies;
     int (*joined)[2]; /* by bodies of the model: part and carrier as of a shape; or NULL */
     int couples, couples_room;
-    mbsri_couple *couple;
+    mbsr_shape_pair *couple; /* a < b */
     /* from here on set when the element is made */
     bool made;
     int bodies, grounds, most; /* grounds: shapes that only the ground has; most: pairs of shapes */
@@ -78,7 +73,7 @@ static inline bool mbsri_by_groups(const mbsri_shape *x, const mbsri_shape *y)
  * bodies; the couple of shapes a < b, or NULL; whether shapes may touch, and by which law. */
 int mbsri_compare_couples(const void *x, const void *y);
 int mbsri_compare_excluded(const void *x, const void *y);
-const mbsri_couple *mbsri_find_couple(const mbsr_contacts *c, int a, int b);
+const mbsr_shape_pair *mbsri_find_couple(const mbsr_contacts *c, int a, int b);
 bool mbsri_may_touch(const mbsr_contacts *c, int a, int b);
 mbsr_contact_law mbsri_law_of_shapes(const mbsr_contacts *c, int a, int b);
 

@@ -25,6 +25,7 @@ static void *link_to(const mbsri_built *b, const mbsri_link *link, const double 
     switch (link->kind) {
     case MBSRI_LINK_TABLE: return b->table[link->index];
     case MBSRI_LINK_FLEX: return b->flex[link->index];
+    case MBSRI_LINK_SHAPES: return b->contacts[link->index];
     case MBSRI_LINK_INPUT: return (void *)(input + link->index);
     case MBSRI_LINK_MOTION: return b->motion + link->index;
     default: return NULL;
@@ -85,7 +86,11 @@ static int add_plan_elements(const mbsri_unit_plan *plan, const mbsri_built *b, 
         mbsr_force_def def = force->def;
         def.user = link_to(b, &force->link, input);
         def.function = force_of_plan(&force->link);
-        status = mbsr_model_add_force(b->model, &def, NULL);
+        if (force->link.kind == MBSRI_LINK_SHAPES) {
+            status = mbsr_contacts_force(def.user, 0, &def, NULL);
+            def.name = force->def.name;
+        }
+        if (!status) status = mbsr_model_add_force(b->model, &def, NULL);
     }
     for (int k = 0; k < plan->closures && !status; ++k) {
         const mbsri_plan_closure *closure = plan->closure + k;
@@ -97,6 +102,24 @@ static int add_plan_elements(const mbsri_unit_plan *plan, const mbsri_built *b, 
     return status;
 }
 
+static int make_contacts(const mbsr_contacts_def *def, mbsr_contacts **made, mbsr_error *error)
+{
+    mbsr_force_def force;
+    int status = mbsr_contacts_create(made, error);
+    mbsr_contacts *c = *made;
+    for (int k = 0; k < def->shapes && !status; ++k)
+        status = mbsr_contacts_add(c, def->shape + k, NULL, error);
+    for (int k = 0; k < def->excluded && !status; ++k)
+        status = mbsr_contacts_exclude(c, def->exclude[2 * k], def->exclude[2 * k + 1], error);
+    for (int k = 0; k < def->pairs && !status; ++k) {
+        const mbsr_shape_pair *pair = def->pair + k;
+        status = mbsr_contacts_pair(c, pair->a, pair->b, pair->never ? NULL : &pair->law, error);
+    }
+    if (!status) status = mbsr_contacts_join(c, def->bodies, def->joined, error);
+    if (!status) status = mbsr_contacts_force(c, def->max_pairs, &force, error);
+    return status;
+}
+
 /* What the parts link to. */
 static int make_parts(const mbsri_unit_plan *plan, const double *input, const double *t0,
                       mbsri_built *b, mbsr_error *error)
@@ -104,13 +127,16 @@ static int make_parts(const mbsri_unit_plan *plan, const double *input, const do
     int status = MBSR_OK;
     b->table = calloc((size_t)plan->tables + 1, sizeof(mbsr_table *));
     b->flex = calloc((size_t)plan->flexes + 1, sizeof(mbsr_flex *));
+    b->contacts = calloc((size_t)plan->contacts + 1, sizeof(mbsr_contacts *));
     b->motion = calloc((size_t)plan->motions + 1, sizeof *b->motion);
-    if (!b->table || !b->flex || !b->motion)
+    if (!b->table || !b->flex || !b->contacts || !b->motion)
         return mbsri_fail_plain(error, MBSR_ERR_NO_MEMORY, "no memory for the parts of a model");
     for (; b->tables < plan->tables && !status; ++b->tables)
         status = mbsr_table_create(&plan->table[b->tables].def, b->table + b->tables, error);
     for (; b->flexes < plan->flexes && !status; ++b->flexes)
         status = mbsr_flex_create(&plan->flex[b->flexes].def, b->flex + b->flexes, error);
+    for (; b->objects < plan->contacts && !status; ++b->objects)
+        status = make_contacts(&plan->shapes[b->objects].def, b->contacts + b->objects, error);
     for (int k = 0; k < plan->motions; ++k)
         b->motion[k] =
             (mbsri_held_motion){plan->motion[k].count, input + plan->motion[k].input, t0 + k};
@@ -152,8 +178,10 @@ void mbsri_built_destroy(mbsri_built *built)
     mbsr_parameters_destroy(built->list);
     for (int k = 0; k < built->tables; ++k) mbsr_table_destroy(built->table[k]);
     for (int k = 0; k < built->flexes; ++k) mbsr_flex_destroy(built->flex[k]);
+    for (int k = 0; k < built->objects; ++k) mbsr_contacts_destroy(built->contacts[k]);
     free(built->table);
     free(built->flex);
+    free(built->contacts);
     free(built->motion);
     *built = (mbsri_built){.model = NULL};
 }

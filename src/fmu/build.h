@@ -19,9 +19,10 @@ typedef struct mbsri_held_motion {
 typedef struct mbsri_built {
     mbsr_model *model;     /* finished */
     mbsr_parameters *list; /* its parameters as the plan has them */
-    int tables, flexes;
+    int tables, flexes, objects;
     mbsr_table **table;
     mbsr_flex **flex;
+    mbsr_contacts **contacts; /* as many as objects */
     mbsri_held_motion *motion;
 } mbsri_built;
 

@@ -151,7 +151,7 @@ void mbsri_describe_common(mbsri_text *t, const mbsri_described *d)
     mbsri_begin(t, "DefaultExperiment");
     mbsri_set_number(t, "startTime", 0.0);
     mbsri_set_number(t, "stopTime", d->stop_time);
-    mbsri_set_number(t, "tolerance", d->plan->rtol);
+    mbsri_set_number(t, "tolerance", d->plan->steps.rtol);
     mbsri_set_number(t, "stepSize", d->step_size);
     mbsri_end(t);
 }

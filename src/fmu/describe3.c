@@ -6,7 +6,7 @@
 
 static void put_interface(mbsri_text *t, const mbsri_described *d, bool exchange)
 {
-    const bool fixed = d->plan->fixed_step > 0.0;
+    const bool fixed = d->plan->steps.fixed_step > 0.0;
     mbsri_begin(t, exchange ? "ModelExchange" : "CoSimulation");
     mbsri_set_text(t, "modelIdentifier", d->identifier);
     mbsri_set_text(t, "canGetAndSetFMUState", "true");

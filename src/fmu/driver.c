@@ -34,8 +34,8 @@ mbsri_result mbsri_make_driver(mbsri_instance *in)
 {
     mbsr_error error = {.text = ""};
     mbsr_ida_opt opt = mbsr_default_ida_opt();
-    opt.rtol = in->tolerance > 0.0 ? in->tolerance : in->plan.rtol;
-    opt.atol = in->plan.atol;
+    opt.rtol = in->tolerance > 0.0 ? in->tolerance : in->plan.steps.rtol;
+    opt.atol = in->plan.steps.atol;
     if (in->importer.event_mode && in->importer.early_return && in->variables.indicators > 0) {
         opt.events = in->variables.indicators;
         opt.event = events_of_driver;

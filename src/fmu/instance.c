@@ -109,5 +109,5 @@ bool mbsri_set_log(mbsri_instance *in, bool on, size_t count, const char *const 
 
 bool mbsri_has_events(const mbsri_instance *in)
 {
-    return in->variables.indicators > 0 && !(in->plan.fixed_step > 0.0);
+    return in->variables.indicators > 0 && !(in->plan.steps.fixed_step > 0.0);
 }

@@ -19,7 +19,7 @@
 mbsri_result mbsri_make_driver(mbsri_instance *in)
 {
     mbsr_stepper_opt opt = mbsr_default_stepper_opt();
-    opt.order = in->plan.order;
+    opt.order = in->plan.steps.order;
     opt.halvings = 0;
     opt.watch_energy = 0;
     in->h = 0.0;
@@ -50,13 +50,13 @@ int mbsri_driver_motion(mbsri_instance *in, const mbsr_error **error)
 static double error_of(const mbsri_instance *in, const double *whole, const double *halves)
 {
     const int n = in->plan.nq + in->plan.nu;
-    const double rtol = in->tolerance > 0.0 ? in->tolerance : in->plan.rtol;
+    const double rtol = in->tolerance > 0.0 ? in->tolerance : in->plan.steps.rtol;
     double sum = 0.0;
     for (int k = 0; k < n; ++k) {
-        const double e = (whole[k] - halves[k]) / (rtol * fabs(halves[k]) + in->plan.atol);
+        const double e = (whole[k] - halves[k]) / (rtol * fabs(halves[k]) + in->plan.steps.atol);
         sum += e * e;
     }
-    return sqrt(sum / fmax(n, 1.0)) / (in->plan.order == 2 ? 3.0 : 1.0);
+    return sqrt(sum / fmax(n, 1.0)) / (in->plan.steps.order == 2 ? 3.0 : 1.0);
 }
 
 /* From y and y' at t to t + h, and its error; infinite: a step was refused. */
@@ -80,7 +80,7 @@ static int attempt_twice(mbsri_instance *in, double t, double h, double *error)
 static int advance_by_error(mbsri_instance *in, double t_end)
 {
     mbsr_stepper *s = in->solver.stepper;
-    const double t = in->t, power = -1.0 / (in->plan.order + 1.0);
+    const double t = in->t, power = -1.0 / (in->plan.steps.order + 1.0);
     double error = INFINITY;
     int status = mbsr_stepper_state(s, NULL, in->y, in->yp);
     while (!status && !(error <= 1.0)) {

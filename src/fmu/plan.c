@@ -24,6 +24,15 @@ void mbsri_plan_close(mbsri_unit_plan *plan)
     mbsri_arena_close(&plan->arena);
 }
 
+/* As many records as `count` says, which is written or read before them. */
+#define PASS_ALL(s, count, list, pass)                                                             \
+    do {                                                                                           \
+        void *records = (list);                                                                    \
+        mbsri_pass_records(s, &(count), &records, sizeof *(list));                                 \
+        (list) = records;                                                                          \
+        for (int k = 0; k < (count) && !(s)->failed; ++k) pass(s, (list) + k);                     \
+    } while (0)
+
 /* ---- parts ---- */
 
 static void pass_link(mbsri_stream *s, mbsri_link *link)
@@ -194,6 +203,77 @@ static void pass_flex(mbsri_stream *s, mbsri_plan_flex *f)
     def->marker = markers;
 }
 
+static void pass_law(mbsri_stream *s, mbsr_contact_law *law)
+{
+    double *const numbers[] = {&law->stiffness, &law->exponent, &law->damping,
+                               &law->friction,  &law->slip,     &law->torsional,
+                               &law->rolling,   &law->spin,     &law->margin};
+    for (size_t k = 0; k < sizeof numbers / sizeof *numbers; ++k) mbsri_pass_number(s, numbers[k]);
+}
+
+static void pass_shape(mbsri_stream *s, mbsr_shape *shape)
+{
+    int kind = (int)shape->kind, groups = (int)shape->groups, mask = (int)shape->mask;
+    if (!s->writing) *shape = mbsr_default_shape();
+    mbsri_pass_text(s, &shape->name);
+    mbsri_pass_int(s, &shape->body);
+    mbsri_pass_int(s, &kind);
+    mbsri_pass_numbers(s, 3, shape->frame.x);
+    mbsri_pass_numbers(s, 9, shape->frame.R);
+    mbsri_pass_numbers(s, 3, shape->size);
+    mbsri_pass_number(s, &shape->rounding);
+    mbsri_pass_int(s, &groups);
+    mbsri_pass_int(s, &mask);
+    pass_law(s, &shape->law);
+    shape->kind = (mbsr_shape_kind)kind;
+    shape->groups = (unsigned)groups;
+    shape->mask = (unsigned)mask;
+    if (kind == MBSR_SHAPE_MESH) {
+        mbsri_pass_int(s, &shape->vertices);
+        mbsri_pass_int(s, &shape->triangles);
+        if (shape->vertices < 0 || shape->triangles < 0) s->failed = true;
+        if (s->failed) return;
+        mbsri_pass_array(s, 3 * (size_t)shape->vertices, &shape->vertex);
+        mbsri_pass_ints(s, 3 * (size_t)shape->triangles, &shape->triangle);
+    } else if (kind == MBSR_SHAPE_HEIGHTS) {
+        mbsri_pass_int(s, &shape->rows);
+        mbsri_pass_int(s, &shape->columns);
+        if (shape->rows < 0 || shape->columns < 0) s->failed = true;
+        if (s->failed) return;
+        mbsri_pass_array(s, (size_t)shape->rows * (size_t)shape->columns, &shape->height);
+    }
+}
+
+static void pass_shape_pair(mbsri_stream *s, mbsr_shape_pair *pair)
+{
+    mbsri_pass_int(s, &pair->a);
+    mbsri_pass_int(s, &pair->b);
+    mbsri_pass_int(s, &pair->never);
+    pass_law(s, &pair->law);
+}
+
+/* Two ids for each of `count`. */
+static void pass_twos(mbsri_stream *s, int *count, const int **ids)
+{
+    mbsri_pass_int(s, count);
+    if (*count < 0) s->failed = true;
+    if (!s->failed) mbsri_pass_ints(s, 2 * (size_t)*count, ids);
+}
+
+static void pass_shapes(mbsri_stream *s, mbsri_plan_shapes *p)
+{
+    mbsr_contacts_def *def = &p->def;
+    mbsr_shape *shape = (mbsr_shape *)def->shape;
+    mbsr_shape_pair *pair = (mbsr_shape_pair *)def->pair;
+    mbsri_pass_int(s, &def->max_pairs);
+    PASS_ALL(s, def->shapes, shape, pass_shape);
+    PASS_ALL(s, def->pairs, pair, pass_shape_pair);
+    pass_twos(s, &def->excluded, &def->exclude);
+    pass_twos(s, &def->bodies, &def->joined);
+    def->shape = shape;
+    def->pair = pair;
+}
+
 /* ---- what an importer sees ---- */
 
 static void pass_input(mbsri_stream *s, mbsri_plan_input *i)
@@ -231,7 +311,7 @@ static void pass_coordinate(mbsri_stream *s, mbsri_plan_coordinate *c)
 /* Whether links and numbers of inputs lead to what is there. */
 static bool plan_leads(const mbsri_unit_plan *p, const mbsri_link *link)
 {
-    const int most[] = {0, p->tables, p->flexes, p->inputs, p->motions};
+    const int most[] = {0, p->tables, p->flexes, p->contacts, p->inputs, p->motions};
     if (link->kind == MBSRI_LINK_NONE) return true;
     return link->kind > 0 && link->kind <= MBSRI_LINK_MOTION && link->index >= 0 &&
            link->index < most[link->kind];
@@ -241,8 +321,11 @@ static bool is_whole(const mbsri_unit_plan *p)
 {
     for (int k = 0; k < p->bodies; ++k)
         if (!plan_leads(p, &p->body[k].link) || p->body[k].flex >= p->flexes) return false;
-    for (int k = 0; k < p->forces; ++k)
-        if (!plan_leads(p, &p->force[k].link)) return false;
+    for (int k = 0; k < p->forces; ++k) {
+        const mbsri_plan_force *f = p->force + k;
+        const bool shapes = f->def.table == mbsr_contacts_table();
+        if (!plan_leads(p, &f->link) || (f->link.kind == MBSRI_LINK_SHAPES) != shapes) return false;
+    }
     for (int k = 0; k < p->closures; ++k)
         if (!plan_leads(p, &p->closure[k].link)) return false;
     for (int k = 0; k < p->motions; ++k) {
@@ -256,22 +339,14 @@ static bool is_whole(const mbsri_unit_plan *p)
     return true;
 }
 
-#define PASS_ALL(s, count, list, pass)                                                             \
-    do {                                                                                           \
-        void *records = (list);                                                                    \
-        mbsri_pass_records(s, &(count), &records, sizeof *(list));                                 \
-        (list) = records;                                                                          \
-        for (int k = 0; k < (count) && !(s)->failed; ++k) pass(s, (list) + k);                     \
-    } while (0)
-
 static void pass_plan(mbsri_stream *s, mbsri_unit_plan *p)
 {
     mbsri_pass_text(s, &p->name);
     mbsri_pass_number(s, &p->rank_tolerance);
-    mbsri_pass_number(s, &p->rtol);
-    mbsri_pass_number(s, &p->atol);
-    mbsri_pass_number(s, &p->fixed_step);
-    mbsri_pass_int(s, &p->order);
+    mbsri_pass_number(s, &p->steps.rtol);
+    mbsri_pass_number(s, &p->steps.atol);
+    mbsri_pass_number(s, &p->steps.fixed_step);
+    mbsri_pass_int(s, &p->steps.order);
     mbsri_pass_int(s, &p->outputs);
     mbsri_pass_int(s, &p->model_exchange);
     PASS_ALL(s, p->bodies, p->body, pass_body);
@@ -279,6 +354,7 @@ static void pass_plan(mbsri_stream *s, mbsri_unit_plan *p)
     PASS_ALL(s, p->closures, p->closure, pass_closure);
     PASS_ALL(s, p->tables, p->table, pass_table);
     PASS_ALL(s, p->flexes, p->flex, pass_flex);
+    PASS_ALL(s, p->contacts, p->shapes, pass_shapes);
     PASS_ALL(s, p->inputs, p->input, pass_input);
     PASS_ALL(s, p->motions, p->motion, pass_motion);
     PASS_ALL(s, p->sites, p->site, pass_site);

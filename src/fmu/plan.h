@@ -5,14 +5,15 @@
  *       bytes -> plan (plan.h) -> model (build.h)
  *
  * Definitions are those of the public headers. Their pointers stand for what is in the plan: tables
- * of functions have numbers (stock.h), and `user` is a link to a table, modal data, an input or a
- * motion of the plan. */
+ * of functions have numbers (stock.h), and `user` is a link to a table, modal data, shapes, an
+ * input or a motion of the plan. */
 #ifndef MBSRI_FMU_PLAN_H
 #define MBSRI_FMU_PLAN_H
 
 #include "fmu/stream.h"
 
 #include <mbsrank/closure.h>
+#include <mbsrank/contact.h>
 #include <mbsrank/flex.h>
 #include <mbsrank/fmu.h>
 #include <mbsrank/model.h>
@@ -21,6 +22,7 @@ typedef enum mbsri_link_kind {
     MBSRI_LINK_NONE,
     MBSRI_LINK_TABLE,
     MBSRI_LINK_FLEX,
+    MBSRI_LINK_SHAPES,
     MBSRI_LINK_INPUT, /* the first of the numbers that the element reads */
     MBSRI_LINK_MOTION
 } mbsri_link_kind;
@@ -64,6 +66,11 @@ typedef struct mbsri_plan_flex {
     const void *from;
 } mbsri_plan_flex;
 
+typedef struct mbsri_plan_shapes {
+    mbsr_contacts_def def;
+    const void *from;
+} mbsri_plan_shapes;
+
 /* One number that the importer sets. */
 typedef struct mbsri_plan_input {
     const char *name;
@@ -92,20 +99,27 @@ typedef struct mbsri_plan_coordinate {
     double start;
 } mbsri_plan_coordinate;
 
+/* How co-simulation steps. */
+typedef struct mbsri_plan_steps {
+    double rtol, atol;
+    double fixed_step; /* s; 0: steps by the error */
+    int order;         /* order of fixed steps, 1 or 2 */
+} mbsri_plan_steps;
+
 typedef struct mbsri_unit_plan {
     mbsri_arena arena; /* memory of all that is pointed to */
     const char *name;
-    double rank_tolerance, rtol, atol;
-    double fixed_step; /* s; 0: steps by the error */
-    int order;         /* order of fixed steps, 1 or 2 */
-    int outputs;       /* mbsr_fmu_outputs */
+    double rank_tolerance;
+    mbsri_plan_steps steps;
+    int outputs; /* mbsr_fmu_outputs */
     int model_exchange;
-    int bodies, forces, closures, tables, flexes, inputs, motions, sites, nq, nu;
+    int bodies, forces, closures, tables, flexes, contacts, inputs, motions, sites, nq, nu;
     mbsri_plan_body *body;
     mbsri_plan_force *force;
     mbsri_plan_closure *closure;
     mbsri_plan_table *table;
     mbsri_plan_flex *flex;
+    mbsri_plan_shapes *shapes; /* of each object of contacts */
     mbsri_plan_input *input;
     mbsri_plan_motion *motion;
     mbsri_plan_site *site;

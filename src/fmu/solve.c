@@ -148,8 +148,8 @@ mbsri_result mbsri_make_stepper(mbsri_instance *in, const mbsr_stepper_opt *opt)
 static mbsri_result make_fixed(mbsri_instance *in)
 {
     mbsr_stepper_opt opt = mbsr_default_stepper_opt();
-    opt.h = in->plan.fixed_step;
-    opt.order = in->plan.order;
+    opt.h = in->plan.steps.fixed_step;
+    opt.order = in->plan.steps.order;
     return mbsri_make_stepper(in, &opt);
 }
 
@@ -157,7 +157,8 @@ mbsri_result mbsri_make_solver(mbsri_instance *in)
 {
     drop_solver(in);
     in->inputs_changed = in->fresh = false;
-    if (!in->exchange) return in->plan.fixed_step > 0.0 ? make_fixed(in) : mbsri_make_driver(in);
+    if (!in->exchange)
+        return in->plan.steps.fixed_step > 0.0 ? make_fixed(in) : mbsri_make_driver(in);
     int status =
         mbsr_ode_create(in->built.model, in->solver.data, in->t, in->q, in->u, &in->solver.ode);
     if (!status) status = mbsr_ode_pack(in->solver.ode, in->t, in->q, in->u, in->x);

@@ -21,11 +21,12 @@ static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 static mbsri_result march(mbsri_instance *in, double t_end)
 {
     static const double most = 1e9;
-    const double t = in->t, h = t_end - t, count = fmax(1.0, ceil(h / in->plan.fixed_step - 1e-9));
+    const double t = in->t, h = t_end - t,
+                 count = fmax(1.0, ceil(h / in->plan.steps.fixed_step - 1e-9));
     if (count > most)
         return mbsri_say(in, MBSRI_DISCARD,
                          "the step of %.9g s takes %.3g steps of %.9g s, more than %.3g", h, count,
-                         in->plan.fixed_step, most);
+                         in->plan.steps.fixed_step, most);
     int status = in->fresh ? mbsr_stepper_resume(in->solver.stepper, t, in->y, in->yp)
                            : mbsr_stepper_state(in->solver.stepper, NULL, in->y, in->yp);
     in->fresh = false;
@@ -67,7 +68,7 @@ mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event)
     mbsri_result result;
     if (!in->solver.stepper)
         result = drive(in, t_end, event);
-    else if (in->plan.fixed_step > 0.0)
+    else if (in->plan.steps.fixed_step > 0.0)
         result = march(in, t_end);
     else
         result = mbsri_drive(in, t_end, event);

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/stock.h"
 
+#include <mbsrank/contact.h>
 #include <mbsrank/files.h>
 #include <mbsrank/flex.h>
 
@@ -10,7 +11,7 @@
 
 /* Numbers of those that link to something; where the elements of other_force_table and those of
  * files begin. */
-enum { MOUNT = 13, MARKER = 14, OTHERS = 11, CURVE = 3, ELASTIC = 8, OF_FILES = 9 };
+enum { MOUNT = 13, MARKER = 14, OTHERS = 11, CURVE = 3, ELASTIC = 8, SHAPES = 9, OF_FILES = 10 };
 
 static const double zero[3] = {0.0}, axis[3] = {0.0, 0.0, 1.0};
 static const double directions[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
@@ -54,6 +55,7 @@ static const mbsr_force_table *other_force_table(int k)
     case 6: return mbsr_force_point_friction(0, NULL, 1, &(mbsr_friction){.slip = 1.0}).table;
     case 7: return mbsr_force_bearing_friction(0, 1, &(mbsr_bearing){.slip = 1.0}).table;
     case ELASTIC: return mbsr_force_elastic(0, NULL).table;
+    case SHAPES: return mbsr_contacts_table();
     default: return mbsr_file_force_table(k - OF_FILES);
     }
 }
@@ -103,6 +105,7 @@ mbsri_user mbsri_fmu_force_user(int number)
     switch (number - OTHERS) {
     case CURVE: return MBSRI_USER_TABLE;
     case ELASTIC: return MBSRI_USER_FLEX;
+    case SHAPES: return MBSRI_USER_SHAPES;
     default: return number >= OTHERS + OF_FILES ? MBSRI_USER_CONTROL : MBSRI_USER_NONE;
     }
 }

@@ -23,6 +23,7 @@ typedef enum mbsri_user {
     MBSRI_USER_NONE,
     MBSRI_USER_TABLE,
     MBSRI_USER_FLEX,
+    MBSRI_USER_SHAPES,
     MBSRI_USER_CONTROL
 } mbsri_user;
 mbsri_user mbsri_fmu_joint_user(int number);

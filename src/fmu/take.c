@@ -17,7 +17,7 @@ typedef struct taker {
     mbsri_unit_plan *plan;
     const mbsr_model *model;
     const mbsr_file *file; /* may be NULL */
-    mbsri_list tables, flexes, inputs, motions;
+    mbsri_list tables, flexes, contacts, inputs, motions;
     mbsr_error *error;
 } taker;
 
@@ -58,6 +58,18 @@ static int link_flex(taker *t, const mbsr_flex *flex, int *index)
     if (!made) return no_memory_for_plan(t);
     made->from = flex;
     return mbsr_flex_definition(flex, &made->def);
+}
+
+static int link_shapes(taker *t, const mbsr_contacts *contacts, mbsri_link *link)
+{
+    mbsri_plan_shapes *all = t->contacts.items;
+    link->kind = MBSRI_LINK_SHAPES;
+    for (link->index = 0; link->index < t->contacts.count; ++link->index)
+        if (all[link->index].from == contacts) return MBSR_OK;
+    mbsri_plan_shapes *made = mbsri_list_add(&t->plan->arena, &t->contacts, sizeof *made);
+    if (!made) return no_memory_for_plan(t);
+    made->from = contacts;
+    return mbsr_contacts_definition(contacts, &made->def);
 }
 
 /* `count` numbers that the caller holds. */
@@ -214,6 +226,7 @@ static int link_force(taker *t, int id, mbsri_plan_force *f)
         f->link.kind = MBSRI_LINK_FLEX;
         return link_flex(t, def->user, &f->link.index);
     case MBSRI_USER_TABLE: return link_table(t, def->user, &f->link);
+    case MBSRI_USER_SHAPES: return link_shapes(t, def->user, &f->link);
     case MBSRI_USER_CONTROL:
         return def->user ? link_input(t, def->user, 1, &as, &f->link) : MBSR_OK;
     default: return MBSR_OK;
@@ -289,6 +302,7 @@ static int take_parts(taker *t)
     }
     p->tables = t->tables.count, p->table = t->tables.items;
     p->flexes = t->flexes.count, p->flex = t->flexes.items;
+    p->contacts = t->contacts.count, p->shapes = t->contacts.items;
     p->inputs = t->inputs.count, p->input = t->inputs.items;
     p->motions = t->motions.count, p->motion = t->motions.items;
     return status;
@@ -304,10 +318,10 @@ int mbsri_plan_take(mbsri_unit_plan *plan, const mbsr_model *model, const mbsr_f
     if (def.root.motion || def.root.d > 0)
         return mbsri_fail_plain(error, MBSR_ERR_VALUE,
                                 "mbsr_fmu_export: the root moves by a function");
-    plan->rtol = opt->rtol;
-    plan->atol = opt->atol;
-    plan->fixed_step = opt->fixed_step;
-    plan->order = opt->order;
+    plan->steps.rtol = opt->rtol;
+    plan->steps.atol = opt->atol;
+    plan->steps.fixed_step = opt->fixed_step;
+    plan->steps.order = opt->order;
     plan->outputs = opt->outputs;
     const int status = take_parts(&t);
     return status ? status : mbsri_take_names(plan, model, opt, error);

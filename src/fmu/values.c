@@ -39,11 +39,11 @@ static int value_of_site(mbsri_instance *in, const mbsri_variable *v, double *va
     return status;
 }
 
-/* What an element exerts on its first body. */
+/* What an element exerts on one of its bodies. */
 static int value_of_force(mbsri_instance *in, const mbsri_variable *v, double *value)
 {
     double f[MBSR_MAX_D], tau[MBSR_MAX_D];
-    const int status = mbsr_force_load(in->built.model, in->solver.data, v->of, 0, f, tau);
+    const int status = mbsr_force_load(in->built.model, in->solver.data, v->of, v->place, f, tau);
     if (!status) *value = v->kind == MBSRI_FORCE ? f[v->component] : tau[v->component];
     return status;
 }

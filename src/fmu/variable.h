@@ -14,8 +14,8 @@ typedef enum mbsri_variable_kind {
     MBSRI_QDOT, /* derivatives of states */
     MBSRI_PDOT,
     MBSRI_SITE,     /* `of`: its number; component 0 .. 2: position, 3 .. 6: quaternion */
-    MBSRI_FORCE,    /* of an element; its f on its first body */
-    MBSRI_EFFORT,   /* and its tau */
+    MBSRI_FORCE,    /* of an element; its f on one of its bodies */
+    MBSRI_EFFORT,   /* and its tau on the first */
     MBSRI_REACTION, /* of the joint of a body */
     MBSRI_LOOP,     /* `of`: row of the closures */
     MBSRI_KINETIC,
@@ -25,7 +25,7 @@ typedef enum mbsri_variable_kind {
 
 typedef struct mbsri_variable {
     mbsri_variable_kind kind;
-    int of, component;
+    int of, component, place; /* place: of the body in the element's list */
     const char *name, *description;
     const char *unit;  /* "": none is known */
     double start;      /* start value of parameters, inputs, q and u */

@@ -144,15 +144,33 @@ static const char *unit_of_load(mbsr_space space, int k)
 }
 
 /* `rate`: where the rates of the body begin in u. */
-static bool add_load(lister *l, mbsri_variable v, int count, const char *label, const char *part,
-                     mbsr_space space, int rate)
+static bool add_load(lister *l, mbsri_variable v, int count, const char *group, const char *label,
+                     const char *part, mbsr_space space, int rate)
 {
-    const char *group = v.kind == MBSRI_REACTION ? "reactions" : "forces";
     for (int k = 0; k < count; ++k) {
         v.component = k;
         v.unit =
             v.kind == MBSRI_EFFORT ? mbsri_plan_effort(l->plan, rate + k) : unit_of_load(space, k);
         if (!add_named(l, v, group, label, part, k + 1)) return false;
+    }
+    return true;
+}
+
+/* On each body with shapes. */
+static bool add_contacts(lister *l, int force, const mbsr_force_def *def)
+{
+    for (int k = 0; k < def->bodies; ++k) {
+        const int body = (def->body_list ? def->body_list : def->body)[k];
+        if (body < 0 || body >= l->plan->bodies) continue;
+        const mbsri_plan_body *b = l->plan->body + body;
+        const mbsri_variable v = {.kind = MBSRI_FORCE,
+                                  .of = force,
+                                  .place = k,
+                                  .description = "what contacts exert on the body",
+                                  .derivative_of = -1};
+        if (!add_load(l, v, b->def.joint.d, "contacts", part_label(l, "body", b->def.name, body),
+                      "f", b->def.joint.space, 0))
+            return false;
     }
     return true;
 }
@@ -163,6 +181,10 @@ static bool add_force_outputs(lister *l)
         const mbsr_force_def *def = &l->plan->force[k].def;
         const unsigned flags = def->table->flags;
         if (flags & MBSR_FORCE_EVERY_BODY) continue;
+        if (l->plan->force[k].link.kind == MBSRI_LINK_SHAPES) {
+            if (!add_contacts(l, k, def)) return false;
+            continue;
+        }
         const int body = def->body_list ? def->body_list[0] : def->body[0];
         if (body < 0 || body >= l->plan->bodies) continue;
         int n = 0, rate = 0;
@@ -178,10 +200,10 @@ static bool add_force_outputs(lister *l)
                                     .description = "what it exerts along joint rates",
                                     .derivative_of = -1};
         if (!(flags & MBSR_FORCE_JOINT_ONLY) &&
-            !add_load(l, f, joint->d, label, "f", joint->space, 0))
+            !add_load(l, f, joint->d, "forces", label, "f", joint->space, 0))
             return false;
         if (!(flags & MBSR_FORCE_NO_JOINT) &&
-            !add_load(l, tau, n, label, "tau", joint->space, rate))
+            !add_load(l, tau, n, "forces", label, "tau", joint->space, rate))
             return false;
     }
     return true;
@@ -195,8 +217,8 @@ static bool add_reactions(lister *l)
                                   .of = k,
                                   .description = "what the joint exerts on the body",
                                   .derivative_of = -1};
-        if (!add_load(l, v, joint->d, part_label(l, "body", l->plan->body[k].def.name, k), "f",
-                      joint->space, 0))
+        if (!add_load(l, v, joint->d, "reactions",
+                      part_label(l, "body", l->plan->body[k].def.name, k), "f", joint->space, 0))
             return false;
     }
     for (int k = 0; k < mbsr_model_closures(l->model); ++k) {

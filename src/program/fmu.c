@@ -1,6 +1,6 @@
 /* mbsrank fmu: a model from a file as a Functional Mock-up Unit.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "program/program.h"
+#include "program/touching.h"
 
 #include <mbsrank/fmu.h>
 
@@ -75,25 +75,15 @@ static char *stem_of(const char *path)
     return stem;
 }
 
-/* A unit has no element for contact. */
-static void tell_contacts(const mbsr_file *f)
-{
-    int shapes = 0;
-    for (int k = 0; k < f->shapes; ++k) shapes += f->shape[k].contact && f->shape[k].body >= 0;
-    if (shapes > 0)
-        say(stderr,
-            "the %d shapes for contact on bodies touch nothing in the unit; --no-contacts: "
-            "no word of it\n",
-            shapes);
-}
-
-static int make_fmu(const fmu_options *o, const program_model *m)
+/* Shapes touch as in a run that begins at the unit's start. */
+static int make_fmu(const fmu_options *o, program_model *m, touching *contacts)
 {
     mbsr_fmu *fmu;
     mbsr_error error;
     mbsr_fmu_opt opt = mbsr_default_fmu_opt();
     int code = start_state(&o->common, m, &opt.q0, &opt.u0);
     if (!code) code = kinds_of(o->kind, &opt.kinds);
+    if (!code) code = touching_put(m, opt.q0, o->common.contacts, false, contacts);
     if (code) return code;
     char *stem = stem_of(o->common.path);
     opt.file = m->file;
@@ -121,11 +111,13 @@ int run_fmu(int argc, char **argv)
 {
     fmu_options o = {.common = {.limits = true, .friction = true, .contacts = true}};
     program_model m = {.text = NULL};
+    touching contacts = {.contacts = NULL};
     int code = read_fmu_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, false, &m);
-    if (!code && o.common.contacts) tell_contacts(m.file);
-    if (!code) code = make_fmu(&o, &m);
+    if (!code) code = make_fmu(&o, &m, &contacts);
     close_model(&m);
+    mbsr_model_destroy(contacts.model);
+    touching_free(&contacts);
     return code;
 }

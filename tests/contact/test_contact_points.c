@@ -352,6 +352,10 @@ static void refusals(void **unused)
     assert_int_equal(mbsr_contacts_add(c, &other, NULL, &error), MBSR_OK);
     assert_int_equal(mbsr_contacts_exclude(c, 0, -2, &error), MBSR_ERR_ID);
     assert_int_equal(mbsr_contacts_pair(c, 0, 2, &box.law, &error), MBSR_ERR_ID);
+    assert_int_equal(mbsr_contacts_join(c, 2, NULL, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_contacts_join(c, -1, (const int[2]){0, 1}, &error), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_contacts_definition(c, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_contacts_definition(NULL, &(mbsr_contacts_def){0}), MBSR_ERR_NULL);
     mbsr_contact_law law = box.law;
     law.friction = -1.0;
     assert_int_equal(mbsr_contacts_pair(c, 0, 1, &law, &error), MBSR_ERR_VALUE);
@@ -384,6 +388,7 @@ static void refusals(void **unused)
     mbsr_contacts_destroy(twice);
     assert_int_equal(mbsr_contacts_force(c, 0, &force, &error), MBSR_OK);
     assert_int_equal(mbsr_contacts_add(c, &soft, NULL, &error), MBSR_ERR_FINISHED);
+    assert_int_equal(mbsr_contacts_join(c, 0, NULL, &error), MBSR_ERR_FINISHED);
     mbsr_contacts_destroy(c);
     mbsr_contacts_destroy(NULL);
 }

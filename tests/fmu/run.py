@@ -176,9 +176,8 @@ def far(a, b):
     return max(abs(x - y) for x, y in zip(a, b)) / (1e-9 + max(abs(x) for x in a))
 
 
-def differences(ask, at, k, h=None):
+def differences(ask, at, k, h):
     """Column k of the derivative of ask(at), of order 6."""
-    h = h or 2.0 ** -7 * (1.0 + abs(at[k]))
     column = None
     for steps, weight in ((1, 45.0 / 60.0), (2, -9.0 / 60.0), (3, 1.0 / 60.0)):
         for sign in (1.0, -1.0):
@@ -188,7 +187,7 @@ def differences(ask, at, k, h=None):
     return column
 
 
-def derivatives_are_right(unit, inputs, outputs, error):
+def derivatives_are_right(unit, inputs, outputs, error, h=2.0 ** -7):
     """Of model exchange, in states and inputs: products along and against are transposes of each
     other, and agree with differences of values."""
     d = unit.description
@@ -211,7 +210,7 @@ def derivatives_are_right(unit, inputs, outputs, error):
     columns = [one.sensitivity(unknowns, knowns, [float(k == l) for l in range(len(knowns))])
                for k in range(len(knowns))]
     for k, column in enumerate(columns):
-        right = differences(ask, at, k)
+        right = differences(ask, at, k, h * (1.0 + abs(at[k])))
         need(far(right, column) < error,
              f"derivatives in {knowns[k].name}: {far(right, column)}")
     ask(at)
@@ -414,7 +413,7 @@ def halves_approach_the_whole(folder, version):
 
 def main(folder):
     for version in (2, 3):
-        for name in ("arm", "linkage", "beam", "vehicle", "wheel"):
+        for name in ("arm", "linkage", "beam", "vehicle", "wheel", "balls", "heap"):
             unit = Unit(f"{folder}/{name}{version}.fmu")
             need(not unit.description.errors, f"{name}: {unit.description.errors}")
             states_are_kept(unit)
@@ -431,6 +430,17 @@ def main(folder):
         wheel = Unit(f"{folder}/wheel{version}.fmu")
         derivatives_are_right(wheel, ["motions.carrier.v"], ("joints.wheel.u",), 1e-9)
         wheel.close()
+        balls = Unit(f"{folder}/balls{version}.fmu")
+        both_ways_agree(balls, 0.3, 5e-4, 1e-5)
+        derivatives_are_right(balls, ["inputs.push[2]", "inputs.push[4]"], ("joints.",), 1e-9, 2.0 ** -9)
+        derivatives_are_right(balls, [], ("contacts.",), 1e-7, 2.0 ** -9)
+        for exchange in (True, False):
+            parameters_have_derivatives(balls, exchange, ["bodies.ball.mass", "bodies.second.mass", "forces.weight.gz"],
+                                        ("joints.", "contacts.", "energy."), 1e-8)
+        balls.close()
+        heap = Unit(f"{folder}/heap{version}.fmu")
+        both_ways_agree(heap, 0.3, 2e-4, 1e-3)
+        heap.close()
         names = ["bodies.upper.mass", "bodies.'lower arm'.com[1]", "bodies.'lower arm'.joint_offset[1]",
                  "forces.spring.stiffness", "forces.hold.damping", "forces.weight.gz"]
         parameters_have_derivatives(arm, True, names, ("joints.", "energy."), 1e-8)

@@ -172,5 +172,5 @@ with tempfile.TemporaryDirectory() as name:
             unit.close()
     only_of_c11(work / "arm_sources3")
     prefixed(work / "arm_sources3", work)
-    assert runs == 8 * len(ways)
+    assert runs == 12 * len(ways)
 print(f"{runs} runs, {len(objects)} sources compiled")

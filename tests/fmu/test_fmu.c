@@ -212,6 +212,47 @@ static void endless_steps_are_refused(void **state)
     unload(&l);
 }
 
+/* Numbers of q, and what contacts exert on bodies. */
+static void contacts_run_as_in_process(void **state)
+{
+    static const char *const names[] = {"dice", "peg", "egg", "pill", "stone", "foot"};
+    loaded l;
+    double most = 0.0;
+    (void)state;
+    load(&l, make_heap, 0.0);
+    mbsr_simulation *s = &l.model.s;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-9;
+    assert_int_equal(mbsr_simulation_start(s, &opt, 0.0, NULL, NULL), MBSR_OK);
+    fmi3Instance c = instantiate(&l);
+    assert_non_null(c);
+    initialize(&l, c);
+    for (int k = 0; k < 60; ++k) {
+        step(&l, c, 0.01 * k, 0.01);
+        assert_int_equal(mbsr_simulation_to(s, 0.01 * (k + 1)), MBSR_OK);
+        for (int b = 0; b < 6; ++b) {
+            double f[6];
+            assert_int_equal(
+                mbsr_force_load(s->model, s->data, mbsr_model_forces(s->model) - 1, b + 1, f, NULL),
+                MBSR_OK);
+            for (int i = 0; i < 6; ++i) {
+                char name[80];
+                snprintf(name, sizeof name, "contacts.%s.f[%d]", names[b], i + 1);
+                assert_true(fabs(get(&l, c, name) - f[i]) < 1e-6 * (1.0 + fabs(f[i])));
+            }
+            most = fmax(most, fabs(f[5]));
+        }
+        for (int i = 0; i < 7; ++i) {
+            char name[80];
+            snprintf(name, sizeof name, "joints.dice.q[%d]", i + 1);
+            assert_true(fabs(get(&l, c, name) - s->q[i]) < 1e-8);
+        }
+    }
+    assert_true(most > 20.0); /* more than it weighs */
+    FUNCTION(&l, fmi3FreeInstance)(c);
+    unload(&l);
+}
+
 /* Two pendulums part, and a rank changes: against the form that decides no ranks. */
 static void ranks_change_within_a_step(void **state)
 {
@@ -998,6 +1039,7 @@ int main(void)
         cmocka_unit_test(closed_linkage_runs_as_in_process),
         cmocka_unit_test(vehicle_runs_by_fixed_steps),
         cmocka_unit_test(endless_steps_are_refused),
+        cmocka_unit_test(contacts_run_as_in_process),
         cmocka_unit_test(ranks_change_within_a_step),
         cmocka_unit_test(inputs_are_held_as_in_process),
         cmocka_unit_test(parameters_are_those_of_the_library),

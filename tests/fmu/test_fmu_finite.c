@@ -62,9 +62,9 @@ static int exports(void *user)
 
 static void each_allocation_of_an_export_fails(void **state)
 {
-    static void (*const make[])(unit_model * m) = {make_linkage, make_beam, make_flyer};
+    static void (*const make[])(unit_model * m) = {make_linkage, make_beam, make_flyer, make_heap};
     (void)state;
-    for (int k = 0; k < 3; ++k) {
+    for (int k = 0; k < 4; ++k) {
         unit_model m;
         make[k](&m);
         assert_int_equal(mbsr_model_finish(m.s.model), MBSR_OK);

@@ -180,9 +180,109 @@ void make_wheel(unit_model *m)
     named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));
 }
 
+/* ---- contacts ---- */
+
+static const double still[6] = {0.1, 0.2, 0.15, 0.01, 0.02, -0.01};
+
+static int shape_on(unit_model *m, const char *name, int body, mbsr_shape_kind kind, double x,
+                    double y, double z)
+{
+    int id = -1;
+    mbsr_shape s = mbsr_default_shape();
+    s.name = name, s.body = body, s.kind = kind;
+    s.size[0] = x, s.size[1] = y, s.size[2] = z;
+    s.law = (mbsr_contact_law){2e3, 1.5, 0.1, 0.5, 1.0, 0.02, 0.03, 0.8, 0.0};
+    if (mbsr_contacts_add(m->contacts, &s, &id, NULL)) return -1;
+    return id;
+}
+
+static void begin_contacts(unit_model *m)
+{
+    *m = begin();
+    mbsr_contacts_create(&m->contacts, NULL);
+    shape_on(m, "floor", MBSR_GROUND, MBSR_SHAPE_PLANE, 0.0, 0.0, 0.0);
+}
+
+static void end_contacts(unit_model *m)
+{
+    mbsr_force_def touch;
+    named(m, "weight", mbsr_force_gravity(0.0, 0.0, -9.81));
+    if (!mbsr_contacts_force(m->contacts, 0, &touch, NULL)) named(m, "touch", touch);
+}
+
+static int loose(unit_model *m, const char *name, double x, double z)
+{
+    static const double com[3] = {0.02, 0.0, 0.01};
+    const mbsr_frame at = mbsr_frame_at(x, 0.0, z);
+    return mbsr_simulation_add_body(&m->s, name, MBSR_GROUND, mbsr_joint_free(&at, NULL),
+                                    mbsr_inertia_rigid(2.0, com, still));
+}
+
+void make_balls(unit_model *m)
+{
+    begin_contacts(m);
+    const int ball = loose(m, "ball", 0.0, 0.35);
+    const mbsr_frame above = mbsr_frame_at(0.0, 0.0, 0.97);
+    const int second = mbsr_simulation_add_body(&m->s, "second", MBSR_GROUND,
+                                                mbsr_joint_prismatic(&above, NULL, z_axis),
+                                                mbsr_inertia_particle(3.0));
+    shape_on(m, "ball", ball, MBSR_SHAPE_SPHERE, 0.5, 0.0, 0.0);
+    shape_on(m, "second", second, MBSR_SHAPE_SPHERE, 0.3, 0.0, 0.0);
+    named(m, "push", mbsr_force_wrench(ball, NULL, 0, mbsr_stored_force, m->motion.value));
+    end_contacts(m);
+}
+
+/* A hill of the ground, and a stone. */
+static void add_rough(unit_model *m, int stone)
+{
+    static const double height[9] = {0.0, 0.05, 0.0, 0.05, 0.1, 0.05, 0.0, 0.05, 0.0},
+                        corner[18] = {0.3, 0.0,  0.0, -0.3, 0.0, 0.0,  0.0, 0.2, 0.0,
+                                      0.0, -0.2, 0.0, 0.0,  0.0, 0.25, 0.0, 0.0, -0.25};
+    static const int side[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    mbsr_shape hill = mbsr_default_shape(), s = hill;
+    hill.kind = MBSR_SHAPE_HEIGHTS;
+    hill.size[0] = hill.size[1] = 1.0;
+    hill.rows = hill.columns = 3, hill.height = height;
+    s.kind = MBSR_SHAPE_MESH, s.body = stone;
+    s.vertices = 6, s.triangles = 8, s.vertex = corner, s.triangle = side, s.rounding = 0.02;
+    hill.law.stiffness = s.law.stiffness = 1e4;
+    hill.groups = hill.mask = s.groups = s.mask = 5;
+    s.law.damping = 0.2;
+    mbsr_contacts_add(m->contacts, &hill, NULL, NULL);
+    mbsr_contacts_add(m->contacts, &s, NULL, NULL);
+}
+
+void make_heap(unit_model *m)
+{
+    static const char *const names[] = {"dice", "peg", "egg", "pill", "stone"};
+    static const mbsr_shape_kind kinds[] = {MBSR_SHAPE_BOX, MBSR_SHAPE_CYLINDER,
+                                            MBSR_SHAPE_ELLIPSOID, MBSR_SHAPE_CAPSULE};
+    static const double x[] = {0.0, 0.05, 0.3, 0.45, 0.9}, z[] = {0.45, 0.8, 0.7, 0.9, 0.4};
+    int body[5], shape[4];
+    begin_contacts(m);
+    for (int k = 0; k < 5; ++k) body[k] = loose(m, names[k], x[k], z[k]);
+    for (int k = 0; k < 4; ++k) shape[k] = shape_on(m, names[k], body[k], kinds[k], 0.15, 0.2, 0.1);
+    add_rough(m, body[4]);
+    const mbsr_frame below = mbsr_frame_at(0.0, 0.1, -0.2);
+    const int foot = mbsr_simulation_add_body(
+        &m->s, "foot", body[0], mbsr_joint_prismatic(&below, NULL, z_axis), mbsr_inertia_zero());
+    named(m, "leg", mbsr_force_joint_spring(foot, 0, 400.0, 20.0, 0.0));
+    shape_on(m, "", foot, MBSR_SHAPE_SPHERE, 0.05, 0.0, 0.0);
+    const mbsr_contact_law own = {5e3, 1.0, 0.4, 0.1, 0.5, 0.0, 0.0, 1.0, 0.01};
+    int joined[6][2];
+    for (int k = 0; k < 6; ++k) joined[k][0] = k, joined[k][1] = k == foot ? body[0] : MBSR_NONE;
+    mbsr_contacts_pair(m->contacts, shape[0], shape[1], &own, NULL);
+    mbsr_contacts_pair(m->contacts, shape[1], shape[2], NULL, NULL);
+    mbsr_contacts_exclude(m->contacts, body[2], body[3], NULL);
+    mbsr_contacts_join(m->contacts, 6, joined[0], NULL);
+    end_contacts(m);
+}
+
 void free_model(unit_model *m)
 {
     mbsr_simulation_end(&m->s);
+    mbsr_contacts_destroy(m->contacts);
     mbsr_flex_destroy(m->flex);
 }
 

@@ -3,6 +3,7 @@
 #ifndef TEST_FMU_UNITS_H
 #define TEST_FMU_UNITS_H
 
+#include <mbsrank/contact.h>
 #include <mbsrank/fmu.h>
 #include <mbsrank/simulation.h>
 
@@ -10,6 +11,7 @@
 typedef struct unit_model {
     mbsr_simulation s; /* not started */
     mbsr_flex *flex;
+    mbsr_contacts *contacts;
     double held[4];
     mbsr_fmu_motion motion;
 } unit_model;
@@ -37,6 +39,13 @@ void make_twins(unit_model *m);
 void make_vehicle(unit_model *m);
 void make_body(unit_model *m);
 void make_wheel(unit_model *m);
+
+/* A ball that is pressed into the floor, turns and slides there, below a second one on a slider. */
+void make_balls(unit_model *m);
+
+/* Shapes of every kind that fall on a floor with a hill; a leg of one of them ends in a foot
+ * without mass. Pairs have a law of their own, or never touch. */
+void make_heap(unit_model *m);
 
 void free_model(unit_model *m);
 

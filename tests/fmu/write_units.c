@@ -9,7 +9,7 @@ static const struct {
     void (*make)(unit_model *m);
 } units[] = {{"arm", make_arm},         {"linkage", make_linkage}, {"beam", make_beam},
              {"vehicle", make_vehicle}, {"body", make_body},       {"wheel", make_wheel},
-             {"flyer", make_flyer}};
+             {"flyer", make_flyer},     {"balls", make_balls},     {"heap", make_heap}};
 
 /* With sources; fixed_step 0: stepped by the error. */
 static int write_sources(const char *name, void (*make)(unit_model *m), int version,
@@ -49,6 +49,7 @@ int main(int argc, char **argv)
     for (int version = 2; version <= 3 && argc == 2; ++version) {
         failures += write_sources("arm", make_arm, version, 0.0, argv[1]);
         failures += write_sources("beam", make_beam, version, 1e-3, argv[1]);
+        failures += write_sources("heap", make_heap, version, 1e-3, argv[1]);
     }
     return failures ? 1 : 0;
 }
