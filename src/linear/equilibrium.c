@@ -12,12 +12,13 @@
  * too long or makes matters worse.
  *
  * Forces are measured over the square root of the mass that they move, steps as turns in rad and
- * ways over the length of the model; a displacement of a millionth of that tells what rate is
- * typical, so that units do not matter. */
+ * ways, those by modes too, over the length of the model; a displacement of a millionth of that
+ * tells what rate is typical, so that units do not matter. */
 #include "files/arena.h"
 
 #include "base/cookie.h"
 #include "base/error.h"
+#include "linear/spans.h"
 
 #include <mbsrank/linear.h>
 #include <mbsrank/driver.h>
@@ -73,27 +74,12 @@ static int residual(const rest *w, const double *y, const double *yp, double *F)
     return mbsr_dae_residual(w->m, w->d, MBSR_DAE_MOMENTUM, w->t, y, yp, F);
 }
 
-/* The longest way between origins of bodies and the ground's. */
-static double find_length(const rest *w)
-{
-    double most = 0.0;
-    for (int i = 0; i < mbsr_model_bodies(w->m); ++i) {
-        double x[3] = {0.0};
-        if (mbsr_body_point(w->m, w->d, i, NULL, x, NULL, NULL)) continue;
-        most = fmax(most, sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
-    }
-    return most;
-}
-
 static void find_units(rest *w)
 {
     for (int i = 0; i < mbsr_model_bodies(w->m); ++i) {
-        int at, nq;
-        mbsr_coordinate_kind kind[64];
-        mbsr_body_coordinates(w->m, i, &at, &nq, NULL, NULL);
-        const bool known = nq <= 64 && mbsr_body_coordinate_kinds(w->m, i, kind, NULL) == MBSR_OK;
-        for (int k = 0; k < nq; ++k)
-            w->span[at + k] = known && kind[k] == MBSR_COORDINATE_TRANSLATION ? w->length : 1.0;
+        int at;
+        mbsr_body_coordinates(w->m, i, &at, NULL, NULL, NULL);
+        mbsri_linear_spans(w->m, i, false, w->length, w->span + at);
     }
 }
 
@@ -105,7 +91,7 @@ static int find_scales(rest *w)
     if (!status) status = mbsr_stage_backward(w->m, w->d);
     if (!status) status = mbsr_momentum_scales(w->m, w->d, w->mass);
     if (status) return status;
-    w->length = find_length(w);
+    w->length = mbsri_linear_length(w->m, w->d);
     for (int round = 0; round < 2; ++round) {
         uint64_t random = UINT64_C(88172645463325252);
         find_units(w);

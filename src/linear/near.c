@@ -9,6 +9,7 @@
  */
 #include "linear/krylov.h"
 #include "linear/record.h"
+#include "linear/spans.h"
 
 #include "base/cookie.h"
 #include "base/error.h"
@@ -372,26 +373,20 @@ static int check_rest(near *w)
 {
     static const double most = 1e-6;
     const mbsri_coordinates *c = &w->c;
-    double length = 0.0;
     int status =
         mbsr_dae_residual(c->model, c->data, MBSR_DAE_MOMENTUM, c->t, w->y, w->yp, w->delta);
     if (status) return fail_as(w->error, status, mbsr_data_error(c->data));
     status = mbsr_newton_solve(w->newton, w->delta, w->delta);
     if (status) return fail_as(w->error, status, mbsr_newton_error(w->newton));
-    for (int i = 0; i < c->bodies; ++i) {
-        double x[3] = {0.0};
-        if (mbsr_body_point(c->model, c->data, i, NULL, x, NULL, NULL)) continue;
-        length = fmax(length, sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
-    }
+    const double length = mbsri_linear_length(c->model, c->data);
     for (int i = 0; i < c->bodies; ++i) {
         int at, nq;
-        mbsr_coordinate_kind kind[64];
+        double span[MBSRI_LINEAR_SPANS];
         mbsr_body_coordinates(c->model, i, &at, &nq, NULL, NULL);
-        if (nq > 64 || mbsr_body_coordinate_kinds(c->model, i, kind, NULL)) continue;
+        if (nq > MBSRI_LINEAR_SPANS) continue;
+        mbsri_linear_spans(c->model, i, false, length, span);
         for (int k = 0; k < nq; ++k) {
-            const double way = fabs(w->delta[at + k]),
-                         unit = kind[k] == MBSR_COORDINATE_TRANSLATION ? length : 1.0;
-            if (!(way > most * unit) || !(unit > 0.0)) continue;
+            if (!(fabs(w->delta[at + k]) > most * span[k]) || !(span[k] > 0.0)) continue;
             return mbsri_fail(w->error, MBSR_ERR_VALUE, i, MBSR_NONE,
                               "%s: the model is not at rest at q: forces would move coordinate %d "
                               "of body %d (%s) by %.3g; mbsr_equilibrium finds where it rests",

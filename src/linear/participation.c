@@ -8,6 +8,7 @@
 #include "files/arena.h"
 
 #include "base/error.h"
+#include "linear/spans.h"
 
 #include <mbsrank/linear.h>
 
@@ -136,22 +137,16 @@ static void make_shares(int n, double *x)
 /* A small step along the shape: some 1e-5 rad, or of the length of the model. */
 static double small_step(const shares *w, const double *re, const double *im)
 {
-    double length = 0.0, most = 0.0;
+    const double length = mbsri_linear_length(w->model, w->data);
+    double most = 0.0;
     for (int i = 0; i < w->bodies; ++i) {
-        double x[3] = {0.0};
-        if (mbsr_body_point(w->model, w->data, i, NULL, x, NULL, NULL)) continue;
-        length = fmax(length, sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
-    }
-    for (int i = 0; i < w->bodies; ++i) {
-        int n, nq, ui;
-        mbsr_coordinate_kind kind[64];
-        mbsr_body_coordinates(w->model, i, NULL, &nq, &ui, &n);
-        const bool known =
-            nq <= 64 && n == nq && !mbsr_body_coordinate_kinds(w->model, i, kind, NULL);
+        int n, ui;
+        double span[MBSRI_LINEAR_SPANS];
+        mbsr_body_coordinates(w->model, i, NULL, NULL, &ui, &n);
+        mbsri_linear_spans(w->model, i, true, length, span);
         for (int k = 0; k < n; ++k) {
-            const bool way = known && kind[k] == MBSR_COORDINATE_TRANSLATION && length > 0.0;
             const double size = hypot(re[ui + k], im ? im[ui + k] : 0.0);
-            most = fmax(most, size / (way ? length : 1.0));
+            most = fmax(most, size / (span[k] > 0.0 ? span[k] : 1.0));
         }
     }
     return most > 0.0 ? 1e-5 / most : 0.0;

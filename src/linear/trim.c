@@ -13,6 +13,7 @@
  * brought to the same length, so that units do not matter. */
 #include "files/arena.h"
 #include "linear/lapack.h"
+#include "linear/spans.h"
 
 #include "base/cookie.h"
 #include "base/error.h"
@@ -489,19 +490,12 @@ static int describe_trim(trim *w, mbsr_data *d, const mbsr_trim_opt *opt, mbsr_e
         *error = *mbsr_data_error(d);
         return status;
     }
-    for (int i = 0; i < mbsr_model_bodies(m); ++i) {
-        double x[3] = {0.0};
-        if (mbsr_body_point(m, d, i, NULL, x, NULL, NULL)) continue;
-        w->length = fmax(w->length, sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
-    }
+    w->length = mbsri_linear_length(m, d);
     if (!(w->length > 0.0)) w->length = 1.0;
     for (int i = 0; i < mbsr_model_bodies(m); ++i) {
-        int at, n;
-        mbsr_coordinate_kind kind[MBSR_MAX_D];
-        mbsr_body_coordinates(m, i, NULL, NULL, &at, &n);
-        mbsr_body_coordinate_kinds(m, i, NULL, kind);
-        for (int k = 0; k < n; ++k)
-            w->span[at + k] = kind[k] == MBSR_COORDINATE_TRANSLATION ? w->length : 1.0;
+        int at;
+        mbsr_body_coordinates(m, i, NULL, NULL, &at, NULL);
+        mbsri_linear_spans(m, i, true, w->length, w->span + at);
     }
     return MBSR_OK;
 }

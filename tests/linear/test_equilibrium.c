@@ -6,9 +6,11 @@
 #include "units.h"
 
 #include <mbsrank/driver.h>
+#include <mbsrank/flex.h>
 #include <mbsrank/linear.h>
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { MOST = 40 };
 
@@ -334,10 +336,59 @@ static void a_mass_falls_into_a_slack_cable(void **state)
     free_both(m, d);
 }
 
+/* A beam sags under a force at its tip by P L^3 / (3 EI), in as many steps whatever the units:
+ * amplitudes of modes are in units of their own. */
+static void a_beam_sags_in_any_units(void **state)
+{
+    (void)state;
+    int iterations[4][2];
+    double sag[4];
+    for (int k = 0; k < 4; ++k) {
+        const units *s = systems + k;
+        const double force = s->mass * s->length / (s->time * s->time);
+        double load[6] = {0, 0, 0, 0, 0, -2.0 * force};
+        mbsr_beam_def def = mbsr_default_beam_def();
+        mbsr_flex *flex;
+        mbsr_error error;
+        mbsr_equilibrium_info found;
+        mbsr_trim_info trimmed;
+        mbsr_parameters *list;
+        double q[MOST] = {0.0}, x[3];
+        int tip;
+        def.length = s->length, def.density = 0.5 * s->mass / s->length;
+        def.EI_y = def.EI_z = 20.0 * force * s->length * s->length;
+        def.elements = 4, def.modes = 3, def.loaded = 1, def.node = (const int[]){4};
+        assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
+        mbsr_model *m = empty();
+        mbsr_flexible_def at = mbsr_default_flexible_def();
+        at.flex = flex, at.joint = mbsr_joint_weld(NULL, NULL);
+        int body;
+        assert_ok(mbsr_model_add_flexible(m, &at, &body), mbsr_model_error(m));
+        assert_ok(mbsr_model_add_marker(m, body, 4, "tip", &tip), mbsr_model_error(m));
+        add_force(m, mbsr_force_wrench(tip, NULL, 0, mbsr_stored_force, load));
+        mbsr_data *d = finish(m);
+        assert_ok(mbsr_parameters_create(m, &list, &error), &error);
+        assert_ok(mbsr_trim(list, 0.0, q, 0, NULL, NULL, q, NULL, &trimmed, &error), &error);
+        memset(q, 0, sizeof q);
+        assert_ok(mbsr_equilibrium(m, d, 0.0, q, NULL, q, NULL, &found, &error), &error);
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_body_point(m, d, tip, NULL, x, NULL, NULL), mbsr_data_error(d));
+        sag[k] = -x[2] / s->length;
+        iterations[k][0] = found.iterations, iterations[k][1] = trimmed.iterations;
+        assert_close(sag[k], 2.0 / (3.0 * 20.0), 1e-9);
+        assert_close(sag[k], sag[0], 1e-9);
+        for (int l = 0; l < 2; ++l) assert_int_equal(iterations[k][l], iterations[0][l]);
+        mbsr_parameters_destroy(list);
+        free_both(m, d);
+        mbsr_flex_destroy(flex);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_falls_into_a_slack_cable),
                                        cmocka_unit_test(a_pendulum_on_a_spring),
+                                       cmocka_unit_test(a_beam_sags_in_any_units),
                                        cmocka_unit_test(a_chain),
                                        cmocka_unit_test(a_rod_and_a_spring),
                                        cmocka_unit_test(what_nothing_holds_is_named),
