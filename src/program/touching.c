@@ -65,7 +65,7 @@ static double weigh_all(const program_model *m)
         (void)weigh_body(&def.inertia, &mass);
         if (isfinite(mass)) all += mass;
     }
-    return 9.81 * fmax(1.0, all);
+    return 9.81 * (all > 0.0 ? all : 1.0);
 }
 
 static void add_pair(int a, int b, int *count, int (*pair)[2])

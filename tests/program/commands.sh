@@ -409,6 +409,8 @@ if [ "$with_run" = 1 ]; then
         printf '%s' '<robot name="r"><link name="palm"/><link name="a">' "$finger" '<link name="b">' "$finger" '<joint name="a" type="prismatic">' \
             "$slide" '<child link="a"/></joint><joint name="b" type="prismatic">' "$slide" '<child link="b"/></joint></robot>' >"$work/fingers.urdf"
         ends 0 'shapes of 1 pairs of bodies are drawn into each other' run "$work/fingers.urdf" --t-end 0.1
+        sed 's/"1"/"1e-4"/g' "$work/fingers.urdf" >"$work/light.urdf" # however light
+        ends 0 'shapes of 1 pairs of bodies are drawn into each other' run "$work/light.urdf" --t-end 0.1
         ends 2 'nothing touches' run "$work/ball.xml" --t-end 1 --no-contacts --output contacts
         # massless fingers lift a box, which creeps by m g / (2 mu F) of the slip, 1e-3 m/s
         "$program" run "$models/gripper.xml" --t-end 3 --step 0.5 --inputs "$models/grip.csv" --output box,box.rate \
