@@ -120,7 +120,8 @@ typedef struct mbsr_contacts_of_file {
 /* The shapes for contact of a file (component files): with its groups, frictions, pairs and
  * excluded bodies; meshes by their hulls. `model` is finished and has the file's bodies. Bodies
  * that a joint connects never touch, bodies without shapes between them left aside; nor do those
- * that are welded to each other. Laws are linear: stiffness (0: 2 m / (T z)^2 with the file's
+ * that are welded to each other. Planes and height fields of what is welded to the ground are the
+ * ground's. Laws are linear: stiffness (0: 2 m / (T z)^2 with the file's
  * time T and damping z, so that two shapes make half of that; m is the mass of all that moves, at
  * most ten times that of the heaviest tree, and 1 kg where nothing has mass), and a damping with
  * which what weighs m comes to rest within about T. *told may be NULL. MBSR_ERR_NULL,

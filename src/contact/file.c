@@ -4,10 +4,12 @@
 #include "contact/error.h"
 #include "contact/touch.h"
 
+#include <mbsrank/dynamics.h>
 #include <mbsrank/files.h>
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* Of a model: what its bodies hang on. */
 typedef struct tree {
@@ -15,6 +17,7 @@ typedef struct tree {
     int *parent; /* by id; MBSR_GROUND */
     bool *welded, *shaped;
     double mass, *joined; /* of all that moves; by the root of a tree, of that tree */
+    mbsr_frame *frame;    /* of bodies that are welded to the ground, in it */
 } tree;
 
 /* The first of the bodies that are welded to each other. */
@@ -31,6 +34,30 @@ static int root_of(const tree *t, int body)
     for (int part = weld_of(t, body); part != MBSR_GROUND; part = weld_of(t, t->parent[part]))
         root = part;
     return root;
+}
+
+/* Where bodies are that are welded to the ground; wherever the others are. */
+static int find_frames(const mbsr_model *m, tree *t)
+{
+    mbsr_data *d = NULL;
+    double *q = calloc((size_t)mbsr_model_nq(m) + 1, sizeof *q);
+    int status = q ? mbsr_data_create(m, &d, NULL) : MBSR_ERR_NO_MEMORY;
+    for (int k = 0; k < t->bodies && !status; ++k) {
+        int at, nq, n;
+        mbsr_body_coordinates(m, k, &at, &nq, NULL, &n);
+        if (nq > n) q[at] = 1.0; /* a quaternion */
+    }
+    if (!status) status = mbsr_stage_positions(m, d, 0.0, q);
+    for (int k = 0; k < t->bodies && !status; ++k) {
+        double pose[MBSR_POSE_SIZE + MBSR_MAX_D];
+        if (weld_of(t, k) != MBSR_GROUND || mbsr_body_dimension(m, k) != 6) continue;
+        status = mbsr_body_pose(m, d, k, pose);
+        memcpy(t->frame[k].R, pose + MBSR_POSE_R, sizeof t->frame[k].R);
+        memcpy(t->frame[k].x, pose + MBSR_POSE_X, sizeof t->frame[k].x);
+    }
+    mbsr_data_destroy(d);
+    free(q);
+    return status;
 }
 
 static int find_tree(const mbsr_model *m, const mbsr_file *file, tree *t)
@@ -62,6 +89,20 @@ static int carrier_of(const tree *t, int body)
     int above = weld_of(t, t->parent[body]);
     while (above != MBSR_GROUND && !t->shaped[above]) above = weld_of(t, t->parent[above]);
     return above;
+}
+
+/* Planes and height fields, which are the ground's, of a body that is welded to it. */
+static bool is_welded_ground(const tree *t, const mbsr_file_shape *s)
+{
+    return mbsri_is_ground(s->kind) && s->contact && s->body >= 0 && s->body < t->bodies &&
+           weld_of(t, s->body) == MBSR_GROUND;
+}
+
+static bool has_welded_ground(const tree *t, const mbsr_file *file)
+{
+    for (int k = 0; k < file->shapes; ++k)
+        if (is_welded_ground(t, file->shape + k)) return true;
+    return false;
 }
 
 /* Bodies of one part, or of two of which one carries the other, never touch. */
@@ -129,6 +170,7 @@ static double *shrink_hull(const mbsr_file_shape *from, mbsr_shape *s)
 typedef struct made {
     mbsr_contacts *contacts;
     const mbsr_file *file;
+    const tree *tree;
     double mass, stiffness;
     int *id; /* of each shape of the file; MBSR_NONE */
     mbsr_contacts_of_file done;
@@ -137,8 +179,8 @@ typedef struct made {
 static int add_file_shape(made *m, int k, mbsr_error *error)
 {
     const mbsr_file_shape *from = m->file->shape + k;
-    const bool ground = from->kind == MBSR_SHAPE_PLANE || from->kind == MBSR_SHAPE_HEIGHTS,
-               moves = ground && from->body != MBSR_GROUND, mesh = from->kind == MBSR_SHAPE_MESH;
+    const bool welded = is_welded_ground(m->tree, from), mesh = from->kind == MBSR_SHAPE_MESH,
+               moves = mbsri_is_ground(from->kind) && from->body != MBSR_GROUND && !welded;
     m->id[k] = MBSR_NONE;
     if (!from->contact) return MBSR_OK;
     if (moves || (mesh && from->hull_corners == 0) ||
@@ -148,9 +190,9 @@ static int add_file_shape(made *m, int k, mbsr_error *error)
     }
     mbsr_shape s = mbsr_default_shape();
     s.name = from->name;
-    s.body = from->body;
+    s.body = welded ? MBSR_GROUND : from->body;
     s.kind = from->kind;
-    s.frame = from->frame;
+    s.frame = welded ? mbsr_frame_product(m->tree->frame + from->body, &from->frame) : from->frame;
     for (int l = 0; l < 3; ++l) s.size[l] = from->size[l];
     s.rows = from->rows, s.columns = from->columns;
     s.height = from->height;
@@ -183,6 +225,34 @@ static int add_file_pairs(const made *m, mbsr_error *error)
     return status;
 }
 
+static bool has_couple(const mbsr_contacts *c, int a, int b)
+{
+    for (int k = 0; k < c->couples; ++k) {
+        const mbsr_shape_pair *pair = c->couple + k;
+        if ((pair->a == a && pair->b == b) || (pair->a == b && pair->b == a)) return true;
+    }
+    return false;
+}
+
+/* What a body's shapes never touch goes for those that have become the ground's. */
+static int exclude_welded(const made *m, int body, int other, mbsr_error *error)
+{
+    const mbsr_file *f = m->file;
+    int status = MBSR_OK;
+    for (int a = 0; a < f->shapes; ++a) {
+        if (f->shape[a].body != body || m->id[a] == MBSR_NONE ||
+            !is_welded_ground(m->tree, f->shape + a))
+            continue;
+        for (int b = 0; b < f->shapes && !status; ++b) {
+            if (f->shape[b].body != other || m->id[b] == MBSR_NONE ||
+                has_couple(m->contacts, m->id[a], m->id[b]))
+                continue;
+            status = mbsr_contacts_pair(m->contacts, m->id[a], m->id[b], NULL, error);
+        }
+    }
+    return status;
+}
+
 /* What may rest on a shape: all that moves, up to ten trees of the heaviest kind. */
 static double bearing_of(const tree *t)
 {
@@ -194,13 +264,16 @@ static double bearing_of(const tree *t)
 static int add_file_shapes(mbsr_contacts *c, const tree *t, const mbsr_file *file, double stiffness,
                            mbsr_contacts_of_file *told, mbsr_error *error)
 {
-    made m = {.contacts = c, .file = file, .mass = bearing_of(t), .stiffness = stiffness};
+    made m = {
+        .contacts = c, .file = file, .tree = t, .mass = bearing_of(t), .stiffness = stiffness};
     int status = MBSR_OK;
     m.id = malloc(((size_t)file->shapes + 1) * sizeof *m.id);
     if (!m.id)
         return mbsri_contact_fail(error, MBSR_ERR_NO_MEMORY, "mbsr_contacts_add_file: no memory");
     for (int k = 0; k < file->shapes && !status; ++k) status = add_file_shape(&m, k, error);
     if (!status) status = add_file_pairs(&m, error);
+    for (int k = 0; k < 2 * file->excluded && !status; ++k)
+        status = exclude_welded(&m, file->exclude[k], file->exclude[k ^ 1], error);
     free(m.id);
     *told = m.done;
     return status;
@@ -225,17 +298,22 @@ int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file, const
     t.welded = calloc(count, sizeof *t.welded);
     t.shaped = calloc(count, sizeof *t.shaped);
     t.joined = calloc(count, sizeof *t.joined);
-    int status = t.parent && t.welded && t.shaped && t.joined ? MBSR_OK : MBSR_ERR_NO_MEMORY;
+    t.frame = calloc(count, sizeof *t.frame);
+    int status =
+        t.parent && t.welded && t.shaped && t.joined && t.frame ? MBSR_OK : MBSR_ERR_NO_MEMORY;
     if (status)
         (void)mbsri_contact_fail(error, status, "%s: no memory", function);
     else if ((status = find_tree(model, file, &t)))
         (void)mbsri_contact_fail(error, status, "%s: the model is not finished", function);
+    else if (has_welded_ground(&t, file) && (status = find_frames(model, &t)))
+        (void)mbsri_contact_fail(error, status, "%s: %s", function, mbsr_status_text(status));
     if (!status) status = add_file_shapes(contacts, &t, file, stiffness, &done, error);
     if (!status) status = exclude_joined(contacts, &t, file, error);
     free(t.parent);
     free(t.welded);
     free(t.shaped);
     free(t.joined);
+    free(t.frame);
     if (!status && told) *told = done;
     return status;
 }

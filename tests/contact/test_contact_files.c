@@ -86,6 +86,51 @@ static void quadruped(void **unused)
     mbsr_file_destroy(file);
 }
 
+/* A plane on a body that is welded to the ground is the ground's; a body that is excluded falls
+ * through it, and one beside it by a law of their own does not. */
+static const char ramps[] =
+    "<mujoco><worldbody><body name='frame' pos='0 0 1'><body name='ramp' euler='0 30 0'>"
+    "<geom name='slope' type='plane' size='0 0 1' friction='0'/></body></body>"
+    "<body name='ball' pos='.045 0 1.0779422863405996'><freejoint/><geom size='.1' "
+    "mass='1'/></body>"
+    "<body name='ghost' pos='.045 1 1.0779422863405996'><freejoint/><geom size='.1' "
+    "mass='1'/></body>"
+    "<body name='twin' pos='.045 2 1.0779422863405996'><freejoint/>"
+    "<geom name='own' size='.1' mass='1'/></body></worldbody><contact>"
+    "<exclude body1='ghost' body2='ramp'/><exclude body1='ramp' body2='twin'/>"
+    "<pair geom1='slope' geom2='own'/></contact></mujoco>";
+
+static void welded_planes(void **unused)
+{
+    (void)unused;
+    const double u[18] = {0}, n[3] = {0.5, 0.0, sqrt(0.75)};
+    mbsr_file *file = read(ramps);
+    mbsr_contacts *contacts;
+    mbsr_contacts_of_file told;
+    mbsr_contact_point point[4];
+    mbsr_data *d;
+    int force, count;
+    mbsr_model *m = touching_model(file, &contacts, &force, &told);
+    assert_int_equal(told.shapes, 4);
+    assert_int_equal(told.left_out, 0);
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(m, d, 0.0, file->q0), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(m, d, u), MBSR_OK);
+    assert_int_equal(mbsr_contact_report(m, d, force, 4, point, &count), MBSR_OK);
+    assert_int_equal(count, 2);
+    for (int k = 0; k < 2; ++k) {
+        const bool first = point[k].body_a == MBSR_GROUND;
+        assert_int_equal(first ? point[k].body_b : point[k].body_a, k == 0 ? 2 : 4);
+        assert_int_equal(first ? point[k].body_a : point[k].body_b, MBSR_GROUND);
+        assert_close(point[k].depth, 0.01, 1e-12);
+        for (int l = 0; l < 3; ++l) assert_close(point[k].normal[l], first ? -n[l] : n[l], 1e-12);
+    }
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    mbsr_contacts_destroy(contacts);
+    mbsr_file_destroy(file);
+}
+
 /* Excluded bodies, groups. */
 static const char parts[] =
     "<mujoco><worldbody>"
@@ -606,17 +651,21 @@ static int touches(void *user)
 static void each_allocation_fails(void **unused)
 {
     (void)unused;
-    mbsr_file *file = read(stands);
-    const long count = test_scarce_each(touches, file, MBSR_ERR_NO_MEMORY, 1);
-    if (count == -2)
-        fail_msg("allocation %ld: %ld are left", test_memory.fail_at, test_memory.live);
-    assert_true(count == -1 || count > 20);
-    mbsr_file_destroy(file);
+    static const char *const texts[] = {stands, ramps};
+    for (int k = 0; k < 2; ++k) {
+        mbsr_file *file = read(texts[k]);
+        const long count = test_scarce_each(touches, file, MBSR_ERR_NO_MEMORY, 1);
+        if (count == -2)
+            fail_msg("allocation %ld: %ld are left", test_memory.fail_at, test_memory.live);
+        assert_true(count == -1 || count > 20);
+        mbsr_file_destroy(file);
+    }
 }
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(quadruped),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(welded_planes),
+                                       cmocka_unit_test(quadruped),
                                        cmocka_unit_test(shapes_without_a_size),
                                        cmocka_unit_test(each_allocation_fails),
                                        cmocka_unit_test(groups),
