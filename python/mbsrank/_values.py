@@ -245,7 +245,7 @@ def _set(struct, name, kind, value, keep, fields):
             getattr(struct, name)[k] = item
     elif kind.kind == "struct" and isinstance(value, Mapping):
         fill(ffi.addressof(getattr(struct, name)), value, keep, name)
-    elif kind.kind == "struct" and kind.cname == "mbsr_frame":
+    elif kind is ffi.typeof("mbsr_frame") and not isinstance(value, ffi.CData):
         setattr(struct, name, _frame(value)._struct())
     else:
         setattr(struct, name, ffi.NULL if value is None else value)

@@ -144,6 +144,17 @@ class Contact(unittest.TestCase):
         contacts.add("sphere", 0.1, ball, law=law)
         return model, contacts, model.add_force(contacts.force())
 
+    def test_shapes_have_frames(self):
+        for frame in ((0.0, 0.0, 0.5), mb.Frame((0.0, 0.0, 0.5), axis=(1, 0, 0), angle=0.0)):
+            model, contacts = mb.Model(), mb.Contacts()
+            ball = model.add_body("ball", mb.joint.translational(), mb.inertia.point_mass(3.0))
+            contacts.add("plane", frame=frame, law={"stiffness": 1e4})
+            contacts.add("sphere", 0.1, ball, law={"stiffness": 1e4})
+            force, data = model.add_force(contacts.force()), model.data()
+            data.velocities(np.array([0.0, 0.0, 0.59]), np.zeros(3))
+            point, = mb.Contacts.report(data, force)
+            self.assertAlmostEqual(point.depth, 0.01)
+
     def test_a_ball_rests_on_the_floor(self):
         model, contacts, force = self.ball()
         contacts.close()  # the model keeps it
