@@ -17,7 +17,8 @@
  * orders (backward differences) as the run. The adjoint solves the transposes of the very same
  * systems, from the last step to the first. So both give the same numbers but for rounding. No
  * error test sees them: the run is made with a tenth of the tolerances that opt.ida asks for, and
- * errors are within 100 of these, but where contacts of an exponent below 2 begin and end.
+ * errors are within 100 of these, but where contacts of an exponent below 2 begin and end, and but
+ * for runs at rest, whose steps are too long for what a parameter would set swinging.
  * docs/study.md says how much more, and what sensitivities cost. */
 #ifndef MBSRANK_SENSITIVITY_H
 #define MBSRANK_SENSITIVITY_H

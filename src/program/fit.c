@@ -150,6 +150,15 @@ static int make_fit_study(fit_work *w)
     return DONE;
 }
 
+/* What runs know of a column: their tolerance. No noise is less, or a column of rounding alone
+ * would count for more than all others. */
+static double least_noise(const fit_work *w, int k)
+{
+    double most = 0.0;
+    for (int i = 0; i < w->data.lines; ++i) most = fmax(most, fabs(table_at(&w->data, i, k + 1)));
+    return w->o->run.atol + w->o->run.rtol * most;
+}
+
 /* Noise that is given, and of other columns their own deviation at first. */
 static int weigh_columns(fit_work *w)
 {
@@ -160,7 +169,7 @@ static int weigh_columns(fit_work *w)
         for (int i = 0; i < lines; ++i) mean += table_at(&w->data, i, k + 1) / lines;
         for (int i = 0; i < lines; ++i)
             square += (table_at(&w->data, i, k + 1) - mean) * (table_at(&w->data, i, k + 1) - mean);
-        w->noise[k] = square > 0.0 ? sqrt(square / lines) : 1.0;
+        w->noise[k] = square > 0.0 ? fmax(sqrt(square / lines), least_noise(w, k)) : 1.0;
         bool given = false;
         for (int l = 0; l < w->o->noises; ++l) {
             if (strcmp(w->o->column[l], w->data.name[k + 1]) != 0) continue;
@@ -200,19 +209,25 @@ static int show_iteration(void *user, const mbsr_fit_progress *now)
     return 0;
 }
 
-/* Noise of each column from its residuals; false: it is as it was. */
-static bool reweigh(fit_work *w, const mbsr_fit *f)
+/* Noise of a column from its residuals. */
+static double noise_of(const fit_work *w, const mbsr_fit *f, int k)
 {
     const int lines = w->data.lines;
     const double share = (double)f->residuals / f->freedoms;
+    double square = 0.0;
+    for (int i = 0; i < lines; ++i)
+        square += f->residual[k * lines + i] * f->residual[k * lines + i];
+    return w->noise[k] * sqrt(share * square / lines);
+}
+
+/* Noise of each column anew; false: it is as it was. */
+static bool reweigh(fit_work *w, const mbsr_fit *f)
+{
     bool changed = false;
     for (int k = 0; k < w->study.outputs; ++k) {
-        double square = 0.0;
-        for (int i = 0; i < lines; ++i)
-            square += f->residual[k * lines + i] * f->residual[k * lines + i];
-        const double times = sqrt(share * square / lines);
-        changed = changed || !(fabs(times - 1.0) < 0.01);
-        if (times > 0.0) w->noise[k] *= times;
+        const double found = noise_of(w, f, k), noise = fmax(found, least_noise(w, k));
+        changed = changed || !(fabs(noise / w->noise[k] - 1.0) < 0.01);
+        if (found > 0.0) w->noise[k] = noise;
     }
     return changed;
 }
@@ -310,14 +325,15 @@ static void tell_direction(const fit_work *w, const mbsr_fit *f, int k)
 static void tell_noise(const fit_work *w, const mbsr_fit *f, int k)
 {
     bool met = !w->known;
-    for (int i = 0; i < w->data.lines && met; ++i) met = f->residual[k * w->data.lines + i] == 0.0;
+    for (int i = 0; i < w->data.lines && met; ++i)
+        met = fabs(f->residual[k * w->data.lines + i]) < 1e-6; /* of what runs know at least */
     if (met)
         say(stdout,
             "%s is met exactly: without that column the other noises and intervals are larger\n",
             w->output[k].column);
     else
         say(stdout, "noise of %-27s %12.6g\n", w->output[k].column,
-            w->noise[k] * (w->known ? 1.0 : f->noise));
+            w->known ? w->noise[k] : noise_of(w, f, k));
 }
 
 static void tell_fit_text(const fit_work *w, const mbsr_fit *f)

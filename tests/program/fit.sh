@@ -64,6 +64,11 @@ if "$program" run ball.xml --t-end 0.1 2>&1 | grep -q 'shapes touch'; then
     grep -q '^b.pos.y is met exactly' out || { fail 'a column without noise'; cat out; }
     within "$(number bodies.b.mass 2)" 4 1e-5 || { fail 'the mass of a ball'; cat out; }
 fi
+# With a closure, and a finger that moves by rounding alone, which says nothing.
+arm=$2/examples/models/arm.urdf
+"$program" run "$arm" --t-end 0.4 --step 0.02 --set 'bodies.upper.com[3]=.23' --output elbow,shoulder,left_finger --quiet --rtol 1e-10 --atol 1e-11 >arm.csv
+ends 0 'left_finger is met exactly' fit "$arm" --data arm.csv --vary 'bodies.upper.com[3]'
+within "$(number 'bodies.upper.com[3]' 2)" 0.23 1e-5 || { fail 'the centre of mass of an arm'; cat out; }
 # by sensitivities; by differences, which a column with accelerations needs
 ends 0 '"runs": [1-9]}' fit "$car" --start pushed --data clean.csv $pair --set forces.force2.damping=1200 --noise damper=1e-3 --noise rubber=1e-4 --json
 noisy 1 0.02 clean.csv >noise.csv
