@@ -9,6 +9,7 @@
 
 #include <mbsrank/dynamics.h>
 #include <mbsrank/force.h>
+#include <mbsrank/model.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -129,6 +130,25 @@ typedef struct mbsr_contacts_of_file {
 MBSR_API int mbsr_contacts_add_file(mbsr_contacts *contacts, const mbsr_file *file,
                                     const mbsr_model *model, double stiffness,
                                     mbsr_contacts_of_file *told, mbsr_error *error);
+
+/* What mbsr_contacts_attach has made. */
+typedef struct mbsr_touching {
+    mbsr_contacts *contacts; /* NULL: no shape touches. To be destroyed behind the model */
+    mbsr_model *model;       /* finished; NULL likewise. To be destroyed */
+    int force;               /* the element */
+    mbsr_contacts_of_file told;
+    int bodies; /* pairs of bodies, neither of them the ground, that are drawn into each other */
+    int shapes; /* pairs of shapes of the ground and of what a joint holds to it, likewise */
+} mbsr_touching;
+
+/* A copy of a model of a file with the element of mbsr_contacts_add_file, whose laws are by the
+ * masses of another one, finished and with the same bodies (masses; NULL: of the model). What is
+ * drawn into each other at q (nq), so that two shapes press with more than the weight of all
+ * bodies, never touches. On failure nothing is left. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY, statuses of
+ * mbsr_contacts_add_file, mbsr_model_finish and mbsr_stage_positions. */
+MBSR_API int mbsr_contacts_attach(const mbsr_file *file, const mbsr_model *masses,
+                                  const mbsr_model *model, const double *q, double stiffness,
+                                  mbsr_touching *made, mbsr_error *error);
 
 /* The element of all shapes, to be added to a model by mbsr_model_add_force; no shape can be added
  * then. max_pairs: shapes that are near each other at a time, at most, for which data set memory

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Mapping
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _values
 from ._c import ffi, lib
-from ._core import Handle, Owner, Record, fail, needs, plain
+from ._core import Handle, Owner, Record, fail, given, needs, plain
 from ._values import Force, FrameLike
 from .files import File
 from .model import GROUND, Data, Model, _create
@@ -90,11 +91,19 @@ class Contacts(Owner):
         return [plain(points + k) for k in range(count[0])]
 
 
-def touching(file: File, stiffness: float = 0.0) -> tuple[Model, int]:
-    """A copy of the model of a file whose shapes for contact touch, and the id of the element."""
-    contacts = Contacts()
+def touching(file: File, stiffness: float = 0.0, q: ArrayLike | None = None) -> tuple[Model, int]:
+    """A copy of the model of a file whose shapes for contact touch as in runs of the program, and
+    the id of the element; -1 where there are no such shapes. What is drawn into each other at q
+    (None: as the file is drawn) never touches."""
+    needs("contact")
     file.model.finish()
-    contacts.add_file(file, stiffness)
-    model = file.model.copy()
-    force = model.add_force(contacts.force())
-    return model.finish(), force
+    made, error = ffi.new("mbsr_touching *"), ffi.new("mbsr_error *")
+    start = given(file.q0 if q is None else np.asarray(q, dtype="f8"), (file.model.nq,), "q")
+    status = lib.mbsr_contacts_attach(file._get(), ffi.NULL, file.model._get(), start, stiffness,
+                                      made, error)
+    if status:
+        fail(status, error)
+    if not made.model:
+        return file.model.copy().finish(), -1
+    contacts = Handle(made.contacts, lib.mbsr_contacts_destroy)
+    return Model._of(made.model, contacts, file.model._handle)._is_finished(), made.force

@@ -185,6 +185,14 @@ class Contact(unittest.TestCase):
         data.velocities(model.start(), np.zeros(model.nu))
         self.assertIsInstance(mb.Contacts.report(data, force), list)
 
+    def test_what_is_drawn_into_each_other_never_touches(self):
+        file = mb.read(MODELS / "suspension.xml")
+        model, force = mb.touching(file)
+        data = model.data()
+        data.velocities(file.q0, np.zeros(model.nu))
+        weight = 9.81 * data.momentum()[0]
+        self.assertLess(sum(point.normal_force for point in mb.Contacts.report(data, force)), weight)
+
 
 @there("fmu")
 class Fmu(unittest.TestCase):

@@ -4,134 +4,11 @@
 
 #include <mbsrank/contact.h>
 
-#include <math.h>
 #include <stdlib.h>
 
-/* What is drawn into each other as the run begins, so that two shapes press with more than the
- * weight of all bodies: pairs of bodies, neither of them the ground, and pairs of shapes of the
- * ground and of what a joint holds to it. */
-typedef struct overlaps {
-    int bodies, (*body)[2], shapes, (*shape)[2];
-} overlaps;
-
-/* The object and the model with its element. Laws are by the masses that the file has, as those of
- * stops are: another value of a parameter leaves them. */
-static int make_touching(const program_model *m, const overlaps *without, touching *t,
-                         mbsr_contacts_of_file *told)
+static void tell(const mbsr_touching *found)
 {
-    mbsr_error error = {.text = "no memory"};
-    mbsr_force_def def;
-    int status = mbsr_contacts_create(&t->contacts, &error);
-    if (!status)
-        status = mbsr_contacts_add_file(t->contacts, m->file, m->read ? m->read : m->model, 0.0,
-                                        told, &error);
-    for (int k = 0; k < without->bodies && !status; ++k)
-        status =
-            mbsr_contacts_exclude(t->contacts, without->body[k][0], without->body[k][1], &error);
-    for (int k = 0; k < without->shapes && !status; ++k)
-        status = mbsr_contacts_pair(t->contacts, without->shape[k][0], without->shape[k][1], NULL,
-                                    &error);
-    if (!status) status = mbsr_contacts_force(t->contacts, 0, &def, &error);
-    if (!status) status = mbsr_model_copy(m->model, &t->model, &error);
-    if (status) return complain(FAILED, "%s", error.text);
-    if (mbsr_model_add_force(t->model, &def, &t->force) || mbsr_model_finish(t->model))
-        return complain(FAILED, "%s", mbsr_model_error(t->model)->text);
-    return DONE;
-}
-
-/* Whether joints with less than six freedoms hold a body to the ground, with no other that has
- * shapes between them. */
-static bool is_held_by_ground(const program_model *m, int body)
-{
-    int freedoms = 0;
-    for (;; body = mbsr_body_parent(m->model, body)) {
-        mbsr_body_def def;
-        if (mbsr_body_definition(m->model, body, &def)) return false;
-        freedoms += def.joint.n;
-        if (def.parent == MBSR_GROUND) return freedoms < 6;
-        for (int k = 0; k < m->file->shapes; ++k) {
-            if (m->file->shape[k].contact && m->file->shape[k].body == def.parent) return false;
-        }
-    }
-}
-
-static double weigh_all(const program_model *m)
-{
-    double all = 0.0;
-    for (int k = 0; k < mbsr_model_bodies(m->model); ++k) {
-        mbsr_body_def def;
-        double mass;
-        if (mbsr_body_definition(m->model, k, &def)) continue;
-        (void)weigh_body(&def.inertia, &mass);
-        if (isfinite(mass)) all += mass;
-    }
-    return 9.81 * (all > 0.0 ? all : 1.0);
-}
-
-static void add_pair(int a, int b, int *count, int (*pair)[2])
-{
-    for (int k = 0; k < *count; ++k) {
-        if (pair[k][0] == a && pair[k][1] == b) return;
-    }
-    pair[*count][0] = a;
-    pair[(*count)++][1] = b;
-}
-
-/* Whether the file gives two bodies shapes that touch by a law of their own. */
-static bool have_pair(const mbsr_file *f, int a, int b)
-{
-    for (int k = 0; k < f->pairs; ++k) {
-        const int x = f->shape[f->pair[k].shape[0]].body, y = f->shape[f->pair[k].shape[1]].body;
-        if ((x == a && y == b) || (x == b && y == a)) return true;
-    }
-    return false;
-}
-
-static int list_overlaps(const program_model *m, const mbsr_contact_point *points, int count,
-                         overlaps *found)
-{
-    found->body = malloc(((size_t)count + 1) * sizeof *found->body);
-    found->shape = malloc(((size_t)count + 1) * sizeof *found->shape);
-    if (!found->body || !found->shape) return complain(FAILED, "no memory");
-    const double weight = weigh_all(m);
-    for (int k = 0, next; k < count; k = next) { /* points of two shapes follow each other */
-        const mbsr_contact_point *p = points + k;
-        const int on_ground = p->body_a == MBSR_GROUND ? p->body_b : p->body_a;
-        double force = 0.0;
-        for (next = k; next < count && points[next].shape_a == p->shape_a &&
-                       points[next].shape_b == p->shape_b;
-             ++next)
-            force += points[next].normal_force;
-        if (force <= weight) continue;
-        if (p->body_a != MBSR_GROUND && p->body_b != MBSR_GROUND)
-            add_pair(p->body_a, p->body_b, &found->bodies, found->body);
-        else if (is_held_by_ground(m, on_ground) && !have_pair(m->file, p->body_a, p->body_b))
-            add_pair(p->shape_a, p->shape_b, &found->shapes, found->shape);
-    }
-    return DONE;
-}
-
-static int find_overlaps(const program_model *m, touching *t, const double *q, overlaps *found)
-{
-    mbsr_error error;
-    mbsr_data *d = NULL;
-    double *u = calloc((size_t)mbsr_model_nu(t->model) + 1, sizeof *u);
-    if (!u || mbsr_data_create(t->model, &d, &error)) {
-        free(u);
-        return complain(FAILED, "no memory");
-    }
-    int code = DONE;
-    if (mbsr_stage_positions(t->model, d, 0.0, q) || mbsr_stage_velocities(t->model, d, u))
-        code = complain(FAILED, "%s", mbsr_data_error(d)->text);
-    if (!code) code = touching_look(t, d);
-    if (!code) code = list_overlaps(m, t->point, t->count, found);
-    mbsr_data_destroy(d);
-    free(u);
-    return code;
-}
-
-static void tell(const mbsr_contacts_of_file *told, const overlaps *found)
-{
+    const mbsr_contacts_of_file *told = &found->told;
     if (told->shapes > 0)
         say(stderr, "%d shapes touch, with up to %.3g N/m each; not so: --no-contacts\n",
             told->shapes, told->stiffness);
@@ -159,25 +36,16 @@ static bool has_shapes(const mbsr_file *f)
 
 int touching_make(const program_model *m, const double *q, bool on, bool quiet, touching *t)
 {
-    mbsr_contacts_of_file told = {0};
-    overlaps found = {0};
+    mbsr_touching made;
+    mbsr_error error;
     *t = (touching){.contacts = NULL};
     if (!on || !has_shapes(m->file)) return DONE;
-    int code = make_touching(m, &found, t, &told);
-    if (!code) code = find_overlaps(m, t, q, &found);
-    if (!code && found.bodies + found.shapes > 0) {
-        mbsr_model_destroy(t->model);
-        touching_free(t);
-        code = make_touching(m, &found, t, &told);
-    }
-    if (!code && !quiet) tell(&told, &found);
-    free(found.body);
-    free(found.shape);
-    if (code || told.shapes == 0) {
-        mbsr_model_destroy(t->model);
-        touching_free(t);
-    }
-    return code;
+    /* laws are by the masses that the file has, as those of stops are */
+    if (mbsr_contacts_attach(m->file, m->read, m->model, q, 0.0, &made, &error))
+        return complain(FAILED, "%s", error.text);
+    if (!quiet) tell(&made);
+    *t = (touching){.contacts = made.contacts, .model = made.model, .force = made.force};
+    return DONE;
 }
 
 int touching_put(program_model *m, const double *q, bool on, bool quiet, touching *t)

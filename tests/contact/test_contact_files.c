@@ -131,6 +131,51 @@ static void welded_planes(void **unused)
     mbsr_file_destroy(file);
 }
 
+/* Two boxes and a slider in a tube of the ground are drawn into each other, however light they are;
+ * a ball on the floor is not. */
+static const char drawn[] =
+    "<mujoco><worldbody><geom type='plane' size='0 0 1' pos='0 0 -1'/>"
+    "<geom type='box' size='.1 .1 .1' pos='3 0 0'/>"
+    "<body name='a'><freejoint/><geom type='box' size='.1 .1 .1' mass='1e-5'/></body>"
+    "<body name='b' pos='.15 0 0'><freejoint/><geom type='box' size='.1 .1 .1' mass='1e-5'/></body>"
+    "<body name='rod' pos='3 0 0'><joint type='slide' axis='1 0 0'/>"
+    "<geom type='box' size='.09 .05 .05' mass='1e-5'/></body>"
+    "<body name='ball' pos='0 0 -.9001'><freejoint/><geom size='.1' mass='1e-5'/></body>"
+    "</worldbody></mujoco>";
+
+static void what_is_drawn_into_each_other(void **unused)
+{
+    (void)unused;
+    const double u[19] = {0};
+    mbsr_file *file = read(drawn);
+    mbsr_touching t;
+    mbsr_error error;
+    mbsr_contact_point point;
+    mbsr_data *d;
+    int count;
+    if (mbsr_contacts_attach(file, NULL, file->model, file->q0, 0.0, &t, &error))
+        fail_msg("%s", error.text);
+    assert_int_equal(t.told.shapes, 6);
+    assert_int_equal(t.bodies, 1);
+    assert_int_equal(t.shapes, 1);
+    assert_int_equal(mbsr_data_create(t.model, &d, NULL), MBSR_OK);
+    assert_int_equal(mbsr_stage_positions(t.model, d, 0.0, file->q0), MBSR_OK);
+    assert_int_equal(mbsr_stage_velocities(t.model, d, u), MBSR_OK);
+    assert_int_equal(mbsr_contact_report(t.model, d, t.force, 1, &point, &count), MBSR_OK);
+    assert_int_equal(count, 1);
+    assert_close(point.depth, 1e-4, 1e-12);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(t.model);
+    mbsr_contacts_destroy(t.contacts);
+    assert_int_equal(mbsr_contacts_attach(file, NULL, file->model, NULL, 0.0, &t, &error),
+                     MBSR_ERR_NULL);
+    assert_contains(error.text, "q is NULL");
+    assert_int_equal(mbsr_contacts_attach(file, NULL, file->model, file->q0, -1.0, &t, &error),
+                     MBSR_ERR_VALUE);
+    assert_null(t.model);
+    mbsr_file_destroy(file);
+}
+
 /* Excluded bodies, groups. */
 static const char parts[] =
     "<mujoco><worldbody>"
@@ -630,29 +675,21 @@ static void refusals(void **unused)
 static int touches(void *user)
 {
     const mbsr_file *file = user;
-    mbsr_contacts *contacts;
-    mbsr_contacts_of_file told;
-    mbsr_force_def def;
-    mbsr_model *m = NULL;
+    mbsr_touching t;
     mbsr_data *d = NULL;
-    int status = mbsr_contacts_create(&contacts, NULL);
-    if (!status) status = mbsr_contacts_add_file(contacts, file, file->model, 0.0, &told, NULL);
-    if (!status) status = mbsr_contacts_force(contacts, 0, &def, NULL);
-    if (!status) status = mbsr_model_copy(file->model, &m, NULL);
-    if (!status) status = mbsr_model_add_force(m, &def, NULL);
-    if (!status) status = mbsr_model_finish(m);
-    if (!status) status = mbsr_data_create(m, &d, NULL);
+    int status = mbsr_contacts_attach(file, NULL, file->model, file->q0, 0.0, &t, NULL);
+    if (!status) status = mbsr_data_create(t.model, &d, NULL);
     mbsr_data_destroy(d);
-    mbsr_model_destroy(m);
-    mbsr_contacts_destroy(contacts);
+    mbsr_model_destroy(t.model);
+    mbsr_contacts_destroy(t.contacts);
     return status;
 }
 
 static void each_allocation_fails(void **unused)
 {
     (void)unused;
-    static const char *const texts[] = {stands, ramps};
-    for (int k = 0; k < 2; ++k) {
+    static const char *const texts[] = {stands, ramps, drawn};
+    for (int k = 0; k < 3; ++k) {
         mbsr_file *file = read(texts[k]);
         const long count = test_scarce_each(touches, file, MBSR_ERR_NO_MEMORY, 1);
         if (count == -2)
@@ -665,6 +702,7 @@ static void each_allocation_fails(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(welded_planes),
+                                       cmocka_unit_test(what_is_drawn_into_each_other),
                                        cmocka_unit_test(quadruped),
                                        cmocka_unit_test(shapes_without_a_size),
                                        cmocka_unit_test(each_allocation_fails),

@@ -8,7 +8,8 @@ static const char *const functions[] = {
     "mbsr_default_shape",  "mbsr_contacts_create",  "mbsr_contacts_destroy",
     "mbsr_contacts_add",   "mbsr_contacts_exclude", "mbsr_contacts_pair",
     "mbsr_contacts_force", "mbsr_contact_report",   "mbsr_contacts_add_file",
-    "mbsr_contacts_join",  "mbsr_contacts_table",   "mbsr_contacts_definition"};
+    "mbsr_contacts_join",  "mbsr_contacts_table",   "mbsr_contacts_definition",
+    "mbsr_contacts_attach"};
 
 /* States that overflow on the way give a status or finite numbers, and a good one then what it gave
  * before. */
