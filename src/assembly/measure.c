@@ -4,8 +4,8 @@
  * They are made of constants of the model, so that steps do not depend on how far it has travelled:
  *
  *   length     the geometric mean of the bodies' radii of gyration about their origins; where all
- *              masses stand in origins, that of the ways between these at q = 0, or of points that
- *              force elements act at
+ *              masses stand in origins, that of the arms of joints at q = 0, where nothing turns
+ *              that of the ways between origins, or of points that force elements act at
  *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at
  *              its springs and dampers
  *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
@@ -13,6 +13,7 @@
 #include "assembly/measure.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "assembly/rate.h"
 #include "assembly/survey.h"
 #include "base/memory.h"
@@ -62,10 +63,10 @@ static double mean(size_t count, const double *x)
     for (size_t k = 0; k < count; ++k) largest = fmax(largest, x[k]);
     for (size_t k = 0; k < count; ++k) {
         if (!(x[k] > 1e-9 * largest)) continue;
-        sum += log(x[k]);
+        sum += log(x[k] / largest);
         ++found;
     }
-    return found > 0 ? exp(sum / found) : 0.0;
+    return found > 0 ? largest * exp(sum / found) : 0.0;
 }
 
 double mbsri_force_length(const mbsr_force_def *def)
@@ -82,7 +83,7 @@ double mbsri_force_length(const mbsr_force_def *def)
     return largest;
 }
 
-/* Levers of all joints (bodies) at q = 0. */
+/* Levers of all joints (bodies) at q = 0; where there is none, as nothing turns, the ways. */
 static bool find_levers(const mbsr_model *m, double *lever)
 {
     mbsr_data *d;
@@ -90,6 +91,9 @@ static bool find_levers(const mbsr_model *m, double *lever)
     const bool placed = mbsri_survey_zero(m, d);
     for (int i = 1; i <= m->bodies; ++i)
         lever[i - 1] = placed ? mbsri_lever_of(m->body + i, d->H + m->body[i].dp) : 0.0;
+    if (placed && mbsri_largest(m->bodies, lever) == 0.0) {
+        for (int i = 1; i <= m->bodies; ++i) lever[i - 1] = mbsri_way_of(d, m->body + i);
+    }
     mbsr_data_destroy(d);
     return true;
 }

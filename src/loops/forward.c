@@ -196,11 +196,28 @@ static void refine(forward *w)
     for (int k = 0; k < m->rows; ++k) w->lambda[k] += w->more_lambda[k];
 }
 
-static int check_left(forward *w)
+/* What accelerations are of which rounding of sums may be left: of the motion, of a model that is
+ * as fast as is typical, and of what acts on all its mass. */
+static double size_of_accelerations(const forward *w, const double *u)
 {
-    const double rate = mbsri_rate_of_model(w->m),
-                 size = rate * rate + mbsri_largest_row(w->m, w->bias, w->system.share) +
-                        mbsri_largest_rate(w->m, w->udot);
+    const mbsr_model *m = w->m;
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    const double own = m->typical.frequency, moves = mbsri_largest_rate(m, u),
+                 inertia = m->typical.mass * spans.length * spans.length;
+    double work = 0.0;
+    for (int i = 1; i <= m->bodies && inertia > 0.0; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const double span = mbsri_coordinate_span(&spans, m, b, true, k);
+            work = fmax(work, fabs(w->right[b->u + k]) * span);
+        }
+    }
+    return own * own + moves * moves + (inertia > 0.0 ? work / inertia : 0.0);
+}
+
+static int check_left(forward *w, double size)
+{
+    size += mbsri_largest_row(w->m, w->bias, w->system.share) + mbsri_largest_rate(w->m, w->udot);
     find_left(w);
     return mbsri_refuse_left(w->m, w->d, w->rate, w->system.share, size, "acceleration",
                              w->function);
@@ -230,13 +247,14 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
     if (w->settled && w->system.frees > 0) status = find_free(w);
     if (status) return status;
     leave_free_forces(w);
+    const double size = size_of_accelerations(w, u);
     const mbsr_error before = w->d->error;
     mbsri_fronts_solve(&w->system, w->right, w->rate, w->udot, w->lambda);
-    status = check_left(w);
+    status = check_left(w, size);
     if (status || w->settled) {
         w->d->error = before;
         refine(w);
-        status = check_left(w);
+        status = check_left(w, size);
     }
     return status ? status : settle_forces(w);
 }
@@ -318,18 +336,19 @@ static int push_to_rows(forward *w, double t, const double *q, double *u)
     if (!status) status = mbsri_closure_jacobians(m, w->d);
     if (!status) status = factor_loops(w, ": its velocity is not determined");
     mbsri_zero((size_t)m->nu, w->right);
+    double size = m->typical.frequency + mbsri_largest_rate(m, u);
     for (int pass = 0; pass < PASSES && !status; ++pass) {
         status = find_row_rates(w, u);
         if (status) return status;
+        size = fmax(size, mbsri_largest_row(m, w->rate, w->system.share));
         for (int k = 0; k < m->rows; ++k) w->bias[k] = -w->rate[k];
         mbsri_fronts_solve(&w->system, w->right, w->bias, w->udot, w->lambda);
         for (int k = 0; k < m->nu; ++k) u[k] += w->udot[k];
     }
     if (!status) status = find_row_rates(w, u);
     if (status) return status;
-    return mbsri_refuse_left(m, w->d, w->rate, w->system.share,
-                             mbsri_rate_of_model(m) + mbsri_largest_rate(m, u), "velocity row",
-                             w->function);
+    return mbsri_refuse_left(m, w->d, w->rate, w->system.share, size + mbsri_largest_rate(m, u),
+                             "velocity row", w->function);
 }
 
 int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *q,

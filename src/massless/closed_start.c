@@ -87,7 +87,8 @@ static int check_rows(mbsri_closed_start *s, double t, const double *q, const do
     if (status) return status;
     find_lengths(s);
     clear_springs(m, rate);
-    const double own = mbsri_rate_of_model(m);
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    const double own = mbsri_span_rate(&spans);
     double size = own + mbsri_largest_rate(m, u);
     status = mbsri_refuse_left(m, d, rate, s->length, size, "velocity row", name);
     if (!status) status = mbsri_closure_bias(m, d, rate);

@@ -296,12 +296,35 @@ static int differentiate(mbsr_completion *w, const double *udot, bool twice)
     return MBSR_OK;
 }
 
+/* r becomes what springs take of it, F_u,q x_q, from the parts of its solution: dampers take the
+ * rest, which is no rounding of zero in F_u'', and would be seen in b, by 1/c^2 of it, at every
+ * turn. F is another afterwards. */
+static int leave_to_springs(mbsr_completion *w)
+{
+    static const double short_way = 1e-4;
+    const double way = mbsri_completion_speed(w, w->other + w->rates), step = short_way / way;
+    mbsri_zero((size_t)w->size, w->r);
+    if (!isfinite(step)) return MBSR_OK;
+    mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
+    for (int side = -1; side <= 1; side += 2) {
+        mbsri_copy((size_t)w->size, w->y, w->ahead.y);
+        for (int k = 0; k < w->m->nq; ++k) w->ahead.y[k] += side * step * w->x[k];
+        for (int k = w->loops; k < w->size; ++k) w->ahead.y[k] += side * step * w->x[k];
+        const int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->ahead.yp);
+        if (status) return status;
+        for (int k = w->rates; k < w->loops; ++k) w->r[k] += side * w->F[k] / (2.0 * step);
+    }
+    return MBSR_OK;
+}
+
 /* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. F
  * stays that at the state. */
 static int balance(mbsr_completion *w, bool twice, double *x, double *change)
 {
     mbsri_copy((size_t)w->size, w->F, w->further);
     int status = differentiate(w, w->rate + w->rates, twice);
+    if (!status && twice) status = mbsri_completion_split(w, w->r);
+    if (!status && twice) status = leave_to_springs(w);
     mbsri_copy((size_t)w->size, w->further, w->F);
     if (!status) status = mbsri_completion_split(w, w->r);
     if (status) return status;

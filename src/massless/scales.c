@@ -5,22 +5,13 @@
 #include "algebra/numbers.h"
 #include "assembly/measure.h"
 #include "flexible/data.h"
+#include "recursion/pose.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { MOST_KINDS = 64 };
-
-/* Places of the translations among p, and among V. */
-static bool places(mbsr_space space, int *at, int *V, int *count)
-{
-    switch (space) {
-    case MBSR_SPACE_SPATIAL: *at = MBSR_POSE_X, *V = 3, *count = 3; return true;
-    case MBSR_SPACE_PLANAR:
-    case MBSR_SPACE_POINT: *at = *V = 0, *count = 2; return true;
-    default: return false;
-    }
-}
 
 /* Distance of body i's origin from the predecessor's; its centre of mass and radius of gyration,
  * from M = [J, m cx; -m cx, m] or the like. */
@@ -28,14 +19,9 @@ static double body_length(const mbsr_model *m, const mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     const double *M = d->M + b->dd;
-    int at, V, count, at_pred, V_pred, count_pred;
-    double largest = 0.0;
-    if (!places(b->joint.space, &at, &V, &count)) return 0.0;
-    if (places(b->pred.space, &at_pred, &V_pred, &count_pred)) {
-        for (int k = 0; k < count && k < count_pred; ++k)
-            largest = fmax(largest, fabs(d->p[b->p + (size_t)(at + k)] -
-                                         d->p[b->pred.p + (size_t)(at_pred + k)]));
-    }
+    int at, V, count;
+    double largest = b->pred.space == MBSR_SPACE_FIXED ? 0.0 : mbsri_way_of(d, b);
+    if (!mbsri_translations(b->joint.space, &at, &V, &count)) return 0.0;
     const double mass = M[(V + 1) * b->d + V + 1];
     for (int k = 0; k < b->d && mass > 0.0; ++k) {
         if (k >= V && k < V + count) continue;
@@ -50,7 +36,7 @@ static double body_acceleration(const mbsr_model *m, const mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     int at, V, count;
     double largest = 0.0;
-    if (!places(b->joint.space, &at, &V, &count)) return 0.0;
+    if (!mbsri_translations(b->joint.space, &at, &V, &count)) return 0.0;
     for (int k = V; k < V + count && k < b->d; ++k) {
         const double mass = d->M[b->dd + (size_t)(k * b->d + k)];
         if (mass > 0.0) largest = fmax(largest, fabs(d->f[b->v + (size_t)k]) / mass);
@@ -163,7 +149,7 @@ double mbsri_direction_size(const mbsri_null_space *w, int l)
 static double twist_span(const mbsri_null_space *w, const mbsri_body *b, int c)
 {
     int at, V, count;
-    const bool known = places(b->joint.space, &at, &V, &count);
+    const bool known = mbsri_translations(b->joint.space, &at, &V, &count);
     return known && c >= V && c < V + count ? w->size : 1.0;
 }
 

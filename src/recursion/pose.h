@@ -20,6 +20,17 @@ static inline bool mbsri_is_angle(mbsr_space space, int c)
     return mbsri_turns(space) ? c < 3 : space == MBSR_SPACE_PLANAR && c == 2;
 }
 
+/* Places of the translations among p, and among V. */
+static inline bool mbsri_translations(mbsr_space space, int *at, int *V, int *count)
+{
+    switch (space) {
+    case MBSR_SPACE_SPATIAL: *at = MBSR_POSE_X, *V = 3, *count = 3; return true;
+    case MBSR_SPACE_PLANAR:
+    case MBSR_SPACE_POINT: *at = *V = 0, *count = 2; return true;
+    default: return false;
+    }
+}
+
 /* dp: change of its np numbers. x: as a perturbation, 6 numbers for SPATIAL, np - 6 for
  * FLEXIBLE, else the np. */
 void mbsri_pose_change(mbsr_space space, int np, const double *p, const double *dp, double *x);

@@ -3,6 +3,7 @@
 #include "recursion/spans.h"
 
 #include "model/query.h"
+#include "recursion/data.h"
 #include "recursion/pose.h"
 
 #include <math.h>
@@ -72,6 +73,19 @@ double mbsri_lever_of(const mbsri_body *b, const double *H)
     return lever;
 }
 
+double mbsri_way_of(const mbsr_data *d, const mbsri_body *b)
+{
+    const bool fixed = b->pred.space == MBSR_SPACE_FIXED;
+    const double *p = d->p + b->p, *from = d->p + b->pred.p;
+    int at, V, count, at_pred = 0, count_pred = 3;
+    double largest = 0.0;
+    if (!mbsri_translations(b->joint.space, &at, &V, &count)) return 0.0;
+    if (!fixed && !mbsri_translations(b->pred.space, &at_pred, &V, &count_pred)) return 0.0;
+    for (int k = 0; k < count && k < count_pred; ++k)
+        largest = fmax(largest, fabs(p[at + k] - (fixed ? 0.0 : from[at_pred + k])));
+    return largest;
+}
+
 double mbsri_span_rate(const mbsri_spans *s)
 {
     return s->rate > 0.0 ? s->rate : 1.0;
@@ -94,10 +108,4 @@ double mbsri_rate_step(const mbsr_model *m, const double *x, const double *u)
         }
     }
     return isfinite(least) && least > 0.0 ? least : 1.0;
-}
-
-double mbsri_rate_of_model(const mbsr_model *m)
-{
-    const mbsri_spans spans = mbsri_spans_of(m, NULL);
-    return mbsri_span_rate(&spans);
 }

@@ -38,8 +38,11 @@ double mbsri_largest_rate(const mbsr_model *m, const double *x);
  * d_pred) being what turning the one moves of the other. */
 double mbsri_lever_of(const mbsri_body *b, const double *H);
 
-/* The rate, 1/s where none is known; that of a model. */
+/* The largest component of the way from the predecessor's origin, or from that of a fixed root, to
+ * the body's. */
+double mbsri_way_of(const mbsr_data *d, const mbsri_body *b);
+
+/* The rate, 1 a unit of time where none is known. */
 double mbsri_span_rate(const mbsri_spans *s);
-double mbsri_rate_of_model(const mbsr_model *m);
 
 #endif

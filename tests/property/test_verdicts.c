@@ -78,7 +78,8 @@ static double apart(int n, const double *x, const double *y, double least)
 }
 
 /* Accelerations from velocities alone are those of the start. */
-static void check_dynamics(const any_model *s, mbsr_data *d, const double *y, const double *yp)
+static void check_dynamics(const any_model *s, mbsr_data *d, const double *y, const double *yp,
+                           double most)
 {
     const double *u = y + s->nq + s->nu, *udot = yp + s->nq + s->nu,
                  second = s->of->time * s->of->time;
@@ -91,7 +92,7 @@ static void check_dynamics(const any_model *s, mbsr_data *d, const double *y, co
         const double unit = (s->turns[k] ? 1.0 : s->of->length) / second;
         found[k] /= unit, apace[k] = udot[k] / unit;
     }
-    assert_less(apart(s->nu, found, apace, 1.0), 1e-6);
+    assert_less(apart(s->nu, found, apace, 1.0), most);
     mbsr_completion_destroy(completion);
 }
 
@@ -147,7 +148,8 @@ static verdict judge(const any_model *s, motion *found)
         v.newton = mbsr_newton_factor(newton, d, 0.0, y, yp, 1e3 / s->of->time);
         mbsr_newton_destroy(newton);
         note_motion(s, y, yp, found);
-        if (v.dynamic > 0 && v.elastic == 0 && v.newton == MBSR_OK) check_dynamics(s, d, y, yp);
+        if (v.dynamic > 0 && v.elastic == 0 && v.newton == MBSR_OK)
+            check_dynamics(s, d, y, yp, 1e-6);
         if (!v.report && v.elastic == 0) check_again(s, d, y);
     }
     mbsr_data_destroy(d);
@@ -449,8 +451,8 @@ static void loop_forces_that_are_traces(void **state)
 static void positions_that_are_singular(void **state)
 {
     (void)state;
-    static const uint64_t seed[] = {620753, 812343, 820913, 822429, 823661};
-    check_seeds(5, seed);
+    static const uint64_t seed[] = {620753, 812343, 820913, 822429, 823661, 900015, 900483};
+    check_seeds(7, seed);
     assert_true(check_rich(510033, true));
     assert_true(check_rich(530043, true));
     assert_true(check_rich(850357, true));
@@ -628,9 +630,61 @@ static void a_mass_close_to_axes(void **state)
     }
 }
 
+/* A particle between two distances along one line, on its way across it: nothing else tells a
+ * time, and rows ask for accelerations to either side. */
+static void accelerations_that_contradict(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
+        const double L = systems[k].length, far[3] = {3.0 * L, 0.0, 0.0}, q[3] = {L},
+                     u[3] = {0.0, 0.1 * L / systems[k].time};
+        double udot[3];
+        any_model s = {.of = systems + k};
+        mbsr_data *d;
+        assert_ok(mbsr_model_create(NULL, &s.m, NULL), NULL);
+        add_behind(&s, mbsr_joint_translational(NULL, NULL),
+                   mbsr_inertia_particle(2.0 * systems[k].mass));
+        const mbsr_closure_def near = mbsr_closure_distance(0, NULL, MBSR_GROUND, NULL, L),
+                               other = mbsr_closure_distance(0, NULL, MBSR_GROUND, far, 2.0 * L);
+        assert_ok(mbsr_model_add_closure(s.m, &near, NULL), mbsr_model_error(s.m));
+        assert_ok(mbsr_model_add_closure(s.m, &other, NULL), mbsr_model_error(s.m));
+        assert_ok(mbsr_model_finish(s.m), mbsr_model_error(s.m));
+        assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+        assert_int_equal(mbsr_forward_dynamics(s.m, d, 0.0, q, u, NULL, udot), MBSR_LOOP_OPEN);
+        assert_ok(mbsr_forward_dynamics(s.m, d, 0.0, q, (double[3]){0.0}, NULL, udot),
+                  mbsr_data_error(d));
+        assert_true(udot[0] == 0.0 && udot[1] == 0.0 && udot[2] == 0.0);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(s.m);
+    }
+}
+
+/* Springs settle at once, beside dampers whose forces change: the accelerations of both are those
+ * of the completion, whose c is another. */
+static void springs_beside_dampers(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {890550, 890794, 895899};
+    for (size_t k = 0; k < sizeof seed / sizeof seed[0]; ++k) {
+        any_model s;
+        mbsr_data *d;
+        double still[ANY_MOST] = {0.0}, y[4 * ANY_MOST] = {0.0}, yp[4 * ANY_MOST];
+        assert_true(any_model_make(&s, seed[k], systems, false));
+        assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+        assert_ok(mbsr_dae_pack(s.m, d, MBSR_DAE_MOMENTUM, 0.0, s.q, still, y), NULL);
+        assert_ok(mbsr_dae_consistent(s.m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(d));
+        check_dynamics(&s, d, y, yp, 3e-8);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(s.m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(verdicts_agree),
+                                       cmocka_unit_test(accelerations_that_contradict),
+                                       cmocka_unit_test(springs_beside_dampers),
                                        cmocka_unit_test(rows_that_see_traces),
                                        cmocka_unit_test(weights_that_do_not_move),
                                        cmocka_unit_test(masses_without_radius),
