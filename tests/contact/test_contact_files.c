@@ -277,6 +277,21 @@ static void mesh_hulls(void **unused)
     }
 }
 
+/* The cube drawn 3 m from the origin of its mesh: corners are rounded by the cube's size. */
+static void a_hull_far_from_its_origin(void **unused)
+{
+    (void)unused;
+    mbsr_contact_point point[16];
+    mbsr_contacts_of_file told;
+    const char *const text =
+        "<mujoco><asset><mesh name='c' scale='.1 .1 .1' vertex='31 1 1 29 1 1 31 -1 1 31 1 -1 "
+        "29 -1 1 29 1 -1 31 -1 -1 29 -1 -1'/></asset><worldbody><geom type='plane' size='1 1 .1'/>"
+        "<body pos='-3 0 .099'><freejoint/><inertial pos='3 0 0' mass='1' diaginertia='1 1 1'/>"
+        "<geom type='mesh' mesh='c'/></body></worldbody></mujoco>";
+    assert_int_equal(points_drawn(text, 16, point, &told), 4);
+    for (int k = 0; k < 4; ++k) assert_close(point[k].depth, 0.01 * sqrt(0.03), 1e-6);
+}
+
 /* A box without thickness is left out, the ball beside it is not. */
 static void shapes_without_a_size(void **state)
 {
@@ -715,6 +730,7 @@ int main(void)
                                        cmocka_unit_test(rolling_between),
                                        cmocka_unit_test(refusals),
                                        cmocka_unit_test(mesh_hulls),
+                                       cmocka_unit_test(a_hull_far_from_its_origin),
                                        cmocka_unit_test(hulls_are_small),
                                        cmocka_unit_test(pairs_and_margins),
                                        cmocka_unit_test(sliding_down)};

@@ -1,5 +1,6 @@
 /* Directions that move no mass, and the slopes of the forces in them.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "duration.h"
 #include "expect.h"
 
@@ -237,6 +238,40 @@ static void directions_couple_only_where_forces_couple_them(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A massless rod of 0.7 m that turns, its tip, where its frame is, on a damper c to a point at 2 m:
+ * with the damper's length l, l' = dl/dq and l'' the torque is Q = -c l'^2 u, its slopes -c l'^2
+ * and -2 c l' l'' u.
+ */
+static void a_damper_that_turns_with_the_rod(void **state)
+{
+    (void)state;
+    const double r = 0.7, far = 2.0, c = 3.0, q = 0.8, u = 1.5,
+                 l = hypot(r * cos(q) - far, r * sin(q)), l1 = far * r * sin(q) / l,
+                 l2 = (far * r * cos(q) - l1 * l1) / l;
+    const mbsr_planar_frame origin = {0}, tail = {.x = -r};
+    mbsr_model *m;
+    mbsr_data *d;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), MBSR_OK);
+    const int rod = test_add_body(m, MBSR_GROUND, mbsr_joint_planar_revolute(origin, tail),
+                                  mbsr_inertia_zero());
+    const mbsr_force_def damper =
+        mbsr_force_point_spring(rod, NULL, MBSR_GROUND, (double[3]){far, 0.0, 0.0}, 0.0, c, 0.0);
+    assert_int_equal(mbsr_model_add_force(m, &damper, NULL), MBSR_OK);
+    assert_int_equal(mbsr_model_finish(m), MBSR_OK);
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    mbsri_null_space w;
+    assert_ok(mbsri_null_open(&w, m, d, now, &q, &u, "test_null_space"), mbsr_data_error(d));
+    assert_ok(mbsri_null_basis(&w, now, &q, &u), mbsr_data_error(d));
+    assert_ok(mbsri_null_slopes(&w, now, &q, &u), mbsr_data_error(d));
+    assert_int_equal(w.k, 1);
+    const double square = w.direction[0] * w.direction[0];
+    assert_close(w.C[0], -c * l1 * l1 * square, 1e-12 * c * square);
+    assert_close(w.S[0], -2.0 * c * l1 * l2 * u * square, 1e-8 * c * square);
+    mbsri_null_close(&w);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -245,6 +280,7 @@ int main(void)
         cmocka_unit_test(slopes_are_those_of_inverse_dynamics),
         cmocka_unit_test(without_forces_all_slopes_are_exactly_zero),
         cmocka_unit_test(directions_couple_only_where_forces_couple_them),
+        cmocka_unit_test(a_damper_that_turns_with_the_rod),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

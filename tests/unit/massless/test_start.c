@@ -295,6 +295,47 @@ static void a_spring_beside_a_large_damper(void **state)
     }
 }
 
+/* A massless cart on a damper c = 2, pulled by a force whose slope jumps at `now` from 3 to 5 N/s:
+ * u' is its slope by c, before `now` where nothing else is asked for, behind it on side 1. */
+static void rates_where_a_force_has_a_kink(void **state)
+{
+    (void)state;
+    const double x[3] = {now - 1.0, now, now + 1.0}, value[3] = {-3.0, 0.0, 5.0};
+    mbsr_table_def def = mbsr_default_table_def();
+    mbsr_table *table;
+    mbsr_model *model;
+    mbsr_data *data;
+    starts s;
+    def.points = 3;
+    def.x = x;
+    def.value = value;
+    assert_ok(mbsr_table_create(&def, &table, NULL), NULL);
+    assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+    const int cart = test_add_body(model, MBSR_GROUND,
+                                   mbsr_joint_point((mbsr_planar_frame){0}, MBSR_X, 0, NULL, NULL),
+                                   mbsr_inertia_zero());
+    const mbsr_force_def damper = mbsr_force_joint_spring(cart, 0, 0.0, 2.0, 0.0),
+                         pull = mbsr_force_joint_applied(cart, mbsr_table_force, table);
+    assert_ok(mbsr_model_add_force(model, &damper, NULL), mbsr_model_error(model));
+    assert_ok(mbsr_model_add_force(model, &pull, NULL), mbsr_model_error(model));
+    assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+    assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+    take(&s, model);
+    for (int side = -1; side <= 1; ++side) {
+        mbsr_consistent_opt opt = mbsr_default_consistent_opt();
+        opt.side = side;
+        s.u[0] = 1.0;
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y), NULL);
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, &opt, NULL),
+                  mbsr_data_error(data));
+        assert_close(s.y[2], 0.0, 1e-12);
+        assert_close(s.yp[2], side > 0 ? 2.5 : 1.5, 1e-6);
+    }
+    give_back(&s);
+    carts_free(model, data);
+    mbsr_table_destroy(table);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -303,6 +344,7 @@ int main(void)
         cmocka_unit_test(memory_of_a_start_grows_with_the_carts),
         cmocka_unit_test(what_has_mass_stays),
         cmocka_unit_test(a_spring_beside_a_large_damper),
+        cmocka_unit_test(rates_where_a_force_has_a_kink),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
