@@ -127,6 +127,10 @@ refused "bad.study:5: there is no column 'dampers'" 'keep dampers max'
 refused "bad.study:5: 'damper' has the unit 'm', not 'rad'" 'keep damper max unit rad'
 refused "bad.study:5: time 1.5 of 'damper' is behind --t-end 1" 'keep damper at 1 1.5'
 refused "bad.study:5: no line of a study begins with 'vari'" 'vari x 1 2' 3
+printf '%s' '<mujoco><worldbody><body><joint type="slide"/><geom size=".1" mass="1"/><site name="s"/></body></worldbody>' \
+    '<sensor><accelerometer name="felt" site="s"/><velocimeter name="seen" site="s"/></sensor></mujoco>' >felt.xml
+write bad 'model felt.xml' 'run --t-end 0.1' 'sample latin 1 seed 1' 'vary bodies.body0.mass 1 2' 'keep seen.x rises 1' 'keep felt.x rises 1'
+ends 2 "bad.study:6: crossings are of positions and velocities, not of 'felt.x'" study bad.study
 write bad 'model quarter_car.xml' 'run --t-ende 1' 'sample sobol 4' 'vary bodies.body.mass 1 2' 'keep damper max'
 ends 2 'bad.study:2: run: there is no option --t-ende' study bad.study
 write bad 'model none.xml' 'run --t-end 1' 'sample sobol 4' 'vary bodies.body.mass 1 2' 'keep damper max'

@@ -1,6 +1,7 @@
 /* The rank of a joint block by pivots against its eigenvalues: of mounts in chains of beams with
  * massless modes, and of blocks made with eigenvalues where pivots must not tell.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "expect.h"
 
 #include "algebra/dense.h"
@@ -206,10 +207,41 @@ static void what_is_not_clear_is_left_to_eigenvalues(void **state)
     close_chain(&c);
 }
 
+/* Two rings without mass about a rotor are eliminated as one: their ranks are shared out by
+ * eigenvectors. */
+static void groups_are_left_to_eigenvalues(void **state)
+{
+    static const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0};
+    const double q[3] = {0.3, 0.7, -0.4}, u[3] = {0.0};
+    mbsr_model *m;
+    mbsr_data *d;
+    (void)state;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    const int outer = test_add_body(m, MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, z),
+                                    mbsr_inertia_zero()),
+              inner =
+                  test_add_body(m, outer, mbsr_joint_revolute(NULL, NULL, x), mbsr_inertia_zero());
+    (void)test_add_body(m, inner, mbsr_joint_revolute(NULL, NULL, y),
+                        mbsr_inertia_box(1.0, (double[3]){1.0, 2.0, 3.0}));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
+    const mbsri_group g = mbsri_group_in_model(m, 1);
+    assert_int_equal(g.members, 2);
+    assert_int_equal(mbsri_group_rank(d, &g), 2);
+    assert_false(mbsri_rank_by_pivots(m, d, &g));
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pivots_say_what_eigenvalues_say),
+        cmocka_unit_test(groups_are_left_to_eigenvalues),
         cmocka_unit_test(what_is_not_clear_is_left_to_eigenvalues),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
