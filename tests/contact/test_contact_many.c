@@ -10,9 +10,9 @@
 
 enum { MOST = 300, STATES = 4 };
 
-/* How spheres lie: in a block, on a sheet, along a rod; radii of one size, of all sizes, one that
- * is larger than all else together. */
-typedef enum crowd { BLOCK, SHEET, ROD, SIZES, GIANT, CROWDS } crowd;
+/* How spheres lie: in a block, on a sheet, along a rod, far apart; radii of one size, of all sizes,
+ * one that is larger than all else together. */
+typedef enum crowd { BLOCK, SHEET, ROD, LOOSE, SIZES, GIANT, CROWDS } crowd;
 
 static double radius_of(crowd where, int k, uint64_t *seed)
 {
@@ -33,7 +33,7 @@ static void draw_spheres(crowd where, int count, mbsr_shape *shapes)
 /* Places; in odd states the last sphere has flown away. */
 static void draw_places(crowd where, int count, int state, uint64_t *seed, double *q)
 {
-    const double side = 0.09 * cbrt(count);
+    const double side = (where == LOOSE ? 0.45 : 0.09) * cbrt(count);
     for (int k = 0; k < count; ++k) {
         double *x = q + 7 * k + 4;
         for (int l = 0; l < 3; ++l) {
