@@ -81,6 +81,36 @@ static void what_comes_several_times_is_given_as_often(void **state)
     free_both(m, d);
 }
 
+/* Of 150 sliders with 1, 1.001, 1.002 ... rad/s those nearest to a shift take the space many times
+ * over: beside others their eigenvalues are hardly larger. */
+static void frequencies_close_to_each_other(void **state)
+{
+    (void)state;
+    enum { SLIDERS = 150, MODES = 4 };
+    mbsr_model *m = empty();
+    mbsr_near_opt opt = mbsr_default_near_opt();
+    mbsr_mode mode[MODES];
+    mbsr_error error;
+    const double q[SLIDERS] = {0.0};
+    int found;
+    for (int k = 0; k < SLIDERS; ++k) {
+        const double rate = 1.0 + 1e-3 * k;
+        add_body(m, MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
+                 mbsr_inertia_particle(1.0));
+        add_force(m, mbsr_force_joint_spring(k, 0, rate * rate, 0.0, 0.0));
+    }
+    mbsr_data *d = finish(m);
+    opt.count = MODES;
+    opt.shift = 0.5;
+    assert_ok(mbsr_modes_near(m, d, 0.0, q, &opt, mode, &found, NULL, NULL, &error), &error);
+    assert_int_equal(found, MODES);
+    for (int k = 0; k < MODES; ++k) assert_close(mode[k].imaginary, 1.0 + 1e-3 * k, 1e-9);
+    opt.shift = 0.0; /* slower ones might be as far from any shift as the fastest of these */
+    assert_refused(mbsr_modes_near(m, d, 0.0, q, &opt, mode, &found, NULL, NULL, &error), &error,
+                   MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE, "4 modes|at another shift");
+    free_both(m, d);
+}
+
 /* A damper past the critical one: two numbers that decay, slower and faster than what swings. */
 static void slow_ones_are_slow_whatever_their_phase(void **state)
 {
@@ -163,6 +193,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_string_of_masses_and_nodes),
                                        cmocka_unit_test(what_comes_several_times_is_given_as_often),
+                                       cmocka_unit_test(frequencies_close_to_each_other),
                                        cmocka_unit_test(slow_ones_are_slow_whatever_their_phase),
                                        cmocka_unit_test(what_is_wrong_is_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
