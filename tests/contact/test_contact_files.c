@@ -292,6 +292,64 @@ static void a_hull_far_from_its_origin(void **unused)
     for (int k = 0; k < 4; ++k) assert_close(point[k].depth, 0.01 * sqrt(0.03), 1e-6);
 }
 
+/* "cube.stl", a cube of 2 m, and no other file. */
+static int load_cube(void *user, const char *path, const char **text, size_t *size)
+{
+    static const int side[12][3] = {{0, 1, 3}, {0, 3, 2}, {4, 7, 5}, {4, 6, 7},
+                                    {0, 5, 1}, {0, 4, 5}, {2, 3, 7}, {2, 7, 6},
+                                    {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+    static char stl[4000];
+    int used = snprintf(stl, sizeof stl, "solid cube\n");
+    (void)user;
+    if (strcmp(path, "cube.stl") != 0) return 1;
+    for (int k = 0; k < 12; ++k) {
+        used += snprintf(stl + used, sizeof stl - (size_t)used, "facet normal 0 0 0 outer loop\n");
+        for (int l = 0; l < 3; ++l)
+            used +=
+                snprintf(stl + used, sizeof stl - (size_t)used, "vertex %d %d %d\n",
+                         side[k][l] & 1 ? 1 : -1, side[k][l] & 2 ? 1 : -1, side[k][l] & 4 ? 1 : -1);
+        used += snprintf(stl + used, sizeof stl - (size_t)used, "endloop endfacet\n");
+    }
+    used += snprintf(stl + used, sizeof stl - (size_t)used, "endsolid\n");
+    *text = stl;
+    *size = (size_t)used;
+    return 0;
+}
+
+/* Of files, looked for beside the model and as they are named; one for both links, one is not
+ * there. */
+static void hulls_of_files(void **unused)
+{
+    (void)unused;
+#define LINK(name, mesh)                                                                           \
+    "<link name='" name "'><collision><geometry><mesh filename='" mesh "' scale='.1 .1 .1'/>"      \
+    "</geometry></collision></link>"
+#define HINGE(name, child)                                                                         \
+    "<joint name='" name "' type='revolute'><parent link='a'/><child link='" child "'/></joint>"
+    static const char text[] = "<robot name='r'>" LINK("a", "cube.stl") LINK("b", "cube.stl")
+        LINK("c", "none.stl") HINGE("one", "b") HINGE("two", "c") "</robot>";
+    mbsr_file *file;
+    mbsr_error error;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.hull_corners = 12;
+    opt.load = load_cube;
+    if (mbsr_file_read(text, strlen(text), "robots/r.urdf", &opt, &file, &error))
+        fail_msg("%s", error.text);
+    assert_int_equal(file->shapes, 3);
+    for (int k = 0; k < 2; ++k) {
+        assert_int_equal(file->shape[k].hull_corners, 8);
+        assert_int_equal(file->shape[k].hull_sides, 12);
+        assert_ptr_equal(file->shape[k].hull_corner, file->shape[0].hull_corner);
+    }
+    for (int l = 0; l < 24; ++l) assert_close(fabs(file->shape[0].hull_corner[l]), 0.1, 1e-15);
+    assert_int_equal(file->shape[2].hull_corners, 0);
+    bool named = false;
+    for (int k = 0; k < file->findings; ++k)
+        named = named || strstr(file->finding[k].text, "'none.stl': there is no such file");
+    assert_true(named);
+    mbsr_file_destroy(file);
+}
+
 /* A box without thickness is left out, the ball beside it is not. */
 static void shapes_without_a_size(void **state)
 {
@@ -731,6 +789,7 @@ int main(void)
                                        cmocka_unit_test(refusals),
                                        cmocka_unit_test(mesh_hulls),
                                        cmocka_unit_test(a_hull_far_from_its_origin),
+                                       cmocka_unit_test(hulls_of_files),
                                        cmocka_unit_test(hulls_are_small),
                                        cmocka_unit_test(pairs_and_margins),
                                        cmocka_unit_test(sliding_down)};
