@@ -234,7 +234,7 @@ static int load_msh(void *user, const char *path, const char **text, size_t *siz
     static const float x[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     static const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
     const int *cut = user;
-    (void)path;
+    if (strcmp(path, "shapes/parts/a.msh") != 0) return 1;
     file.count[0] = 4, file.count[1] = file.count[2] = 1, file.count[3] = 4;
     memcpy(file.bytes + 16, x, sizeof x);
     memcpy(file.bytes + 16 + 48 + 20, faces, sizeof faces);
@@ -243,11 +243,12 @@ static int load_msh(void *user, const char *path, const char **text, size_t *siz
     return 0;
 }
 
+/* A mesh without a name has that of its file. */
 static void meshes_of_mujoco(void **state)
 {
     static const char text[] =
-        "<mujoco><asset><mesh name='m' file='a.msh'/></asset><worldbody><body name='b'><freejoint/>"
-        "<geom type='mesh' mesh='m'/></body></worldbody></mujoco>";
+        "<mujoco><compiler meshdir='shapes'/><asset><mesh file='parts/a.msh'/></asset><worldbody>"
+        "<body name='b'><freejoint/><geom type='mesh' mesh='a'/></body></worldbody></mujoco>";
     (void)state;
     for (int cut = 0; cut < 2; ++cut) {
         mbsr_file_opt opt = mbsr_default_file_opt();

@@ -118,6 +118,8 @@ static void other_files_are_included(void **state)
         {"arm/parts/b.xacro", XACRO("<b/>")},
         {"/ros/hand/c.xacro", XACRO("<c/>")},
         {"arm/n.yaml", "x: {y: 2}"},
+        {"arm/inf.yaml", "[.inf, -.Inf, .NaN, 1_0.5]"},
+        {"arm/odd.yaml", "a: \"\\q\""},
         {"other/d.xacro", XACRO("<d/>")},
         {NULL, NULL}};
     const mbsr_file_package packages[] = {{"hand", "/ros/hand/"}, {"up", "arm/../up"}};
@@ -136,6 +138,11 @@ static void other_files_are_included(void **state)
     assert_expands_with(XACRO("<xacro:property name='f' value='${xacro.load_yaml(\"n.yaml\")}'/>"
                               "<l v='${f.x.y} ${f[\"x\"]} ${xacro.abs_filename(\"z\")}'/>"),
                         &opt, "<l v=\"2 {'y': 2} arm/z\"/>");
+    assert_expands_with(XACRO("<xacro:property name='f' value='${load_yaml(\"inf.yaml\")}'/>"
+                              "<l v='${f[0]} ${f[1]} ${f[2]} ${f[3]}'/>"),
+                        &opt, "<l v=\"inf -inf nan 10.5\"/>");
+    assert_xacro_refused(XACRO("<l v='${load_yaml(\"odd.yaml\")}'/>"), &opt,
+                         "arm/odd.yaml:1: yaml: \\q in a text of YAML is not read");
     assert_xacro_refused(XACRO("<xacro:include filename='none.xacro'/>"), &opt,
                          "xacro:include: there is no file arm/none.xacro: No such file");
     assert_xacro_refused(XACRO("<xacro:include filename='parts/*.xacro'/>"), &opt, "several files");
