@@ -171,11 +171,34 @@ static void what_is_left_out_is_said(void **state)
                         NULL, "motor 'p'|forcerange is no range");
 }
 
+/* However the body lies and turns. */
+static void weight_that_is_carried_has_no_energy(void **state)
+{
+    static const double q[2][7] = {{1, 0, 0, 0, 0, 0, 0}, {0.1, 0.7, -0.1, 0.7, 1, -2, 3}},
+                        u[6] = {0.0};
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<option gravity='1 0 -9'/><worldbody><body name='b' gravcomp='1'><freejoint/>"
+               "<geom type='box' size='.1 .2 .3' pos='.1 0 .2'/></body></worldbody>"),
+        NULL);
+    mbsr_data *d = finish(file);
+    double potential[2];
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(mbsr_stage_positions(file->model, d, 0.0, q[k]), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(file->model, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_energy(file->model, d, NULL, potential + k), mbsr_data_error(d));
+    }
+    assert_close(potential[1], potential[0], 1e-9);
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(actuators_as_in_mujoco),
         cmocka_unit_test(they_come_back),
+        cmocka_unit_test(weight_that_is_carried_has_no_energy),
         cmocka_unit_test(springs_of_free_joints_come_back),
         cmocka_unit_test(what_is_left_out_is_said),
     };
