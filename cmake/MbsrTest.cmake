@@ -11,6 +11,12 @@ endif()
 set(mbsr_test_environment "OPENBLAS_NUM_THREADS=1")
 # Models come and go by thousands: memory that glibc gives back each time, the kernel has to clear again.
 list(APPEND mbsr_test_environment "MALLOC_TRIM_THRESHOLD_=1000000000" "MALLOC_MMAP_THRESHOLD_=33554432")
+# Under gcov each test writes to a folder of its own, and takes its time (scripts/coverage.sh).
+set(MBSR_TEST_COUNTERS "" CACHE PATH "Folder with a folder of gcov's counters for each test; empty: where objects are")
+mark_as_advanced(MBSR_TEST_COUNTERS)
+if(MBSR_TEST_COUNTERS)
+    set(mbsr_test_timeout 1500)
+endif()
 if(MBSR_TEST_LONG)
     set(mbsr_test_timeout 6000)
     list(APPEND mbsr_test_environment "MBSR_TEST_LONG=1")
@@ -19,10 +25,6 @@ endif()
 # Those that take longest, which begin first.
 set(mbsr_longest_tests
     "^(package\\.|program\\.viewer|example\\.1[28]|unit\\.(finite_solvers|loops_tree_start|stepper)|ida\\.(bead|beam|car_axis|space|small_models|linear)|fmu\\.sources|property\\.)")
-
-# Under gcov each test writes to a folder of its own (scripts/coverage.sh).
-set(MBSR_TEST_COUNTERS "" CACHE PATH "Folder with a folder of gcov's counters for each test; empty: where objects are")
-mark_as_advanced(MBSR_TEST_COUNTERS)
 
 # mbsr_set_test(name label property value...)
 function(mbsr_set_test name label)
