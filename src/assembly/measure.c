@@ -63,10 +63,10 @@ static double mean(size_t count, const double *x)
     for (size_t k = 0; k < count; ++k) largest = fmax(largest, x[k]);
     for (size_t k = 0; k < count; ++k) {
         if (!(x[k] > 1e-9 * largest)) continue;
-        sum += log(x[k] / largest);
+        sum += log(x[k]);
         ++found;
     }
-    return found > 0 ? largest * exp(sum / found) : 0.0;
+    return found > 0 ? exp(sum / found) : 0.0;
 }
 
 double mbsri_force_length(const mbsr_force_def *def)

@@ -48,21 +48,21 @@ static bool is_of_turn(const mbsr_model *m, const mbsri_force *force, int count,
 static double mean_of(const mbsr_model *m, const char *name, const char *drive)
 {
     const mbsri_force *force = m->forces.data;
-    double first = 0.0, sum = 0.0;
+    double sum = 0.0;
     int found = 0;
     for (size_t l = 0; l < m->forces.count; ++l, ++force) {
         entries e = find_entries(&force->def, name);
         if (e.count == 0) e = find_entries(&force->def, drive);
         if (force->closure != MBSR_NONE || force->resting) continue;
         for (int k = 0; k < e.count; ++k) {
-            double value = force->def.param[e.first + k];
+            const double value = force->def.param[e.first + k];
             if (!(value > 0.0) || (e.count == 9 && k % 4 != 0)) continue;
-            if (!is_of_turn(m, force, e.count, k)) value *= m->typical.length * m->typical.length;
-            if (found++ == 0) first = value;
-            sum += log(value / first);
+            sum += log(value) +
+                   (is_of_turn(m, force, e.count, k) ? 0.0 : 2.0 * log(m->typical.length));
+            ++found;
         }
     }
-    return found > 0 ? first * exp(sum / found) : 0.0;
+    return found > 0 ? exp(sum / found) : 0.0;
 }
 
 double mbsri_elements_rate(const mbsr_model *m)
