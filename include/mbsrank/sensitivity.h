@@ -15,11 +15,11 @@
  *
  * with tau the result of inverse dynamics (derivatives.h), by the formulas of the same steps and
  * orders (backward differences) as the run. The adjoint solves the transposes of the very same
- * systems, from the last step to the first. So both give the same numbers but for rounding. No
- * error test sees them: the run is made with a tenth of the tolerances that opt.ida asks for, and
- * errors are within 100 of these, but where contacts of an exponent below 2 begin and end, and but
- * for runs at rest, whose steps are too long for what a parameter would set swinging.
- * docs/study.md says how much more, and what sensitivities cost. */
+ * systems, from the last step to the first. So both give the same numbers but for rounding. The
+ * driver's error test does not see them: the run is made with a tenth of the tolerances that
+ * opt.ida asks for, steps that are too long for what a parameter would set swinging are divided
+ * afterwards, and errors are within 100 of these tolerances, but where contacts of an exponent
+ * below 2 begin and end. docs/study.md says how much more, and what sensitivities cost. */
 #ifndef MBSRANK_SENSITIVITY_H
 #define MBSRANK_SENSITIVITY_H
 
@@ -87,7 +87,8 @@ MBSR_API int mbsr_sensitivity_forward(mbsr_sensitivity *sensitivity, double *dq,
 MBSR_API int mbsr_sensitivity_adjoint(mbsr_sensitivity *sensitivity, const double *w_q,
                                       const double *w_u, double *by);
 
-/* Steps of the run that are kept; 0 without one, and for NULL. */
+/* Steps of the run that are kept; 0 without one, and for NULL. The first solution forward or
+ * adjoint may have divided some. */
 MBSR_API long mbsr_sensitivity_steps(const mbsr_sensitivity *sensitivity);
 
 /* The last failure; never NULL. */

@@ -59,6 +59,7 @@ static int check_parameter(mbsr_sensitivity *s, int k, mbsr_error *error)
         snprintf(s->frame, sizeof s->frame, "%s", p.name);
     const bool mass = p.part == MBSR_PARAMETER_MASS || p.part == MBSR_PARAMETER_TENSOR ||
                       p.part == MBSR_PARAMETER_MOMENT || p.part == MBSR_PARAMETER_ARMATURE;
+    s->value[k] = p.value;
     if (mass && p.value == 0.0 && s->zero == MBSR_NONE) {
         s->zero = k;
         snprintf(s->named, sizeof s->named, "%s", p.name);
@@ -75,6 +76,8 @@ static int prepare_run(mbsr_sensitivity *s, mbsr_error *error)
     s->size = mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
     s->nq = mbsr_model_nq(m), s->nu = mbsr_model_nu(m);
     s->parameters = s->opt.parameters;
+    s->value = mbsri_sensitivity_take((size_t)s->parameters);
+    if (!s->value) return refuse_sensitivity(error, MBSR_ERR_NO_MEMORY, "no memory");
     for (int k = 0; k < s->parameters && !status; ++k) status = check_parameter(s, k, error);
     if (!status) status = mbsr_derivatives_create(m, &s->derivatives, error);
     if (!status) {
@@ -86,11 +89,13 @@ static int prepare_run(mbsr_sensitivity *s, mbsr_error *error)
     if (!status) status = mbsri_sensitivity_driver(s, error);
     if (!status) status = mbsri_sensitivity_find_sides(s, error);
     if (status) return status;
+    s->begin = mbsri_sensitivity_take(2 * (size_t)s->size);
     s->work = mbsri_sensitivity_take(4 * (size_t)s->size + (size_t)s->parameters);
     s->given =
         mbsri_sensitivity_take(2 * (size_t)s->nq + 4 * (size_t)s->nu + 2 * (size_t)s->parameters);
-    return s->work && s->given ? MBSR_OK
-                               : refuse_sensitivity(error, MBSR_ERR_NO_MEMORY, "no memory");
+    return s->begin && s->work && s->given
+               ? MBSR_OK
+               : refuse_sensitivity(error, MBSR_ERR_NO_MEMORY, "no memory");
 }
 
 int mbsr_sensitivity_create(const mbsr_model *model, const mbsr_sensitivity_opt *opt,
@@ -127,13 +132,15 @@ void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity)
     free(s->state.data);
     free(s->time.data);
     free(s->work);
+    free(s->value);
+    free(s->begin);
     free(s->given);
     free(s);
 }
 
 long mbsr_sensitivity_steps(const mbsr_sensitivity *sensitivity)
 {
-    return sensitivity && sensitivity->ready ? (long)sensitivity->step.count : 0;
+    return sensitivity && sensitivity->run.made ? (long)sensitivity->step.count : 0;
 }
 
 const mbsr_error *mbsr_sensitivity_error(const mbsr_sensitivity *sensitivity)

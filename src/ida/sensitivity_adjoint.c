@@ -129,18 +129,19 @@ int mbsr_sensitivity_adjoint(mbsr_sensitivity *sensitivity, const double *w_q, c
     mbsr_sensitivity *s = sensitivity;
     if (!s) return MBSR_ERR_NULL;
     if (!by) return mbsri_ida_refuse(&s->error, MBSR_ERR_NULL, "%s: by is NULL", name);
-    if (!s->ready)
+    if (!s->run.made)
         return mbsri_ida_refuse(&s->error, MBSR_ERR_SEQUENCE, "%s: call mbsr_sensitivity_run first",
                                 name);
     const size_t times = s->time.count;
     if (!weights_are_finite(times * (size_t)s->nq, w_q) ||
         !weights_are_finite(times * (size_t)s->nu, w_u))
         return mbsri_ida_refuse(&s->error, MBSR_NOT_FINITE, "%s: a weight is not finite", name);
+    int status = mbsri_sensitivity_check(s);
+    if (status) return status;
     const size_t nodes = (size_t)MBSRI_NODES * (size_t)s->size, nu = (size_t)s->nu,
                  count = nodes + nu + 2 * (size_t)s->parameters;
     double *memory = mbsri_sensitivity_take(count);
     mbsri_kept outputs = {0};
-    int status = MBSR_OK;
     if (!memory || !mbsri_sensitivity_reserve(&outputs, times, sizeof(mbsri_formula)))
         status = mbsri_ida_refuse(&s->error, MBSR_ERR_NO_MEMORY, "%s: no memory", name);
     if (!status) {

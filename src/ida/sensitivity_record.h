@@ -53,11 +53,15 @@ struct mbsr_sensitivity {
     mbsr_derivatives *derivatives;
     mbsr_newton *newton, *back; /* solves; solves transposed */
     int size, nq, nu, parameters;
-    bool plain;       /* a tree without directions that lack mass: u does not jump */
-    bool restart;     /* behind a kink */
-    bool cut;         /* the last step ended at a crossing */
-    int rise;         /* what orders have risen to behind a crossing */
-    bool ready;       /* there is a run */
+    bool plain;   /* a tree without directions that lack mass: u does not jump */
+    bool restart; /* behind a kink */
+    bool cut;     /* the last step ended at a crossing */
+    int rise;     /* what orders have risen to behind a crossing */
+    struct {
+        bool made;    /* there is one, */
+        bool checked; /* of which some sums have not found a step too long, */
+        bool divided; /* or with steps divided */
+    } run;
     double start;     /* time */
     mbsri_kept step;  /* mbsri_kept_step of node 1, 2, .. */
     mbsri_kept state; /* y, y' of these */
@@ -66,6 +70,8 @@ struct mbsr_sensitivity {
     double *work;     /* 4 size + parameters: of the formulas below */
     int zero;         /* the first parameter that is a mass of zero; MBSR_NONE */
     char named[96];   /* its name */
+    double *value;    /* parameters: of these */
+    double *begin;    /* y, y' at the start */
     bool elastic;     /* there are directions without mass that springs alone hold */
     char frame[96];   /* name of the first parameter of a joint's frame; "": there is none */
     mbsri_sides sides;
@@ -98,6 +104,48 @@ int mbsri_sensitivity_sources(mbsr_sensitivity *s, long node);
 /* y and y' at a node from 1 on; time of any. */
 const double *mbsri_sensitivity_state(const mbsr_sensitivity *s, long node);
 double mbsri_sensitivity_time(const mbsr_sensitivity *s, long node);
+
+/* Forward equations, of `count` weighted sums of parameters (count x parameters; NULL: of each by
+ * itself), with what is known of the last nodes. */
+typedef struct mbsri_forward_run {
+    mbsr_sensitivity *s;
+    int count;
+    const double *weight;
+    double *node; /* MBSRI_NODES x count x size */
+    double *tau;  /* count x nu: T */
+    double *jump; /* parameters x nu; NULL without weights */
+} mbsri_forward_run;
+
+static inline double *mbsri_forward_node(const mbsri_forward_run *f, long node, int k)
+{
+    const size_t size = (size_t)f->s->size, count = (size_t)f->count;
+    return f->node + ((size_t)(node % MBSRI_NODES) * count + (size_t)k) * size;
+}
+
+/* s at a node, from those before. A status. */
+int mbsri_forward_step(mbsri_forward_run *f, long node);
+
+/* Of each sum, by the tolerances of q: the largest value on the way, and the largest error of a
+ * step of those after the first. */
+typedef struct mbsri_step_errors {
+    double *largest, *worst; /* count */
+} mbsri_step_errors;
+
+/* The error of sum k at a node, in the same measure; what it may be beside the largest value, and
+ * whatever that is, of relative changes of parameters. */
+double mbsri_sensitivity_error_of(const mbsri_forward_run *f, long node, int k);
+double mbsri_sensitivity_allowed(const mbsri_forward_run *f, int k, double largest);
+
+/* Notes those at a node that was just reached. */
+void mbsri_sensitivity_note_errors(const mbsri_forward_run *f, long node, mbsri_step_errors *e);
+
+/* Whether they are no more than some tolerances. */
+bool mbsri_sensitivity_is_fine(const mbsri_forward_run *f, const mbsri_step_errors *e);
+
+/* Divides steps that are too long for sensitivities; looks first whether there are any. A status.
+ */
+int mbsri_sensitivity_divide(mbsr_sensitivity *s);
+int mbsri_sensitivity_check(mbsr_sensitivity *s);
 
 /* Step k begins a segment, and u jumps before it: p of s then jumps by minus dM times what u jumps
  * by. For each parameter added to p, which is `stride` numbers behind that of the last one; or of

@@ -205,6 +205,7 @@ static int start_run(mbsr_sensitivity *s, double t0, const double *q, const doub
                                 "mbsr_sensitivity_run: %s is zero, and there are %d directions "
                                 "without mass, which another value may take away",
                                 s->named, info.null_directions);
+    memcpy(s->begin, y, 2 * (size_t)s->size * sizeof *y);
     memcpy(found, y, nq * sizeof *y);
     memcpy(found + nq, y + nq + nu, nu * sizeof *y);
     s->elastic = info.elastic != 0;
@@ -258,7 +259,7 @@ int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, const double 
 {
     mbsr_sensitivity *s = sensitivity;
     if (!s) return MBSR_ERR_NULL;
-    s->ready = false;
+    s->run.made = s->run.checked = s->run.divided = false;
     int status = check_run(s, t0, times, time);
     if (status) return status;
     s->step.count = s->state.count = s->time.count = 0;
@@ -279,6 +280,6 @@ int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, const double 
         if (u_at) memcpy(u_at + (size_t)k * nu, y + nq + nu, nu * sizeof *u);
     }
     if (!status) status = make_solvers(s);
-    s->ready = status == MBSR_OK;
+    s->run.made = status == MBSR_OK;
     return status;
 }

@@ -1,6 +1,7 @@
 /* Sensitivities of runs: against differences of runs, against the closed form of the paper's
  * problems, forward against adjoint.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "flexible.h"
 #include "loops.h"
 #include "paper.h"
@@ -670,6 +671,71 @@ static void the_closed_form(void **state)
     mbsr_model_destroy(m);
 }
 
+/* ---- at rest ---- */
+
+/* By how much x of a mass hung on a spring at rest, of natural frequency w and damping ratio zeta,
+ * goes on to change with the mass. */
+static double swing(double g_over_k, double w, double zeta, double t)
+{
+    const double damped = w * sqrt(1.0 - zeta * zeta);
+    return g_over_k *
+           (exp(-zeta * w * t) * (cos(damped * t) + zeta * w / damped * sin(damped * t)) - 1.0);
+}
+
+/* Nothing moves but, with `beside`, another body, slowly: no error test sees the spring. */
+static void hang(double length, double tolerance, double zeta, bool beside)
+{
+    const double mass = 2.0, stiffness = 100.0, g = 9.81 * length, up[3] = {0.0, 0.0, 1.0},
+                 across[3] = {1.0, 0.0, 0.0}, time[2] = {0.5, 1.0};
+    const mbsr_force_def forces[] = {
+        mbsr_force_joint_spring(0, 0, stiffness, 2.0 * zeta * sqrt(stiffness * mass), 0.0),
+        mbsr_force_gravity(0.0, 0.0, -g)};
+    double q[2] = {-mass * g / stiffness}, u[2] = {0.0, 1e-3 * length}, dq[4], by,
+           w[4] = {0.0, 0.0, 1.0, 0.0};
+    mbsr_model *m;
+    mbsr_parameters *list;
+    mbsr_sensitivity *sensitivity;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    test_add_body(m, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, up),
+                  mbsr_inertia_particle(mass));
+    if (beside)
+        test_add_body(m, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, across),
+                      mbsr_inertia_particle(mass));
+    for (int k = 0; k < 2; ++k)
+        assert_ok(mbsr_model_add_force(m, forces + k, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_parameters_create(m, &list, NULL), NULL);
+    const int which = mbsr_parameters_find(list, "bodies.body0.mass"), nq = beside ? 2 : 1;
+    mbsr_sensitivity_opt opt = mbsr_default_sensitivity_opt();
+    opt.list = list, opt.which = &which, opt.parameters = 1;
+    opt.ida.rtol = tolerance, opt.ida.atol = tolerance * length;
+    assert_ok(mbsr_sensitivity_create(m, &opt, &sensitivity, NULL), NULL);
+    assert_ok(mbsr_sensitivity_run(sensitivity, 0.0, q, u, 2, time, NULL, NULL),
+              mbsr_sensitivity_error(sensitivity));
+    assert_ok(mbsr_sensitivity_forward(sensitivity, dq, NULL), mbsr_sensitivity_error(sensitivity));
+    w[2] = beside ? 1.0 : 0.0, w[1] = beside ? 0.0 : 1.0;
+    assert_ok(mbsr_sensitivity_adjoint(sensitivity, w, NULL, &by),
+              mbsr_sensitivity_error(sensitivity));
+    for (int k = 0; k < 2; ++k) {
+        const double exact = swing(g / stiffness, sqrt(stiffness / mass), zeta, time[k]);
+        assert_close(dq[k * nq], exact, 100.0 * tolerance * length);
+    }
+    assert_close(by, dq[nq], 1e-11 * length);
+    mbsr_sensitivity_destroy(sensitivity);
+    mbsr_parameters_destroy(list);
+    mbsr_model_destroy(m);
+}
+
+static void what_is_at_rest(void **state)
+{
+    (void)state;
+    for (double tolerance = 1e-4; tolerance > 1e-11; tolerance *= 1e-2) {
+        hang(1.0, tolerance, 0.0, false);
+        hang(1e3, tolerance, 0.05, false);
+        hang(1.0, tolerance, 0.05, true);
+    }
+}
+
 /* Tolerances of each number, all the same, are those of all. */
 static void tolerances_of_each_number(void **state)
 {
@@ -820,6 +886,7 @@ int main(void)
         cmocka_unit_test(flexible_bodies),
         cmocka_unit_test(a_force_jumps),
         cmocka_unit_test(the_closed_form),
+        cmocka_unit_test(what_is_at_rest),
         cmocka_unit_test(a_stop_is_hit),
         cmocka_unit_test(a_ball_on_a_stop),
         cmocka_unit_test(a_servo_at_its_limit),
