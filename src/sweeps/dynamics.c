@@ -188,13 +188,16 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     return status;
 }
 
-/* Whether all is finite, and no row is left that others contradict: if so, loops/ says which. */
+/* Whether all is finite, and of no row more is left than rounding of accelerations or, where these
+ * are, of what is typical of the model: if so, loops/ says whether others contradict it. */
 static bool loops_are_closed(const mbsri_loop_run *w)
 {
+    static const double rounding = 1e-9;
     const mbsr_model *m = w->run->model;
-    const double size = w->size + mbsri_largest(m->nu, w->run->out);
+    const double own = m->typical.frequency * m->typical.frequency * fmin(1.0, m->typical.length),
+                 size = own + w->size + mbsri_largest(m->nu, w->run->out);
     return mbsri_finite((size_t)m->nu, w->run->out) && mbsri_finite((size_t)m->rows, w->v) &&
-           mbsri_largest(m->rows, w->rest) <= 1e-7 * (1.0 + size);
+           mbsri_largest(m->rows, w->rest) <= rounding * size;
 }
 
 int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
