@@ -75,7 +75,7 @@ static int add_node(division *v, long node, double t, int order, bool first)
     if (!mbsri_sensitivity_reserve(&s->step, 1, sizeof(mbsri_kept_step)) ||
         !mbsri_sensitivity_reserve(&s->state, 2 * size, sizeof(double)))
         return mbsri_ida_refuse(&s->error, MBSR_ERR_NO_MEMORY,
-                                "mbsr_sensitivity_run: no memory for %zu steps", s->step.count + 1);
+                                "sensitivity: no memory for %zu steps", s->step.count + 1);
     mbsri_kept_step *step = (mbsri_kept_step *)s->step.data + s->step.count;
     double *y = (double *)s->state.data + s->state.count;
     *step = (mbsri_kept_step){t, order, first ? 0 : step[-1].since + 1, first && old->crossed};

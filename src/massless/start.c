@@ -200,13 +200,13 @@ static int return_rest(mbsri_start *s)
         if (!status && way > enough) status = alternate(s, true);
     }
     if (status < 0 || (there && !status)) return status;
-    if (!(s->c_balanced > 0.0)) {
+    if (!(s->c.balanced > 0.0)) {
         keep_state(s, false, true);
         mbsri_completion_forget(w);
         status = stays_as_it_is(s);
         if (status) return status;
         keep_state(s, true, false);
-        s->c_balanced = w->solver.c;
+        s->c.balanced = w->solver.c;
     }
     return MBSR_NO_CONVERGENCE;
 }
@@ -429,39 +429,50 @@ static bool gives_way(mbsri_start *s)
     return way * mbsri_work_of_forces(w->m, w->d) > far;
 }
 
-/* With one c after the other, until one serves. */
-static int climb(mbsri_start *s, int rungs, climbed *all)
+/* With one c: rotations and steps of positions no wider than that. */
+static int stand_on(mbsri_start *s, double c, double widest)
 {
     mbsr_completion *w = s->w;
+    w->solver.c = c;
+    w->kind.elastic = false;
+    s->longest = s->widest = widest;
+    mbsri_completion_forget(w);
+    int status = begin_start(s);
+    if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
+    if (!status && s->from == MBSRI_FROM_GIVEN && (w->kind.faster || gives_way(s)))
+        s->doubtful = true;
+    if (!status && s->searches >= ENOUGH && w->kind.elastic) return MBSR_NO_CONVERGENCE;
+    if (!status) status = balance(s);
+    if (!status) status = stays_as_it_is(s);
+    s->info->elastic = w->kind.elastic;
+    return status;
+}
+
+/* With one c after the other, until one serves; at last with the one where rounding ended it. */
+static int climb(mbsri_start *s, int rungs, climbed *all)
+{
     int status = MBSR_OK;
+    s->c.rounded = 0.0;
+    s->c.serves = false;
     for (int rung = 0; rung < rungs; ++rung) {
-        w->solver.c = ladder[rung] / s->time;
-        w->kind.elastic = false;
-        s->longest = s->widest = rung < CAREFUL ? 0.5 : 0.1;
-        mbsri_completion_forget(w);
-        status = begin_start(s);
-        if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
-        if (!status && s->from == MBSRI_FROM_GIVEN && (w->kind.faster || gives_way(s)))
-            s->doubtful = true;
-        if (!status && s->searches >= ENOUGH && w->kind.elastic) return MBSR_NO_CONVERGENCE;
-        if (!status) status = balance(s);
-        if (!status) status = stays_as_it_is(s);
-        s->info->elastic = w->kind.elastic;
+        status = stand_on(s, ladder[rung] / s->time, rung < CAREFUL ? 0.5 : 0.1);
         if (status <= 0) return status;
-        s->searches += w->kind.elastic && s->sought == position;
+        s->searches += s->w->kind.elastic && s->sought == position;
         if (s->searches >= ENOUGH) return status;
         all->singular = all->singular && status == MBSR_SINGULAR_BLOCK;
         all->dependent = all->dependent && status == MBSR_LOOP_SINGULAR;
         all->regular = all->regular && status != MBSR_SINGULAR_BLOCK;
     }
-    return status;
+    if (s->c.rounded == 0.0) return status;
+    s->c.serves = true;
+    return stand_on(s, s->c.rounded, s->c.widest);
 }
 
 /* The balance that was kept. */
 static int take_balance(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
-    w->solver.c = s->c_balanced;
+    w->solver.c = s->c.balanced;
     w->kind.elastic = true;
     s->info->elastic = 1;
     mbsri_completion_forget(w);
@@ -475,11 +486,11 @@ static int take_balance(mbsri_start *s)
 static int climb_from_all(mbsri_start *s, climbed *all, mbsr_error *first, const char **sought)
 {
     int status = MBSR_NO_CONVERGENCE;
-    s->c_balanced = 0.0;
+    s->c.balanced = 0.0;
     s->doubtful = false;
     s->searches = 0;
     for (int from = MBSRI_FROM_GIVEN;
-         from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c_balanced > 0.0); ++from) {
+         from <= MBSRI_FROM_ELSEWHERE && status > 0 && !(s->c.balanced > 0.0); ++from) {
         s->from = (mbsri_start_from)from;
         status = climb(s, from == MBSRI_FROM_GIVEN ? RUNGS : CAREFUL, all);
         if (from > MBSRI_FROM_GIVEN) continue;
@@ -513,7 +524,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     int status = survey(s);
     if (status) return status;
     status = climb_from_all(s, &all, &first, &sought);
-    if (status > 0 && s->c_balanced > 0.0) status = take_balance(s);
+    if (status > 0 && s->c.balanced > 0.0) status = take_balance(s);
     if (status <= 0) {
         if (!status && w->kind.deficient) status = check_clear(s, clear);
         if (!status && *clear) status = compare_ranks(s, clear);

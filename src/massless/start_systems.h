@@ -47,8 +47,13 @@ typedef struct mbsri_start {
     double *columns;                      /* scratch of start_return.c, and nu numbers of start.c */
     double *found;                        /* 2 (size + 3 rows): the last balance, and the first */
     double *ways;                         /* 2 MBSRI_WAYS x nu: scratch of start_return.c */
-    double c_balanced; /* 1/s, c of the first balance from which no way led on; 0: none */
-    bool *lacks;       /* nu: whether a direction of the rate's joint moves no mass */
+    struct {
+        double balanced; /* 1/s, of the first balance from which no way led on; 0: none */
+        double rounded;  /* 1/s, of the first velocities that rounding ended; 0: none */
+        double widest;   /* of that search */
+        bool serves;     /* no other c has led further than rounding */
+    } c;
+    bool *lacks; /* nu: whether a direction of the rate's joint moves no mass */
     void *memory;
 } mbsri_start;
 

@@ -131,12 +131,16 @@ static int advance(mbsri_start *s, double change, double size, int *leaps, doubl
 }
 
 /* Whether a change by which velocities do not get better is rounding: what balances but for that
- * serves as long as they are known to what is usual. */
+ * serves as long as they are known to what is usual, and where springs do not settle too, with no
+ * other c to more. */
 static bool is_rounding(mbsri_start *s, double change, double size)
 {
     static const double rounding = 1e-5, usual = 100.0;
     const double known = fmin(1.0, usual * s->w->span.least / size) * rounding;
-    return change <= known && mbsri_start_balances(s);
+    if (!(change <= known && mbsri_start_balances(s))) return false;
+    if (s->w->kind.elastic || s->c.serves) return true;
+    if (s->c.rounded == 0.0) s->c.rounded = s->w->solver.c, s->c.widest = s->widest;
+    return false;
 }
 
 int mbsri_start_velocities(mbsri_start *s, bool drift)

@@ -635,15 +635,17 @@ static void a_mass_close_to_axes(void **state)
 static void accelerations_that_contradict(void **state)
 {
     (void)state;
-    for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
-        const double L = systems[k].length, far[3] = {3.0 * L, 0.0, 0.0}, q[3] = {L},
-                     u[3] = {0.0, 0.1 * L / systems[k].time};
-        double udot[3];
-        any_model s = {.of = systems + k};
+    static const units beside[] = {{"m, kg, ms", 1, 1, 1e3}, {"m, kg, us", 1, 1, 1e6}};
+    const size_t others = sizeof beside / sizeof beside[0];
+    for (size_t k = 0; k < others + sizeof systems / sizeof systems[0]; ++k) {
+        const units *of = k < others ? beside + k : systems + (k - others);
+        const double L = of->length, far[3] = {3.0 * L, 0.0, 0.0}, q[3] = {L},
+                     u[3] = {0.0, 0.1 * L / of->time};
+        double udot[3], y[32] = {0.0}, yp[32];
+        any_model s = {.of = of};
         mbsr_data *d;
         assert_ok(mbsr_model_create(NULL, &s.m, NULL), NULL);
-        add_behind(&s, mbsr_joint_translational(NULL, NULL),
-                   mbsr_inertia_particle(2.0 * systems[k].mass));
+        add_behind(&s, mbsr_joint_translational(NULL, NULL), mbsr_inertia_particle(2.0 * of->mass));
         const mbsr_closure_def near = mbsr_closure_distance(0, NULL, MBSR_GROUND, NULL, L),
                                other = mbsr_closure_distance(0, NULL, MBSR_GROUND, far, 2.0 * L);
         assert_ok(mbsr_model_add_closure(s.m, &near, NULL), mbsr_model_error(s.m));
@@ -651,6 +653,10 @@ static void accelerations_that_contradict(void **state)
         assert_ok(mbsr_model_finish(s.m), mbsr_model_error(s.m));
         assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
         assert_int_equal(mbsr_forward_dynamics(s.m, d, 0.0, q, u, NULL, udot), MBSR_LOOP_OPEN);
+        assert_true(mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM) <= 32);
+        assert_ok(mbsr_dae_pack(s.m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
+        assert_int_equal(mbsr_dae_consistent(s.m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                         MBSR_LOOP_OPEN);
         assert_ok(mbsr_forward_dynamics(s.m, d, 0.0, q, (double[3]){0.0}, NULL, udot),
                   mbsr_data_error(d));
         assert_true(udot[0] == 0.0 && udot[1] == 0.0 && udot[2] == 0.0);
@@ -680,9 +686,18 @@ static void springs_beside_dampers(void **state)
     }
 }
 
+/* Velocities that at one c get no better by rounding, and at another do. */
+static void rounding_at_one_c(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {890114};
+    check_seeds(1, seed);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(verdicts_agree),
+                                       cmocka_unit_test(rounding_at_one_c),
                                        cmocka_unit_test(accelerations_that_contradict),
                                        cmocka_unit_test(springs_beside_dampers),
                                        cmocka_unit_test(rows_that_see_traces),
