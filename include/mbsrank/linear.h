@@ -258,8 +258,10 @@ MBSR_API mbsr_near_opt mbsr_default_near_opt(void);
 
 /* Modes about rest at (t, q), an equilibrium, as mbsr_linear_create and mbsr_linear_modes find
  * them, without matrices: by Krylov-Schur iteration on Newton systems of the momentum form. That is
- * a factorisation and some hundred solutions in O(N), and 8 count + 60 vectors of nu numbers. Modes
- * that come several times, as in models with equal parts, are given as often.
+ * a factorisation and some hundred solutions in O(N), and 8 count + 60 vectors of nu numbers, or
+ * 480 of nu < 500. Modes that come several times, as in models with equal parts, are given as
+ * often. Where hundreds of rates are next to the slowest, one may be given for a slower one by a
+ * thousandth.
  *
  * modes: room for opt->count; *found of them, in the order of |s|. Fewer are found where the model
  * has fewer; those farther away than 10^4 times the shift count as infinite. re, im: shapes as from

@@ -24,6 +24,7 @@ static const char name[] = "mbsr_modes_near";
 
 static const double farthest =
     1e4; /* from the shift, over it: beyond lie roots of rounding errors */
+static const double lowest = 1e-3; /* shift, over the rate of the slowest modes that are asked */
 
 mbsr_near_opt mbsr_default_near_opt(void)
 {
@@ -39,6 +40,8 @@ typedef struct near {
     double *y, *yp, *r, *delta; /* size of y */
     double *mass, *driven;      /* nu: of rates; momenta that driven joints have at u = 0 */
     double shift;
+    int first;    /* vectors that are looked at first */
+    bool nearest; /* are wanted; else the slowest */
     bool massless;
     mbsr_error *error;
 } near;
@@ -155,12 +158,13 @@ static int find_shift(near *w)
 }
 
 /* How many vectors at the front are wanted, and whether they have converged: of the `count` modes
- * nearest to the shift; where slow ones are asked, of all up to where no slower one can be. Their
- * sum tells one set from another. */
+ * nearest to the shift; where slow ones are asked, of all up to where no slower one can be. Next to
+ * the lowest shift the nearest are the slowest, but for a thousandth. Their sum tells one set from
+ * another. */
 static int find_wanted(const near *w, bool *converged, double *sum)
 {
     const int count = w->opt->count;
-    const double reach = w->opt->shift > 0.0 ? 0.0 : w->shift + slowest_rate(w, count, -1.0);
+    const double reach = w->nearest ? 0.0 : w->shift + slowest_rate(w, count, -1.0);
     int at = 0, modes = 0;
     *converged = true;
     *sum = 0.0;
@@ -201,6 +205,18 @@ static bool ends_there(const near *w, int wanted)
     return hypot(re, im) + left < least;
 }
 
+/* A new space at a lower shift, where too many modes to be held are as near to it as the slowest
+ * that are asked may be. */
+static int lower_shift(near *w)
+{
+    const double rate = slowest_rate(w, w->opt->count, -1.0), next = w->shift / 16.0;
+    w->nearest = next <= lowest * rate || rate <= 1e-6 * w->shift;
+    const int status = factor_at(w, w->nearest && rate > next ? lowest * rate : next);
+    w->space.k = 0;
+    w->space.limit = w->space.m;
+    return status ? status : mbsri_krylov_begin(&w->space);
+}
+
 /* The space of what is wanted, and no more. What random vectors add to it is looked at first where
  * a few have been added. */
 static int find_space(near *w)
@@ -209,6 +225,7 @@ static int find_space(near *w)
     mbsri_krylov *z = &w->space;
     double last = 0.0;
     int status = mbsri_krylov_begin(z);
+    z->limit = w->first;
     for (int cycle = 0; cycle < CYCLES && !status; ++cycle) {
         bool converged;
         double sum;
@@ -229,7 +246,13 @@ static int find_space(near *w)
             z->limit = z->m;
             continue;
         }
-        if (z->exhausted || wanted > z->m - 6) break;
+        if (z->exhausted) break;
+        if (wanted > z->m - 6) {
+            if (w->nearest) break;
+            status = lower_shift(w);
+            last = 0.0;
+            continue;
+        }
         const int kept = end_of_block(z, wanted + (z->k - wanted) / 2);
         mbsri_krylov_keep(z, kept < z->m ? kept : wanted);
     }
@@ -344,11 +367,15 @@ static int start_at_rest(near *w, const double *q)
 static int open_near(near *w, const double *q)
 {
     mbsri_coordinates *c = &w->c;
-    const int n = 2 * c->nu, most = 4 * w->opt->count + 30;
+    enum { SMALL = 1000, DENSE = 240 }; /* rates; vectors of models below */
+    const int n = 2 * c->nu, first = 4 * w->opt->count + 30,
+              most = n < SMALL && first < DENSE ? DENSE : first;
     const size_t size = (size_t)c->size + 1;
     w->r = mbsri_arena_take(&w->arena, (2 * size + 2 * (size_t)c->nu) * sizeof *w->r);
     w->space = (mbsri_krylov){.apply = apply_shifted, .context = w};
     mbsri_krylov_open(&w->space, &w->arena, n, most < n ? most : n);
+    w->first = first < w->space.m ? first : w->space.m;
+    w->nearest = w->opt->shift > 0.0;
     if (w->arena.failed) return MBSR_ERR_NO_MEMORY;
     w->delta = w->r + size;
     w->mass = w->delta + size;

@@ -81,33 +81,71 @@ static void what_comes_several_times_is_given_as_often(void **state)
     free_both(m, d);
 }
 
-/* Of 150 sliders with 1, 1.001, 1.002 ... rad/s those nearest to a shift take the space many times
- * over: beside others their eigenvalues are hardly larger. */
+/* Sliders with 1, 1.001, 1.002 ... rad/s: beside others their eigenvalues are hardly larger. Those
+ * nearest to a shift take the space many times over, and as near to a shift of half their rate as
+ * the slowest are more than a space holds, at a lower one not. */
+static mbsr_model *many_sliders(int sliders, double apart, double damping)
+{
+    mbsr_model *m = empty();
+    for (int k = 0; k < sliders; ++k) {
+        const double rate = 1.0 + apart * k;
+        add_body(m, MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
+                 mbsr_inertia_particle(1.0));
+        add_force(m, mbsr_force_joint_spring(k, 0, rate * rate,
+                                             2.0 * damping * rate * (k * 37 % sliders) / sliders,
+                                             0.0));
+    }
+    return m;
+}
+
+static void close_frequencies(int sliders)
+{
+    enum { MODES = 4 };
+    mbsr_model *m = many_sliders(sliders, 1e-3, 0.0);
+    mbsr_near_opt opt = mbsr_default_near_opt();
+    mbsr_mode mode[MODES];
+    mbsr_error error;
+    double *q = calloc((size_t)sliders, sizeof *q);
+    int found;
+    mbsr_data *d = finish(m);
+    for (int slowest = 0; slowest < 2; ++slowest) {
+        opt.count = slowest ? 1 : MODES;
+        opt.shift = slowest ? 0.0 : 0.5;
+        for (; opt.count <= MODES; opt.count += MODES - 1) {
+            assert_ok(mbsr_modes_near(m, d, 0.0, q, &opt, mode, &found, NULL, NULL, &error),
+                      &error);
+            assert_int_equal(found, opt.count);
+            for (int k = 0; k < found; ++k) assert_close(mode[k].imaginary, 1.0 + 1e-3 * k, 1e-9);
+        }
+    }
+    free(q);
+    free_both(m, d);
+}
+
 static void frequencies_close_to_each_other(void **state)
 {
     (void)state;
-    enum { SLIDERS = 150, MODES = 4 };
-    mbsr_model *m = empty();
+    close_frequencies(150);
+    close_frequencies(600);
+}
+
+/* 550 whose rates differ by 1e-6, and their damping by no order: a space of 46 vectors does not
+ * tell them apart. */
+static void too_close_to_each_other(void **state)
+{
+    (void)state;
+    enum { SLIDERS = 550, MODES = 4 };
+    mbsr_model *m = many_sliders(SLIDERS, 1e-6, 0.03);
     mbsr_near_opt opt = mbsr_default_near_opt();
     mbsr_mode mode[MODES];
     mbsr_error error;
     const double q[SLIDERS] = {0.0};
     int found;
-    for (int k = 0; k < SLIDERS; ++k) {
-        const double rate = 1.0 + 1e-3 * k;
-        add_body(m, MBSR_GROUND, NULL, mbsr_joint_prismatic(NULL, NULL, along),
-                 mbsr_inertia_particle(1.0));
-        add_force(m, mbsr_force_joint_spring(k, 0, rate * rate, 0.0, 0.0));
-    }
     mbsr_data *d = finish(m);
     opt.count = MODES;
-    opt.shift = 0.5;
-    assert_ok(mbsr_modes_near(m, d, 0.0, q, &opt, mode, &found, NULL, NULL, &error), &error);
-    assert_int_equal(found, MODES);
-    for (int k = 0; k < MODES; ++k) assert_close(mode[k].imaginary, 1.0 + 1e-3 * k, 1e-9);
-    opt.shift = 0.0; /* slower ones might be as far from any shift as the fastest of these */
     assert_refused(mbsr_modes_near(m, d, 0.0, q, &opt, mode, &found, NULL, NULL, &error), &error,
                    MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE, "4 modes|at another shift");
+    assert_int_equal(found, 0);
     free_both(m, d);
 }
 
@@ -194,6 +232,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_string_of_masses_and_nodes),
                                        cmocka_unit_test(what_comes_several_times_is_given_as_often),
                                        cmocka_unit_test(frequencies_close_to_each_other),
+                                       cmocka_unit_test(too_close_to_each_other),
                                        cmocka_unit_test(slow_ones_are_slow_whatever_their_phase),
                                        cmocka_unit_test(what_is_wrong_is_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
