@@ -2,12 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops/ranking.h"
 
-#include "algebra/dense.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "loops/row_fronts.h"
-#include "recursion/closures.h"
-#include "recursion/rounding.h"
 #include "recursion/spans.h"
 
 static void find_spans(mbsri_ranking *w)
@@ -30,9 +27,9 @@ static int no_memory_for_ranks(const mbsri_ranking *w)
 static int open_arrays(mbsri_ranking *w)
 {
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, nq = (size_t)w->m->nq;
-    double **const array[] = {&w->span, &w->x,        &w->g,    &w->scale, &w->y,
+    double **const array[] = {&w->span, &w->x,        &w->g,    &w->y,
                               &w->q,    &w->q_beside, &w->free, &w->out};
-    const size_t length[] = {n, n, rows, rows, rows, nq, nq, 8 * n, n + rows};
+    const size_t length[] = {n, n, rows, rows, nq, nq, 8 * n, n + rows};
     enum { ARRAYS = sizeof length / sizeof *length };
     size_t numbers = 0;
     for (int k = 0; k < ARRAYS; ++k) numbers += length[k];
@@ -69,49 +66,12 @@ int mbsri_ranking_open(mbsri_ranking *w, const mbsr_model *m, mbsr_data *d, bool
     return status ? status : mbsri_row_fronts_open(m, d, w->span, function, &w->fronts);
 }
 
-static void close_fronts(mbsri_ranking *w)
-{
-    if (w->fronts) mbsri_row_fronts_close(w->fronts);
-    w->fronts = NULL;
-}
-
-int mbsri_ranking_leave_fronts(mbsri_ranking *w)
-{
-    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
-    w->C = mbsri_allocate(&w->m->allocator, (rows * n + n * n) * sizeof(double));
-    if (!w->C) return no_memory_for_ranks(w);
-    w->Q = w->C + rows * n;
-    close_fronts(w);
-    return MBSR_OK;
-}
-
 void mbsri_ranking_close(mbsri_ranking *w)
 {
     if (!w->m) return;
-    close_fronts(w);
+    if (w->fronts) mbsri_row_fronts_close(w->fronts);
+    w->fronts = NULL;
     mbsri_closer_close(&w->closer);
-    mbsri_release(&w->m->allocator, w->C);
     mbsri_release(&w->m->allocator, w->memory);
-    w->memory = w->C = NULL;
-}
-
-int mbsri_ranking_rows(mbsri_ranking *w)
-{
-    const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
-    double *row = w->out, *size = w->x;
-    const int status = mbsri_closure_jacobians(w->m, w->d);
-    if (status || w->fronts) return status;
-    const double lever = mbsri_longest_lever(w->m, w->d);
-    mbsri_zero((size_t)w->rows, w->g);
-    for (; c < end; ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            const size_t at = (size_t)(c->row + k);
-            w->g[at] = 1.0;
-            mbsri_closure_transpose(w->m, w->d, w->g, row);
-            w->g[at] = 0.0;
-            mbsri_clear_row(w->m, w->d, c, k, lever, size, row);
-            for (size_t j = 0; j < (size_t)w->n; ++j) w->C[j * (size_t)w->rows + at] = row[j];
-        }
-    }
-    return MBSR_OK;
+    w->memory = NULL;
 }

@@ -13,14 +13,14 @@ typedef struct mbsri_ranking {
     mbsr_data *d;
     const char *function; /* for messages */
     int n, rows, position_rows;
-    bool springs;          /* stiff rows come after rigid ones, and are counted apart */
-    double *span;          /* n: of what joint rates move (spans.h) */
-    double *x;             /* n */
-    double *g, *scale, *y; /* rows */
-    double *q;             /* nq */
-    double *q_beside;      /* nq: near a singular position (ranks.c) */
-    double *free;          /* 8 n: directions that loops leave free (ranks.c) */
-    double *out;           /* n + rows: for results */
+    bool springs;     /* stiff rows come after rigid ones, and are counted apart */
+    double *span;     /* n: of what joint rates move (spans.h) */
+    double *x;        /* n */
+    double *g, *y;    /* rows */
+    double *q;        /* nq */
+    double *q_beside; /* nq: near a singular position (ranks.c) */
+    double *free;     /* 8 n: directions that loops leave free (ranks.c) */
+    double *out;      /* n + rows: for results */
     mbsri_closer closer;
     int *late;      /* rows: their order where there are springs (row_fronts.h) */
     bool *other;    /* rows: flags for a short time */
@@ -28,8 +28,7 @@ typedef struct mbsri_ranking {
     bool *left_out; /* rows: without a part in equations */
     bool *shared;   /* rows: whose forces are not determined one by one */
     bool *beside;   /* 2 rows: that depend on others near a singular position (ranks.c) */
-    struct mbsri_row_fronts *fronts; /* NULL: digits got lost on them, there are matrices */
-    double *C, *Q;                   /* rows x n, n x n */
+    struct mbsri_row_fronts *fronts;
     void *memory;
 } mbsri_ranking;
 
@@ -38,11 +37,5 @@ typedef struct mbsri_ranking {
 int mbsri_ranking_open(mbsri_ranking *w, const mbsr_model *m, mbsr_data *d, bool rigid,
                        const char *function);
 void mbsri_ranking_close(mbsri_ranking *w);
-
-/* Takes matrices, in place of the fronts, where digits got lost on these. */
-int mbsri_ranking_leave_fronts(mbsri_ranking *w);
-
-/* C of all rows at the positions of the data. */
-int mbsri_ranking_rows(mbsri_ranking *w);
 
 #endif

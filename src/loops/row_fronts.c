@@ -39,7 +39,6 @@ struct mbsri_row_fronts {
     bool *more, *other, *taken;             /* rows: for a short time */
     bool careful; /* such a row was not in the span of those kept: of them the row goes that has
                      most part in it */
-    bool lost;    /* digits, in some ranks */
 };
 
 /* Rows that were dropped are taken back where they are farther than this from the span of those
@@ -155,17 +154,33 @@ void mbsri_row_fronts_close(mbsri_row_fronts *w)
     mbsri_release(&w->m->allocator, w);
 }
 
-bool mbsri_row_fronts_lost(const mbsri_row_fronts *w)
-{
-    return w->lost;
-}
-
 const bool *mbsri_row_fronts_shared(const mbsri_row_fronts *w)
 {
     return w->shared;
 }
 
 enum { KINDS = 3 };
+
+/* Sets squares of rows to zero that are rounding of what they have of their bodies: no joint moves
+ * against them. */
+static void clear_rounding(const mbsri_row_fronts *w, double *square)
+{
+    const mbsri_closure *first = mbsri_all_closures(w->m), *end = first + w->m->closures.count;
+    const double lever = mbsri_longest_lever(w->m, w->d);
+    for (const mbsri_closure *c = first; c < end; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            double size = 0.0;
+            for (int l = 0; l < c->bodies; ++l) {
+                double turn, move;
+                if (c->column[l] < 0) continue;
+                mbsri_row_parts(w->m, w->d, c, l, k, &turn, &move);
+                size = fmax(size, turn + lever * move);
+            }
+            if (square[c->row + k] <= pow(mbsri_row_rounding(c) * size, 2))
+                square[c->row + k] = 0.0;
+        }
+    }
+}
 
 /* The length to which each row is compared, as those of ranks.h. */
 static void find_scales(mbsri_row_fronts *w)
@@ -174,6 +189,7 @@ static void find_scales(mbsri_row_fronts *w)
     double largest[KINDS] = {0.0};
     double *square = w->lambda;
     mbsri_row_squares(w->m, w->d, w->span, square);
+    clear_rounding(w, square);
     for (const mbsri_closure *c = first; c < end; ++c) {
         double own[KINDS] = {0.0};
         for (int k = 0; k < c->rows; ++k) {
@@ -409,7 +425,20 @@ static int drop_idle(mbsri_row_fronts *w, const bool *without, bool *dropped)
     for (int k = 0; k < rows; ++k) w->system.left_out[k] = without && without[k];
     int status = mbsri_fronts_factor(&w->system, w->metric, w->function);
     if (!status) status = find_idle(w, w->shared);
-    for (int k = 0; k < rows && !status; ++k) dropped[k] = w->more[k] || (without && without[k]);
+    for (int k = 0; k < rows && !status; ++k)
+        dropped[k] = w->more[k] || (without && without[k]) || !(w->scale[k] > 0.0);
+    return status;
+}
+
+/* Rows that are taken back and dropped again are next to rounding: the factors decide, by which
+ * equations are solved. */
+static int leave_idle(mbsri_row_fronts *w, const bool *without, bool *dropped)
+{
+    int status = drop_idle(w, without, dropped);
+    for (int k = 0; k < w->m->rows; ++k) w->system.left_out[k] = dropped[k];
+    if (!status) status = mbsri_fronts_factor(&w->system, w->metric, w->function);
+    if (!status && !mbsri_fronts_spread(&w->system, w->inverse))
+        status = no_memory_for_rows(w->m, w->d, w->function);
     return status;
 }
 
@@ -421,15 +450,16 @@ int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, const bool *
     find_scales(w);
     for (int k = 0; k < w->m->rows && near; ++k) dropped[k] = near[k];
     int status = near ? MBSR_OK : drop_idle(w, without, dropped);
-    if (status) return status;
     *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
-    for (int turn = 0; turn < TURNS && changed; ++turn) {
+    for (int turn = 0; turn < TURNS && changed && !status; ++turn)
         status = mend(w, without, dropped, &found->largest_dropped, &changed);
-        if (status) return status;
-    }
+    if (!status && changed) status = leave_idle(w, without, dropped);
+    if (status) return status;
     measure_rows(w, without, dropped, found);
-    w->lost = w->lost || changed || (found->independent > 0 && !(found->smallest_kept > 0.0)) ||
-              !are_kept_found(w, dropped);
+    if ((found->independent > 0 && !(found->smallest_kept > 0.0)) || !are_kept_found(w, dropped))
+        return mbsri_fail(&w->d->error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
+                          "%s: not found which rows of closures depend on others: digits get lost",
+                          w->function);
     return MBSR_OK;
 }
 

@@ -34,13 +34,11 @@ void mbsri_row_fronts_close(mbsri_row_fronts *w);
 /* As mbsri_ranks_here, but that distances are those from the span of all others that are kept.
  * After the derivatives. without (rows; NULL: none): rows that are dropped from the beginning. near
  * (rows; NULL: nothing is known): those that were dropped in a position nearby: one begins with
- * them, and takes back what does not depend on others here. */
+ * them, and takes back what does not depend on others here. MBSR_LOOP_SINGULAR: digits get lost,
+ * rows that were dropped are not in the span of those kept, or these depend on each other; statuses
+ * of mbsri_fronts_factor. */
 int mbsri_row_fronts_rank(mbsri_row_fronts *w, const bool *without, const bool *near, bool *dropped,
                           mbsri_ranks *found);
-
-/* Whether digits got lost in ranks since the opening: rows that were dropped are not in the span of
- * those kept, or these depend on each other. What was found counts for nothing then. */
-bool mbsri_row_fronts_lost(const mbsri_row_fronts *w);
 
 /* Rows on which others depend, and these: their forces are not determined one by one. After the
  * ranks without `near`. */

@@ -32,7 +32,7 @@ static int find_dependent(mbsri_closer *w, double t, const double *q, bool *any)
     if (!any_asked(w)) return MBSR_OK;
     int status = mbsri_ranking_open(&ranking, w->m, w->d, false, w->function);
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_ranking_rows(&ranking);
+    if (!status) status = mbsri_closure_jacobians(w->m, w->d);
     if (!status) status = mbsri_ranks_here(&ranking, ranking.other, &ranks);
     for (; c < end && !status; ++c) {
         for (int k = 0; k < c->position_rows; ++k) {

@@ -144,7 +144,7 @@ static int guess_forces(mbsri_tree_start *s, double t, const double *q, const do
     }
     const int status =
         mbsri_loops_settled(m, s->d, t, q, u, left_out, s->w.span, lambda, doubt, &load, function);
-    if (!status && s->w.fronts)
+    if (!status)
         mbsri_row_fronts_clear_traces(s->w.fronts, load, doubt, lambda);
     else
         mbsri_zero((size_t)m->rows, lambda);

@@ -94,7 +94,7 @@ static int find_forces(mbsri_null_space *w, mbsri_ranking *ranking, double t, co
     if (status) return status;
     mbsri_row_fronts_clear_traces(ranking->fronts, load, doubt, lambda);
     status = mbsri_loops_take_springs(w->m, w->d, t, q, u, ranking->left_out, lambda);
-    if (!status) status = mbsri_ranking_rows(ranking);
+    if (!status) status = mbsri_closure_jacobians(w->m, w->d);
     if (!status) clear_rounded_springs(w, ranking->left_out, u);
     return status;
 }

@@ -114,7 +114,7 @@ static int order_rows(const mbsr_model *m, rigid *r, double t, const double *q)
 {
     int status = mbsri_positions(r->twin.model, r->twin.data, t, q);
     if (!status) status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
-    if (status || !r->start.w.fronts) return status;
+    if (status) return status;
     mbsri_late_rows(m, mbsri_row_fronts_scales(r->start.w.fronts), r->late);
     mbsri_row_fronts_order(r->start.w.fronts, r->late);
     return MBSR_OK;
@@ -145,9 +145,9 @@ static int begin_sharing(const mbsr_model *m, rigid *r)
     const bool massive = !r->start.start.m;
     const mbsri_closure *given = m->closures.data;
     mbsri_closure *c = r->twin.model->closures.data;
-    bool alone = r->start.w.fronts != NULL;
+    bool alone = true;
     int status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
-    if (!status && alone) status = check_rigid(m, r, &alone);
+    if (!status) status = check_rigid(m, r, &alone);
     if (status) return status;
     if (!alone)
         return mbsri_fail(&r->twin.data->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
@@ -242,7 +242,7 @@ static int let_go_dependent(const mbsr_model *m, rigid *r, double t, bool *any)
     mbsri_ranks ranks;
     *any = false;
     int status = mbsri_positions(r->twin.model, r->twin.data, t, r->q);
-    if (!status) status = mbsri_ranking_rows(&r->start.w);
+    if (!status) status = mbsri_closure_jacobians(r->twin.model, r->twin.data);
     if (!status) status = mbsri_ranks_here(&r->start.w, r->other, &ranks);
     if (!status) mbsri_leave_soft(m, r->late, r->other);
     for (int k = 0; k < m->rows && !status; ++k) {

@@ -64,45 +64,7 @@ double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
     return length;
 }
 
-/* What is added up in row k of C, by the caller's order: what the closure has of its bodies, with
- * levers as long as any, and of their joints, over |H| and |J| on the way to the root. */
-static void find_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
-                       double lever, double *size)
-{
-    double *f = d->closure_V, *tau = d->closure_w, turn, move;
-    mbsri_zero(m->size.v, f);
-    mbsri_zero((size_t)m->nu, tau);
-    for (int l = 0; l < c->bodies; ++l) {
-        const mbsri_body *b = m->body + c->body[l];
-        if (c->column[l] < 0 || c->body[l] == 0) continue;
-        mbsri_row_parts(m, d, c, l, k, &turn, &move);
-        for (int j = 0; j < b->d; ++j)
-            f[b->v + (size_t)j] += mbsri_is_angle(b->joint.space, j) ? turn + lever * move : move;
-        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) continue;
-        for (int j = 0; j < b->n; ++j)
-            tau[b->iu + j] +=
-                fabs(d->closure_C[c->at + (size_t)((c->column[l] + b->d + j) * c->rows + k)]);
-    }
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        const double *own = f + b->v;
-        for (int j = 0; j < b->d * b->n; ++j)
-            tau[b->iu + j / b->d] += fabs(d->J[b->dn + (size_t)j]) * own[j % b->d];
-        for (int j = 0; j < b->d * b->pred.d; ++j)
-            f[b->pred.v + (size_t)(j / b->d)] += fabs(d->H[b->dp + (size_t)j]) * own[j % b->d];
-    }
-    mbsri_scatter(m, tau, size);
-}
-
 double mbsri_row_rounding(const mbsri_closure *c)
 {
     return c->def.table->jacobian ? ROUNDING : DIFFERENCES;
-}
-
-void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
-                     double lever, double *size, double *row)
-{
-    const double share = mbsri_row_rounding(c);
-    find_sizes(m, d, c, k, lever, size);
-    for (int j = 0; j < m->nu; ++j) row[j] = fabs(row[j]) > share * size[j] ? row[j] : 0.0;
 }

@@ -23,9 +23,4 @@ mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, con
 /* Below this share of what is added up in it an entry of row k of closure c is rounding. */
 double mbsri_row_rounding(const mbsri_closure *c);
 
-/* Sets entries of row k of closure c to zero (row: nu, by the caller's order) that are rounding of
- * what is added up in them; size: nu of scratch. Overwrites closure_V and closure_w. */
-void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
-                     double lever, double *size, double *row);
-
 #endif

@@ -5,7 +5,6 @@
 #include <mbsrank/driver.h>
 
 #include "algebra/dense.h"
-#include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/cookie.h"
 #include "base/error.h"
@@ -86,74 +85,6 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
 
 /* ---- report ---- */
 
-/* Room for the least-squares problems of rows. */
-typedef struct shares {
-    double *A, *b, *length, *work; /* n x rows, n or rows, rows, lwork */
-    int *pivots;
-    int lwork;
-} shares;
-
-/* Of row `row` over rate j in its span. */
-static double entry_in_span(const mbsri_ranking *w, size_t row, size_t j)
-{
-    return w->C[j * (size_t)w->rows + row] * w->span[j];
-}
-
-/* Rows on which the dependent row `row` rests are not determined one by one: C_kept^T a = c_row. */
-static int mark_shared(mbsri_ranking *w, const shares *s, int row, const bool *dropped, int *unique)
-{
-    const size_t n = (size_t)w->n;
-    int kept = 0, rank;
-    unique[row] = 0;
-    if (!(s->length[row] > 0.0)) return MBSR_OK;
-    for (int k = 0; k < w->rows; ++k) {
-        if (dropped[k]) continue;
-        for (size_t j = 0; j < n; ++j)
-            s->A[(size_t)kept * n + j] = entry_in_span(w, (size_t)k, j) / s->length[k];
-        ++kept;
-    }
-    for (size_t j = 0; j < n; ++j) s->b[j] = entry_in_span(w, (size_t)row, j) / s->length[row];
-    if (kept == 0) return MBSR_OK;
-    if (mbsri_lapack_gelsy(w->n, kept, s->A, s->b, 1e-12, s->pivots, &rank, s->work, s->lwork))
-        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                          "%s: a least-squares problem failed", w->function);
-    for (int k = 0, l = 0; k < w->rows; ++k) {
-        if (dropped[k]) continue;
-        if (fabs(s->b[l++]) > 1e-6) unique[k] = 0;
-    }
-    return MBSR_OK;
-}
-
-/* Where digits got lost on fronts. Springs, which determine their forces themselves, are dropped.
- */
-static int mark_by_matrix(mbsri_ranking *w, const bool *dropped, const bool *stiff, int *unique)
-{
-    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
-    shares s = {.lwork = mbsri_lapack_gelsy_work(w->n, w->rows)};
-    s.A = mbsri_allocate(&w->m->allocator,
-                         (n * rows + n + 2 * rows + (size_t)s.lwork) * sizeof(double) +
-                             rows * sizeof(int));
-    if (!s.A)
-        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d rows of closures", w->function, w->rows);
-    s.b = s.A + n * rows;
-    s.length = s.b + n + rows;
-    s.work = s.length + rows;
-    s.pivots = (int *)(void *)(s.work + s.lwork);
-    int status = MBSR_OK;
-    for (size_t k = 0; k < rows; ++k) {
-        double square = 0.0;
-        for (size_t j = 0; j < n; ++j) square += pow(entry_in_span(w, k, j), 2);
-        s.length[k] = sqrt(square);
-        unique[k] = 1;
-    }
-    for (int k = 0; k < w->rows && !status; ++k) {
-        if (dropped[k] && !stiff[k]) status = mark_shared(w, &s, k, dropped, unique);
-    }
-    mbsri_release(&w->m->allocator, s.A);
-    return status;
-}
-
 /* Directions of the tree that move no mass, those of them that no loop holds, and how well the
  * others are held; at rest. */
 static int count_massless(mbsri_ranking *w, double t, const double *q, mbsr_closure_report *report)
@@ -168,7 +99,7 @@ static int count_massless(mbsri_ranking *w, double t, const double *q, mbsr_clos
     if (!status) status = mbsri_closure_jacobians(m, d);
     if (status) return status;
     report->massless = w->n - d->total_rank;
-    status = mbsri_loops_stretch(w, w->scale, &report->stretch, &row);
+    status = mbsri_loops_stretch(w, mbsri_row_fronts_scales(w->fronts), &report->stretch, &row);
     report->stretched = row < 0 ? MBSR_NONE : row;
     if (status || report->massless == 0) return status;
     return mbsri_loops_count_free(m, d, w->left_out, true, w->function, &report->undetermined);
@@ -201,12 +132,9 @@ static int report_on(mbsri_ranking *w, double t, const double *q, mbsr_closure_r
                                     .largest_dropped = here.largest_dropped,
                                     .weakest = here.weakest < 0 ? MBSR_NONE : here.weakest,
                                     .weakest_pivot = here.weakest_pivot};
-    for (int k = 0; k < w->rows && unique && w->fronts; ++k) unique[k] = !w->shared[k];
-    mbsri_rank_scales(w);
+    for (int k = 0; k < w->rows && unique; ++k) unique[k] = !w->shared[k];
     status = count_massless(w, t, q, report);
     report->mobility = w->n - here.independent - report->undetermined;
-    for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
-    if (!status && unique && !w->fronts) status = mark_by_matrix(w, dropped, stiff, unique);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     report->gap = status ? 0.0 : mbsri_largest(w->position_rows, w->g);
     return status;
