@@ -438,6 +438,7 @@ static void residuals(void **state)
         check((uint64_t)seed, true, RESIDUAL, &all);
     }
     check(117, false, RESIDUAL, &all); /* a point in the plane, whose frame is turned */
+    check(8, false, RESIDUAL, &all);   /* stiff rows */
     for (int part = 0; part <= MBSR_PARAMETER_DAMPING; ++part)
         assert_true(all.parts[part] > 0 || !test_long());
     assert_true(all.forward > seeds && all.closed > 0 && all.deficient > 0);

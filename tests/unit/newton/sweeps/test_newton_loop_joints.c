@@ -148,18 +148,23 @@ static void finish(mechanism *m)
 static const double x_axis[3] = {1.0, 0.0, 0.0}, z_axis[3] = {0.0, 0.0, 1.0};
 
 /* Crank and rocker about axes that are not parallel, a coupler on a joint of that kind, a tail on
- * the coupler. */
-static void fourbar(mechanism *m, int kind, double coupler, double unit)
+ * the coupler where that has mass. */
+static void fourbar_with(mechanism *m, int kind, double crank_mass, double coupler, double unit)
 {
     static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.1, 0.3, 0.05},
                         end[3] = {0.6, 0.5, 0.1}, rocker[3] = {0.7, 0.0, 0.0},
                         tail[3] = {0.4, 0.4, 0.1}, tilted[3] = {0.1, 0.3, 1.0};
     begin(m, unit);
-    const int a = add(m, MBSR_GROUND, REVOLUTE, crank, z_axis, 1.0),
+    const int a = add(m, MBSR_GROUND, REVOLUTE, crank, z_axis, crank_mass),
               b = add(m, a, kind, tip, tilted, coupler),
               c = add(m, MBSR_GROUND, REVOLUTE, rocker, tilted, 2.0);
     if (coupler > 0.0) add(m, b, BALL, tail, x_axis, 0.5);
     tie(m, b, c, end);
+}
+
+static void fourbar(mechanism *m, int kind, double coupler, double unit)
+{
+    fourbar_with(m, kind, 1.0, coupler, unit);
 }
 
 /* Arms on a chassis, the upright on a ball joint of the lower one, a tie rod on a universal joint.
@@ -340,6 +345,20 @@ static void massless_couplers(void **state)
     }
 }
 
+/* The rocker's inertia is that of all. */
+static void massless_cranks(void **state)
+{
+    (void)state;
+    static const int kind[] = {UNIVERSAL, CYLINDRICAL};
+    for (int k = 0; k < 2; ++k) {
+        for (int wide = 0; wide < 2; ++wide) {
+            mechanism m;
+            fourbar_with(&m, kind[k], 0.0, 0.0, wide ? 1000.0 : 1.0);
+            compare(&m);
+        }
+    }
+}
+
 /* Beside dampers, which determine what the loop does not: a rod between ball joints turns about
  * itself. */
 static void massless_couplers_in_bushings(void **state)
@@ -458,6 +477,7 @@ int main(void)
                                        cmocka_unit_test(suspensions),
                                        cmocka_unit_test(platforms),
                                        cmocka_unit_test(massless_couplers),
+                                       cmocka_unit_test(massless_cranks),
                                        cmocka_unit_test(massless_couplers_in_bushings),
                                        cmocka_unit_test(more_rates_than_rows),
                                        cmocka_unit_test(nothing_holds),
