@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "model/neglect.h"
 #include "model/query.h"
+#include "recursion/pose.h"
 
 #include <stdlib.h>
 
@@ -17,33 +18,39 @@ static const mbsr_inertia *given(const mbsr_model *m, int i)
     return &((const mbsri_neglected *)m->given.inertias.data)[b->mass.neglected - 1].given;
 }
 
-static double trace(const mbsr_model *m, int i, const mbsr_inertia *inertia)
+/* Of a matrix: the mean of what translations have, and what rotations have over that square. */
+static double size_of_matrix(const mbsr_model *m, int i, const mbsr_inertia *inertia, double square)
 {
     const mbsri_body *b = m->body + i;
     const double *matrix = b->inertia.matrix;
-    double sum = 0.0;
+    double masses = 0.0, moments = 0.0;
+    int ways = 0;
     if (inertia->kind != MBSR_INERTIA_MATRIX || !inertia->matrix) return 0.0;
     if (b->mass.neglected > 0)
         matrix = (const double *)m->stored.matrices.data +
                  ((const mbsri_neglected *)m->given.inertias.data)[b->mass.neglected - 1].matrix;
-    const int first = b->joint.space == MBSR_SPACE_SPATIAL ? 3 : 0;
-    for (int k = first; k < b->d; ++k) sum += matrix[k * (b->d + 1)];
-    return sum / (b->d - first);
+    for (int k = 0; k < b->d; ++k) {
+        const bool turns = mbsri_is_angle(b->joint.space, k);
+        *(turns ? &moments : &masses) += matrix[k * (b->d + 1)];
+        ways += !turns;
+    }
+    return masses / ways + moments / square;
 }
 
 /* Mass, and moment of inertia over the square of the typical length. */
 static double size_of(const mbsr_model *m, int i)
 {
     const mbsr_inertia *inertia = given(m, i);
-    const double length = m->typical.length > 0.0 ? m->typical.length : 1.0;
+    const double length = m->typical.length > 0.0 ? m->typical.length : 1.0,
+                 square = length * length;
     switch (inertia->kind) {
     case MBSR_INERTIA_PARTICLE: return inertia->mass;
-    case MBSR_INERTIA_PLANAR: return inertia->mass + inertia->moment / (length * length);
+    case MBSR_INERTIA_PLANAR: return inertia->mass + inertia->moment / square;
     case MBSR_INERTIA_SPATIAL:
         return inertia->mass +
                (inertia->tensor[MBSR_XX] + inertia->tensor[MBSR_YY] + inertia->tensor[MBSR_ZZ]) /
-                   (length * length);
-    default: return trace(m, i, inertia);
+                   square;
+    default: return size_of_matrix(m, i, inertia, square);
     }
 }
 

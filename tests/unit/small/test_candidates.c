@@ -76,9 +76,52 @@ static void bodies_of_one_size_are_not(void **state)
     }
 }
 
+/* A wheel of 1 g and 1e-5 kg m^2 that turns on a cart of 10 kg, by its matrix: small in all units.
+ */
+static void a_matrix_is_as_small_in_all_units(void **state)
+{
+    (void)state;
+    for (double unit = 1.0; unit < 1e4; unit *= 1000.0) {
+        const double square = unit * unit,
+                     matrix[9] = {1e-3, 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.0, 1e-5 * square};
+        mbsr_model *m = NULL;
+        mbsr_small_masses *small = NULL;
+        mbsr_small_masses_report report;
+        mbsr_error error;
+        mbsr_small_masses_opt opt = mbsr_default_small_masses_opt();
+        mbsr_body_def cart = mbsr_default_body_def(), wheel = cart;
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        cart.joint = mbsr_joint_planar_prismatic((mbsr_planar_frame){0}, (mbsr_planar_frame){0});
+        cart.inertia = mbsr_inertia_planar(10.0, (const double[2]){0.0, 0.0}, 0.1 * square);
+        assert_ok(mbsr_model_add_body(m, &cart, NULL), mbsr_model_error(m));
+        wheel.parent = 0;
+        wheel.joint = mbsr_joint_planar_revolute((mbsr_planar_frame){.x = 0.3 * unit},
+                                                 (mbsr_planar_frame){0});
+        wheel.inertia = mbsr_inertia_matrix(3, matrix);
+        assert_ok(mbsr_model_add_body(m, &wheel, NULL), mbsr_model_error(m));
+        const mbsr_force_def spring[2] = {
+            mbsr_force_joint_spring(0, 0, 100.0, 20.0, 0.0),
+            mbsr_force_joint_spring(1, 0, 3.0 * square, 0.1 * square, 0.0)};
+        for (int k = 0; k < 2; ++k)
+            assert_ok(mbsr_model_add_force(m, spring + k, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        opt.duration = 1.0;
+        assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
+        assert_ok(
+            mbsr_small_masses_start(small, 0.0, (double[2]){0.1 * unit, 0.1}, (double[2]){0.0}),
+            mbsr_small_masses_error(small));
+        assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
+        assert_int_equal(report.masses, 1);
+        assert_int_equal(report.mass[0].body, 1);
+        mbsr_small_masses_destroy(small);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(light_bodies_in_a_row_are_all_found),
-                                       cmocka_unit_test(bodies_of_one_size_are_not)};
+                                       cmocka_unit_test(bodies_of_one_size_are_not),
+                                       cmocka_unit_test(a_matrix_is_as_small_in_all_units)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
