@@ -171,6 +171,11 @@ MBSR_API int mbsr_model_nq(const mbsr_model *model);     /* joint position coord
 MBSR_API int mbsr_model_nu(const mbsr_model *model);     /* joint velocity coordinates in all: the
                                                         degrees of freedom (mobilities) */
 
+/* The length typical of the model, m: the geometric mean of its bodies' radii of gyration about
+ * their origins, else of arms, ways between origins or of points that forces act at; steps of
+ * differences and tolerances are measured by it. 0: there is none. -1 as above. */
+MBSR_API double mbsr_model_length(const mbsr_model *model);
+
 /* Where a body's coordinates stand in q and u: q[q_index .. q_index+nq), u[u_index .. u_index+n).
  * Bodies follow each other in the order of their ids. Outputs may be NULL. Status: MBSR_OK,
  * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */

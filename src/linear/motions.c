@@ -13,12 +13,14 @@
 #include "base/error.h"
 
 #include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <string.h>
 
 static const char name[] = "mbsr_linear_create";
 
-/* Differences of fourth order: places, and weights over 12; steps of value, rate, acceleration. */
+/* Differences of fourth order: places, and weights over 12; steps of value, rate, acceleration of
+ * turns, and of moves over what is far for the model. */
 static const double places[] = {1.0, -1.0, 2.0, -2.0}, weights[] = {8.0, -8.0, -1.0, 1.0},
                     steps[] = {0x1p-12, 0x1p-10, 1.0};
 
@@ -70,6 +72,40 @@ int mbsri_motions_of(const mbsr_model *m, mbsr_signal_kind kind, int id)
     if (kind == MBSR_SIGNAL_CLOSURE_MOTION)
         return id >= 0 && id < mbsr_model_closures(m) ? moved_rows(m, id) : 0;
     return mbsr_body_definition(m, id, &body) ? 0 : driven_of(&body.joint);
+}
+
+/* Whether entry `part` of the motion of a stock joint moves the body, and does not turn it. */
+static bool is_move(const mbsr_joint *joint, int part)
+{
+    mbsr_joint_chain chain;
+    if (mbsr_joint_chain_of(joint, &chain) == MBSR_OK) {
+        int k = 0;
+        for (;; ++k) {
+            if (chain.axis[k].driven && part-- == 0) break;
+        }
+        return chain.axis[k].kind == MBSR_AXIS_TRANSLATION;
+    }
+    int driven = joint->option[1];
+    for (; part > 0; --part) driven &= driven - 1;
+    return (driven & -driven) != MBSR_ANGLE;
+}
+
+/* What is far for the motion: 1 rad, or the length of the model; at the positions of the data. */
+static double span_of(const mbsr_model *m, mbsr_data *d, const mbsr_signal *s)
+{
+    const double length = mbsr_model_length(m);
+    mbsr_body_def body;
+    bool moves = false;
+    if (s->kind == MBSR_SIGNAL_CLOSURE_MOTION) {
+        int row;
+        mbsr_coordinate_kind kind;
+        moves = !mbsr_closure_indices(m, s->id, &row, NULL, NULL, NULL) &&
+                !mbsr_closure_row_kind(m, d, row + s->part, &kind, NULL) &&
+                kind == MBSR_COORDINATE_TRANSLATION;
+    } else {
+        moves = !mbsr_body_definition(m, s->id, &body) && is_move(&body.joint, s->part);
+    }
+    return moves && length > 0.0 ? length : 1.0;
 }
 
 /* ---- what they do ---- */
@@ -156,12 +192,14 @@ int mbsri_motion_enter(mbsr_linear *l, const mbsri_coordinates *c, const double 
     mbsr_data *d;
     int status = make_moved(c->model, s, &moved, &m, &d, error);
     if (status) return status;
+    status = mbsr_stage_positions(m, d, c->t, y);
+    const double span = status ? 1.0 : span_of(m, d, s);
     for (int order = 0; order < 3 && !status; ++order) {
         memset(r, 0, 2 * (size_t)c->size * sizeof *r);
+        const double step = span * steps[order];
         for (int k = 0; k < 4 && !status; ++k) {
-            moved.added[order] = places[k] * steps[order];
-            status = add_sample(l, c, m, d, y, yp, opt, weights[k] / (12.0 * steps[order]), r,
-                                seen[order]);
+            moved.added[order] = places[k] * step;
+            status = add_sample(l, c, m, d, y, yp, opt, weights[k] / (12.0 * step), r, seen[order]);
         }
         moved.added[order] = 0.0;
         mbsri_pencil_rows(c, r, -1.0, column[order]);

@@ -34,6 +34,11 @@ int mbsr_model_bodies(const mbsr_model *model)
     return ready(model) ? model->bodies : -1;
 }
 
+double mbsr_model_length(const mbsr_model *model)
+{
+    return ready(model) ? model->typical.length : -1.0;
+}
+
 int mbsr_model_forces(const mbsr_model *model)
 {
     return ready(model) ? (int)(model->forces.count + model->elements.idle) : -1;

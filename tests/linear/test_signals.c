@@ -331,11 +331,63 @@ static void motions_that_cannot_be_replaced(void **state)
     mbsr_model_destroy(m);
 }
 
+static int rest_of_two(void *user, double t, double *s, double *rate, double *acceleration)
+{
+    (void)user, (void)t;
+    for (int k = 0; k < 2; ++k) s[k] = rate[k] = acceleration[k] = 0.0;
+    return 0;
+}
+
+/* A shaker in the plane carries a rod on a hinge, which a spring holds across: how the angle
+ * answers the shaker's accelerations along x and y, times the metre. */
+static void shake(double unit, double answer[4])
+{
+    const double square = unit * unit, com[2] = {0.2 * unit, 0.0}, tip[3] = {0.3 * unit, 0.0, 0.0},
+                 spot[3] = {0.2 * unit, 0.3 * unit, 0.0}, q = 0.1;
+    const mbsr_planar_frame none = {0};
+    const mbsr_signal input[2] = {{.kind = MBSR_SIGNAL_MOTION},
+                                  {.kind = MBSR_SIGNAL_MOTION, .part = 1}},
+                      output = {.kind = MBSR_SIGNAL_JOINT};
+    mbsr_model *m = empty();
+    mbsr_linear_opt opt = mbsr_default_linear_opt();
+    mbsr_linear *l;
+    mbsr_error error;
+    add_body(m, MBSR_GROUND, "shaker",
+             mbsr_joint_planar(none, none, 0, MBSR_X | MBSR_Y, rest_of_two, NULL),
+             mbsr_inertia_planar(3.0, NULL, 0.1 * square));
+    add_body(m, 0, "rod", mbsr_joint_planar_revolute(none, none),
+             mbsr_inertia_planar(2.0, com, 0.03 * square));
+    add_force(m, mbsr_force_point_spring(1, tip, MBSR_GROUND, spot, 400.0, 5.0, 0.1 * unit));
+    mbsr_data *d = finish(m);
+    /* radii of gyration about the origins: sqrt(0.1 / 3), and sqrt(0.03 / 2 + 0.2^2) */
+    assert_close(mbsr_model_length(m) / unit, pow(0.1 / 3.0 * 0.055, 0.25), 1e-12);
+    opt.inputs = 2, opt.outputs = 1;
+    opt.input = input, opt.output = &output;
+    assert_ok(mbsr_linear_create(m, d, 0.0, &q, NULL, &opt, &l, &error), &error);
+    assert_ok(mbsr_linear_response(l, 0.7, answer, answer + 2), NULL);
+    for (int k = 0; k < 4; ++k) answer[k] *= unit;
+    mbsr_linear_destroy(l);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void a_shaker_in_all_units(void **state)
+{
+    (void)state;
+    double answer[4], other[4];
+    shake(1.0, answer);
+    for (double unit = 1e-4; unit < 1e5; unit *= 10.0) {
+        shake(unit, other);
+        for (int k = 0; k < 4; ++k) assert_close(other[k] / answer[k], 1.0, 1e-8);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_mass_on_a_spring), cmocka_unit_test(a_point_and_a_rate),
-        cmocka_unit_test(what_there_is_not),  cmocka_unit_test(a_base_that_moves),
-        cmocka_unit_test(a_tube_that_turns),  cmocka_unit_test(motions_that_cannot_be_replaced)};
+        cmocka_unit_test(a_mass_on_a_spring),   cmocka_unit_test(a_point_and_a_rate),
+        cmocka_unit_test(what_there_is_not),    cmocka_unit_test(a_base_that_moves),
+        cmocka_unit_test(a_tube_that_turns),    cmocka_unit_test(motions_that_cannot_be_replaced),
+        cmocka_unit_test(a_shaker_in_all_units)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
