@@ -162,6 +162,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->split = NULL;
     d->watch.active = d->frame.known = d->frame.used = d->keep_scale = d->exactly = false;
     d->accelerated = d->single = d->lambda_known = d->factors.allowed = d->fronts.taken = false;
+    d->armature = NULL;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     for (size_t k = 0; k < model->forces.count + model->elements.idle; ++k)
         d->element.off[k] = false;

@@ -14,7 +14,7 @@
 #include <math.h>
 
 /* U, D, its rank and pseudo-inverse, and G of the joint. */
-static int factor_joint(mbsri_fronts *w, int i, const double *armature)
+static int factor_joint(mbsri_fronts *w, int i)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
@@ -24,8 +24,8 @@ static int factor_joint(mbsri_fronts *w, int i, const double *armature)
     mbsri_symmetrise(b->d, d->Mbar + b->dd);
     mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
     mbsri_group_products(m, d, &g, d->Mbar, U, D, d->scratch);
-    if (!armature) mbsri_group_add_armature(m, &g, D);
-    for (int k = 0; k < b->n && armature; ++k) D[k * (b->n + 1)] += armature[b->iu + k];
+    if (!d->armature) mbsri_group_add_armature(m, &g, D);
+    for (int k = 0; k < b->n && d->armature; ++k) D[k * (b->n + 1)] += d->armature[b->iu + k];
     d->rank[i] = 0;
     d->scale[b->scalar_offset] = 0.0;
     const int status = b->n > 0 ? mbsri_rank_decision(m, d, &g, true) : MBSR_OK;
@@ -34,25 +34,25 @@ static int factor_joint(mbsri_fronts *w, int i, const double *armature)
     return status;
 }
 
-static void begin_masses(mbsri_fronts *w, const double *armature)
+static void begin_masses(mbsri_fronts *w)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
     mbsri_zero(m->size.dd, d->W);
-    if (armature)
+    if (d->armature)
         mbsri_zero(m->size.dd, d->Mbar);
     else
         mbsri_copy(m->size.dd, d->M, d->Mbar);
     for (int i = 0; i <= m->bodies; ++i)
         d->rotated[m->body[i].scalar_offset] =
-            armature ? 0.0 : mbsri_own_rotated(m->body + i, d->M + m->body[i].dd);
+            d->armature ? 0.0 : mbsri_own_rotated(m->body + i, d->M + m->body[i].dd);
 }
 
-static int eliminate(mbsri_fronts *w, const double *armature)
+static int eliminate(mbsri_fronts *w)
 {
     if (!mbsri_fronts_begin(w)) return MBSR_ERR_NO_MEMORY;
-    begin_masses(w, armature);
+    begin_masses(w);
     mbsri_zero((size_t)w->m->rows, w->share);
     w->lever = mbsri_longest_lever(w->m, w->d);
     for (int k = 0; k < w->plan->steps; ++k) {
@@ -62,7 +62,7 @@ static int eliminate(mbsri_fronts *w, const double *armature)
             if (!mbsri_fronts_leave(w, k)) return MBSR_ERR_NO_MEMORY;
             continue;
         }
-        const int status = factor_joint(w, i, armature);
+        const int status = factor_joint(w, i);
         if (status) return status;
         if (!mbsri_fronts_pass(w, k)) return MBSR_ERR_NO_MEMORY;
         mbsri_pass_masses(w->m, w->d, i, false);
@@ -76,10 +76,12 @@ int mbsri_fronts_factor(mbsri_fronts *w, const double *armature, const char *fun
     const bool single = d->single;
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     d->single = true;
+    d->armature = armature;
     w->free = -1;
     w->frees = 0;
-    const int status = eliminate(w, armature);
+    const int status = eliminate(w);
     d->single = single;
+    d->armature = NULL;
     if (status != MBSR_ERR_NO_MEMORY) return status;
     return mbsri_fail(&d->error, status, MBSR_NONE, MBSR_NONE,
                       "%s: no memory for the loops that are open at once", function);

@@ -127,13 +127,14 @@ struct mbsr_data {
     double t;
     int *rank; /* N + 1: rank of each joint block */
     int total_rank;
-    int *pivots;      /* most.d: order of pivots of one block */
-    bool *carries;    /* N + 1: whether Az of the body may differ from zero */
-    bool *apart;      /* N + 1: whether the joints of the group of this head are such */
-    bool single;      /* whether every joint is a group of its own (group.h) */
-    bool accelerated; /* whether A and mu are those of given joint accelerations */
-    bool keep_scale;  /* whether joint blocks keep the S they have, but for groups taken apart */
-    bool exactly;     /* whether masses are in twofold precision where it is not needed, too */
+    int *pivots;            /* most.d: order of pivots of one block */
+    bool *carries;          /* N + 1: whether Az of the body may differ from zero */
+    bool *apart;            /* N + 1: whether the joints of the group of this head are such */
+    bool single;            /* whether every joint is a group of its own (group.h) */
+    const double *armature; /* nu, as in the sweeps: in place of that of joints; or NULL */
+    bool accelerated;       /* whether A and mu are those of given joint accelerations */
+    bool keep_scale; /* whether joint blocks keep the S they have, but for groups taken apart */
+    bool exactly;    /* whether masses are in twofold precision where it is not needed, too */
     mbsri_two *exact_work; /* scratch of recursion/exact.c */
     bool lambda_known;     /* whether loop_lambda are the loop forces of the velocities here */
     bool *dropped;         /* m->rows: whether a row of the closures is redundant, and left out */

@@ -41,10 +41,10 @@
 static double equilibrate_joint(const mbsri_body *b, const mbsr_data *d, const double *fixed,
                                 double *s, double *noise)
 {
+    const double *armature = d->armature ? d->armature + b->iu : b->mass.armature;
     double *WJ = d->scratch, largest = 0.0;
     for (int k = 0; k < b->n; ++k) {
-        const double size =
-            mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, WJ) + b->mass.armature[k];
+        const double size = mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, WJ) + armature[k];
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
         largest = isnan(size) ? size : fmax(size, largest);

@@ -149,6 +149,37 @@ static void in_four_systems_of_units(void **state)
     }
 }
 
+/* A tip 2 m from its hinge, at 45 degrees, on a slide along the line that it is to be moved on by
+ * 3 mm: the slide moves by 2 mm, and the hinge by the third one, in whatever units; and whatever
+ * armature is on the joints. */
+static void a_slide_below_a_hinge(void **state)
+{
+    (void)state;
+    static const double length[] = {1.0, 1e3, 1048576.0}, armature[] = {0.0, 1e14};
+    const mbsr_planar_frame none = {0.0, 0.0, 0.0};
+    const mbsr_inertia nothing = mbsr_inertia_planar(0.0, (double[2]){0.0, 0.0}, 0.0);
+    for (int k = 0; k < 6; ++k) {
+        const double L = length[k % 3], tip[3] = {2.0 * L, 0.0, 0.0},
+                     aim[3] = {2.0 * L * cos(pi / 4.0) - 3e-3 * L, 0.0, 0.0},
+                     along[3] = {1.0, 0.0, 0.0}, guess[2] = {0.0, pi / 4.0};
+        loops s;
+        double q[2];
+        loops_begin(&s, NULL);
+        const int a = test_add_body(s.m, MBSR_GROUND, mbsr_joint_planar_prismatic(none, none),
+                                    nothing),
+                  b = test_add_body(s.m, a, mbsr_joint_planar_revolute(none, none), nothing);
+        assert_ok(mbsr_model_armature(s.m, a, 1, armature + k / 3), mbsr_model_error(s.m));
+        assert_ok(mbsr_model_armature(s.m, b, 1, armature + k / 3), mbsr_model_error(s.m));
+        const mbsr_closure_def line = mbsr_closure_rows(b, tip, MBSR_GROUND, aim, 1, along);
+        assert_ok(mbsr_model_add_closure(s.m, &line, NULL), mbsr_model_error(s.m));
+        loops_finish(&s);
+        assert_ok(mbsr_assemble(s.m, s.d, 0.0, guess, NULL, q, NULL), mbsr_data_error(s.d));
+        assert_close(q[0] / L, -2e-3, 1e-5);
+        assert_close(q[1] - guess[1], 1e-3 / sqrt(2.0), 1e-5);
+        loops_free(&s);
+    }
+}
+
 /* With the same joint coordinates two cuts differ by the square of what the guess is open by. */
 static void where_the_loop_is_cut(void **state)
 {
@@ -315,6 +346,7 @@ int main(void)
                                        cmocka_unit_test(it_cannot_be_closed),
                                        cmocka_unit_test(a_coordinate_stays),
                                        cmocka_unit_test(in_four_systems_of_units),
+                                       cmocka_unit_test(a_slide_below_a_hinge),
                                        cmocka_unit_test(where_the_loop_is_cut),
                                        cmocka_unit_test(a_weld_in_space),
                                        cmocka_unit_test(options)};
