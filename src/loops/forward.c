@@ -363,24 +363,29 @@ int mbsri_loops_push(const mbsr_model *m, mbsr_data *d, double t, const double *
 
 /* ---- inverse dynamics ---- */
 
-/* What of `need` is not there: refused, with the joint that misses most. */
+/* What of `need` is not there: refused, with the joint that misses most; forces count by the length
+ * of the model. */
 static int check_torques(const mbsr_model *m, mbsr_data *d, const double *need, double *left,
                          const char *function)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     char label[MBSRI_LABEL];
-    const double size = mbsri_largest(m->nu, need), most = mbsri_largest(m->nu, left);
-    if (most <= 1e-8 * size) return MBSR_OK;
-    int at = 1;
+    double size = 0.0, most = 0.0;
+    int at = 1, k = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        if (mbsri_largest(b->n, left + b->u) >= most) at = i;
+        const double load = mbsri_joint_load(&spans, m, b, left + b->u);
+        size = fmax(size, mbsri_joint_load(&spans, m, b, need + b->u));
+        if (load >= most) at = i;
+        most = fmax(most, load);
     }
-    int k = 0;
-    while (fabs(left[m->body[at].u + k]) < most) ++k;
+    if (most <= 1e-8 * size) return MBSR_OK;
+    const mbsri_body *b = m->body + at;
+    while (fabs(left[b->u + k]) * mbsri_coordinate_span(&spans, m, b, true, k) < most) ++k;
     return mbsri_fail(&d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
                       "%s: the joints listed cannot bring about udot: u%d of %s, or what the loops "
                       "couple it to, is driven by none of them (%.3g is missing)",
-                      function, k, mbsri_body_label(m, at, label), most);
+                      function, k, mbsri_body_label(m, at, label), fabs(left[b->u + k]));
 }
 
 /* tau and -lambda from the solution. */

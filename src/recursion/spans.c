@@ -63,6 +63,15 @@ double mbsri_largest_rate(const mbsr_model *m, const double *x)
     return largest;
 }
 
+double mbsri_joint_load(const mbsri_spans *s, const mbsr_model *m, const mbsri_body *b,
+                        const double *tau)
+{
+    double largest = 0.0;
+    for (int k = 0; k < b->n; ++k)
+        largest = fmax(largest, fabs(tau[k]) * mbsri_coordinate_span(s, m, b, true, k));
+    return largest;
+}
+
 double mbsri_lever_of(const mbsri_body *b, const double *H)
 {
     double lever = 0.0;

@@ -34,6 +34,10 @@ double mbsri_rate_step(const mbsr_model *m, const double *x, const double *u);
  * accelerations. */
 double mbsri_largest_rate(const mbsr_model *m, const double *x);
 
+/* The largest of a joint's forces tau (n) times the spans of its rates. */
+double mbsri_joint_load(const mbsri_spans *s, const mbsr_model *m, const mbsri_body *b,
+                        const double *tau);
+
 /* The longest way between the origins of a body and of its predecessor along an axis, H (d x
  * d_pred) being what turning the one moves of the other. */
 double mbsri_lever_of(const mbsri_body *b, const double *H);

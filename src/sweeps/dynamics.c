@@ -10,6 +10,7 @@
 #include "recursion/elements.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
+#include "recursion/spans.h"
 #include "sweeps/loads.h"
 #include "sweeps/loops.h"
 #include "sweeps/split.h"
@@ -258,28 +259,49 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     return status;
 }
 
+/* Whether so much of `out` less closure_w is left at joint rates without motors that they need
+ * some. */
+static bool some_missing(const mbsri_loop_run *w)
+{
+    static const double nothing = 1e-8; /* as in loops/forward.c */
+    const mbsr_model *m = w->run->model;
+    const double *need = w->run->out, *loops = w->run->data->closure_w;
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    double size = mbsri_largest(m->nu, need), most = 0.0;
+    for (int k = 0; k < m->nu; ++k)
+        most = w->motor[k] > 0.0 ? most : fmax(most, fabs(need[k] - loops[k]));
+    if (!m->typical.span &&
+        most * fmax(1.0, spans.length) <= nothing * size * fmin(1.0, spans.length))
+        return false; /* whichever of them are forces */
+    size = most = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        size = fmax(size, mbsri_joint_load(&spans, m, b, need + b->iu));
+        for (int k = 0, rate = b->iu; k < b->n; ++k, ++rate) {
+            if (w->motor[rate] > 0.0) continue;
+            const double span = mbsri_coordinate_span(&spans, m, b, true, k);
+            most = fmax(most, fabs(need[rate] - loops[rate]) * span);
+        }
+    }
+    return most > nothing * size;
+}
+
 /* Of `out`, what loops with forces -v of their rows leave to motors, into out and tau; false: a
  * rate without one would need some. */
 static bool take_torques(const mbsri_loop_run *w, double *tau)
 {
-    static const double nothing = 1e-8; /* as in loops/forward.c */
     const mbsri_sweep_run *run = w->run;
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
-    const double size = mbsri_largest(m->nu, run->out);
-    double most = 0.0;
     for (int k = 0; k < m->rows; ++k) w->rest[k] = -w->v[k];
     mbsri_zero(m->size.v, d->closure_V);
     mbsri_zero((size_t)m->nu, d->closure_w);
     mbsri_closure_load(m, d, w->rest, d->closure_V, d->closure_w);
     mbsri_sweeps_push(run);
-    for (int k = 0; k < m->nu; ++k) {
-        run->out[k] -= d->closure_w[k];
-        if (w->motor[k] > 0.0) continue;
-        most = fmax(most, fabs(run->out[k]));
-        run->out[k] = 0.0;
-    }
-    if (most > nothing * size || !mbsri_finite((size_t)m->nu, run->out)) return false;
+    if (some_missing(w)) return false;
+    for (int k = 0; k < m->nu; ++k)
+        run->out[k] = w->motor[k] > 0.0 ? run->out[k] - d->closure_w[k] : 0.0;
+    if (!mbsri_finite((size_t)m->nu, run->out)) return false;
     mbsri_scatter(m, run->out, tau);
     return true;
 }

@@ -1,6 +1,7 @@
 /* Closures as they should not be: what contradicts itself is refused by the name of a closure, what
  * is redundant runs.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "loops.h"
 
 #include <mbsrank/driver.h>
@@ -155,12 +156,43 @@ static void no_closures(void **state)
     loops_free(&s);
 }
 
+/* A slide that is to accelerate 1 kg by 1 m/s^2, and a hinge 1e-3 kg m^2 by 1 rad/s^2, alone or
+ * coupled to a second one: the motor of the one does not stand in for that of the other, in
+ * whatever units. */
+static void a_motor_too_few(void **state)
+{
+    (void)state;
+    static const double length[] = {1.0, 1e3, 1.0 / 1048576.0, 1048576.0}, twice[2] = {1.0, -1.0};
+    for (int k = 0; k < 16; ++k) {
+        const double L = length[k % 4], com[2] = {0.0, 0.0}, udot[3] = {L, 1.0, 1.0};
+        const mbsr_planar_frame none = {0.0, 0.0, 0.0}, aside = {L, 0.0, 0.0};
+        const int coupled = k / 8, hinge = k / 4 % 2, rate[1] = {hinge};
+        const mbsr_motors motors = {1, rate};
+        double q[3] = {0.0, 0.0, 0.0}, tau[3];
+        loops s;
+        loops_begin(&s, NULL);
+        test_add_body(s.m, MBSR_GROUND, mbsr_joint_planar_prismatic(none, none),
+                      mbsr_inertia_planar(1.0, com, 0.0));
+        for (int l = 0; l <= coupled; ++l)
+            test_add_body(s.m, MBSR_GROUND, mbsr_joint_planar_revolute(aside, none),
+                          mbsr_inertia_planar(1.0, com, 1e-3 * L * L));
+        if (coupled)
+            add(&s, mbsr_closure_coupling(2, (int[2]){1, 2}, (int[2]){0, 0}, twice, 0.0), "same");
+        loops_finish(&s);
+        assert_int_equal(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, q, udot, &motors, tau),
+                         MBSR_UNDETERMINED);
+        assert_contains(mbsr_data_error(s.d)->text, hinge ? "u0 of body 0" : "u0 of body 1");
+        loops_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(contradictions),
         cmocka_unit_test(redundancies),
         cmocka_unit_test(no_closures),
+        cmocka_unit_test(a_motor_too_few),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
