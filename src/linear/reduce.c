@@ -174,6 +174,34 @@ static double better_shift(reduction *z, double shift)
     return count > 0 ? exp(sum / count) : shift;
 }
 
+/* The rate that coordinate j has by itself: by mass with stiffness or damping, without mass by
+ * these two; 0: none. */
+static double own_rate(const mbsr_linear *l, size_t j)
+{
+    const size_t n = (size_t)l->info.size, nu = (size_t)l->nu, p = nu + j, u = 2 * nu + j;
+    const double *A = l->part[MBSR_LINEAR_A];
+    const double momentum = fabs(A[p * n + u]), stiffness = fabs(A[j * n + p]),
+                 damping = fabs(A[u * n + p]),
+                 mass = momentum > 0.0 ? fabs(A[u * n + u]) / momentum : 0.0;
+    if (mass > 0.0) return fmax(sqrt(stiffness / mass), damping / mass);
+    return damping > 0.0 ? stiffness / damping : 0.0;
+}
+
+/* To begin with: the geometric mean of these rates, but for rounding; 1 where there are none. */
+static double first_shift(const reduction *z)
+{
+    double largest = 0.0, sum = 0.0;
+    int count = 0;
+    for (int j = 0; j < z->l->nu; ++j) largest = fmax(largest, own_rate(z->l, (size_t)j));
+    for (int j = 0; j < z->l->nu && isfinite(largest); ++j) {
+        const double rate = own_rate(z->l, (size_t)j);
+        if (!(rate > 1e-7 * largest)) continue;
+        sum += log(rate);
+        ++count;
+    }
+    return count > 0 ? exp(sum / count) : 1.0;
+}
+
 /* What has no pole at a shift near `about`; 0: none. */
 static double find_shift(reduction *z, double about)
 {
@@ -195,10 +223,11 @@ static int find_range(reduction *z, int size, const double *cur, double *range)
     memcpy(z->spare, cur, (size_t)size * (size_t)size * sizeof *cur);
     dgesvd_("A", "N", &size, &size, z->spare, &size, values, range, &size, NULL, &one,
             values + size, &left, &info, 1, 1);
-    if (info || !(values[0] > 0.0)) return 0;
-    while (rank < size && values[rank] > smallest * values[0]) ++rank;
-    of->kept = fmin(of->kept, values[rank - 1] / values[0]);
-    if (rank < size) of->dropped = fmax(of->dropped, values[rank] / values[0]);
+    if (info) return 0;
+    const double most = fmax(values[0], 1.0 / of->shift); /* eigenvalues of S are such */
+    while (rank < size && values[rank] > smallest * most) ++rank;
+    if (rank > 0) of->kept = fmin(of->kept, values[rank - 1] / most);
+    if (rank < size) of->dropped = fmax(of->dropped, values[rank] / most);
     return rank;
 }
 
@@ -430,7 +459,7 @@ int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error)
         }
     }
     if (!z.row || !open(&z)) return no_memory_to_reduce(error, z.n);
-    double shift = find_shift(&z, 1.0);
+    double shift = find_shift(&z, first_shift(&z));
     for (int k = 0; k < 3 && shift > 0.0; ++k) {
         compress(&z);
         const double better = better_shift(&z, shift);

@@ -275,11 +275,58 @@ static void unfinished_models_are_refused(void **state)
     mbsr_model_destroy(raw);
 }
 
+/* Two free masses with a spring between them: a mode of sqrt(2) w, however slow or fast, and two
+ * zeros. */
+static void modes_of_any_rate(void **state)
+{
+    (void)state;
+    for (int k = -12; k <= 12; ++k) {
+        const double w = pow(10.0, k), at[2] = {0.0, 0.0};
+        mbsr_model *m = empty();
+        mbsr_mode mode[4];
+        int count;
+        for (int l = 0; l < 2; ++l)
+            add_body(m, l - 1, NULL, mbsr_joint_prismatic(NULL, NULL, along),
+                     mbsr_inertia_particle(2.0));
+        add_force(m, mbsr_force_joint_spring(1, 0, 2.0 * w * w, 0.0, 0.0));
+        mbsr_data *d = finish(m);
+        mbsr_linear *l = linearise(m, d, at, NULL, NULL, 4);
+        assert_ok(mbsr_linear_modes(l, mode, &count), NULL);
+        assert_close(mode[count - 1].imaginary / w, sqrt(2.0), 1e-12);
+        assert_close(mode[count - 1].real / w, 0.0, 1e-12);
+        done(l, d, m);
+    }
+}
+
+/* Springs and bodies without mass have no state, in whatever unit of time. */
+static void springs_alone(void **state)
+{
+    (void)state;
+    for (int k = -9; k <= 9; ++k) {
+        const double unit = pow(10.0, k), none = 0.0, com[2] = {0.0, 0.0}, at[3] = {0.3, 0.2, 0.1};
+        const mbsr_planar_frame A = {0.3, 0.1, 0.4}, B = {none, none, none};
+        mbsr_model *m = empty();
+        for (int l = 0; l < 3; ++l) {
+            add_body(m, l - 1, NULL,
+                     l == 1 ? mbsr_joint_planar_revolute(A, B) : mbsr_joint_planar_prismatic(A, B),
+                     mbsr_inertia_planar(0.0, com, 0.0));
+            add_force(m,
+                      mbsr_force_joint_spring(l, 0, (3.7 + 1.3 * l) / (unit * unit), 0.0, at[l]));
+        }
+        add_force(m, mbsr_force_point_spring(2, NULL, MBSR_GROUND, (const double[3]){0.3, 0.9, 0.0},
+                                             2.9 / (unit * unit), 0.0, 0.2));
+        mbsr_data *d = finish(m);
+        done(linearise(m, d, at, NULL, NULL, 0), d, m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(an_oscillator),
                                        cmocka_unit_test(a_string_of_masses_and_nodes),
                                        cmocka_unit_test(a_damped_node),
+                                       cmocka_unit_test(modes_of_any_rate),
+                                       cmocka_unit_test(springs_alone),
                                        cmocka_unit_test(a_pendulum_of_a_loop),
                                        cmocka_unit_test(a_sleeping_top),
                                        cmocka_unit_test(what_is_wrong_is_refused),
