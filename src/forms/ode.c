@@ -460,6 +460,7 @@ static int newton(mbsr_ode *o)
 {
     enum { MOST = 30 };
     const int nu = o->m->nu;
+    const mbsri_spans spans = mbsri_spans_of(o->m, NULL);
     double before = INFINITY;
     for (int iteration = 0; iteration < MOST; ++iteration) {
         int status = forces_at(o, o->u, o->gamma, NULL);
@@ -468,7 +469,8 @@ static int newton(mbsr_ode *o)
         apply(o, o->step, o->increment);
         for (int k = 0; k < nu; ++k) o->u[k] += o->increment[k];
         ++o->newton_steps;
-        const double change = mbsri_largest(nu, o->increment), size = 1.0 + mbsri_largest(nu, o->u);
+        const double change = mbsri_largest_rate(o->m, o->increment),
+                     size = mbsri_span_rate(&spans) + mbsri_largest_rate(o->m, o->u);
         if (change <= 1e-12 * size || (change > 0.25 * before && change <= 1e-8 * size))
             return MBSR_OK;
         before = change;

@@ -201,6 +201,47 @@ static void null_is_refused(void **unused)
     mbsr_ode_destroy(NULL);
 }
 
+/* A slide without mass, pulled by 0.6 of the largest force of its friction beside a pendulum: it
+ * moves at 0.75 of the speed of slip, in m and s, mm and ms, and where that speed is next to
+ * nothing in the units. */
+static void a_speed_in_any_units(void **unused)
+{
+    (void)unused;
+    static const double length[] = {1.0, 1e3, 1.0 / 1048576.0}, time[] = {1.0, 1e3, 1048576.0};
+    for (int k = 0; k < 3; ++k) {
+        const double L = length[k], T = time[k], N = L / (T * T), slip = 1e-3 * L / T,
+                     com[2] = {L, 0.0}, none[2] = {0.0, 0.0}, u[2] = {0.0, 0.0},
+                     q[2] = {0.0, 0.6 * L};
+        const mbsr_planar_frame here = {0.0, 0.0, 0.0}, aside = {L, 0.0, 0.0};
+        const mbsr_force_def force[] = {mbsr_force_gravity(0.0, -9.81 * N, 0.0),
+                                        mbsr_force_joint_friction(1, 0, N, slip),
+                                        mbsr_force_joint_spring(1, 0, N / L, 0.0, 0.0)};
+        mbsr_body_def body = mbsr_default_body_def();
+        mbsr_model *m;
+        mbsr_data *d;
+        mbsr_ode *ode;
+        double x[4], found[2] = {0.0, 0.0};
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        body.joint = mbsr_joint_planar_revolute(aside, here);
+        body.inertia = mbsr_inertia_planar(1.0, com, 0.1 * L * L);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        body.joint = mbsr_joint_planar_prismatic(here, here);
+        body.inertia = mbsr_inertia_planar(0.0, none, 0.0);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        for (int l = 0; l < 3; ++l)
+            assert_ok(mbsr_model_add_force(m, force + l, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+        assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+        assert_ok(mbsr_ode_velocities(ode, 0.0, x, found), mbsr_data_error(d));
+        assert_close(found[1] / slip, -0.75, 1e-8);
+        mbsr_ode_destroy(ode);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -209,6 +250,7 @@ int main(void)
         cmocka_unit_test(a_chain_is_one_group),
         cmocka_unit_test(an_undamped_direction_is_refused_and_named),
         cmocka_unit_test(directions_that_are_damped_together_alone_are_refused),
+        cmocka_unit_test(a_speed_in_any_units),
         cmocka_unit_test(null_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
