@@ -171,6 +171,24 @@ static void a_crank_turns_as_told(void **state)
     mbsr_simulation_end(&s);
 }
 
+/* Numbers of a quaternion, one by one: it is made one of length 1. */
+static void a_ball_joint_is_turned_as_told(void **state)
+{
+    (void)state;
+    const double tensor[6] = {0.1, 0.2, 0.3, 0.0, 0.0, 0.0};
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int body =
+        mbsr_simulation_add_body(&s, "top", MBSR_GROUND, mbsr_joint_spherical(NULL, NULL),
+                                 mbsr_inertia_rigid(1.0, TIP, tensor));
+    mbsr_simulation_set_position(&s, body, 0, 3.0);
+    mbsr_simulation_set_position(&s, body, 2, 4.0);
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    assert_ok(s.status, &s.error);
+    const double turned[4] = {0.6, 0.0, 0.8, 0.0};
+    for (int k = 0; k < 4; ++k) assert_close(s.q[k], turned[k], 1e-15);
+    mbsr_simulation_end(&s);
+}
+
 /* A force that ends at 0.5 s: the state is the last good one. */
 static int ends(void *user, double t, int n, double *value)
 {
@@ -608,6 +626,7 @@ int main(void)
         cmocka_unit_test(raw_outputs_have_no_accelerations),
         cmocka_unit_test(zero_stands_for_no_coordinates),
         cmocka_unit_test(a_crank_turns_as_told),
+        cmocka_unit_test(a_ball_joint_is_turned_as_told),
         cmocka_unit_test(the_first_failure_stays),
         cmocka_unit_test(each_allocation_fails),
         cmocka_unit_test(each_call_of_a_law_fails),
