@@ -104,6 +104,18 @@ static void arguments_come_from_the_caller_or_have_defaults(void **state)
     opt.xacro.arguments = 2;
     opt.xacro.argument = given;
     assert_expands_with(text, &opt, "<l v=\"2 yes 4 yes\"/>");
+    /* of two to four bytes in UTF-8; half of a surrogate is none */
+    const mbsr_xacro_argument wide = {"b", "K\xc3\xa4"
+                                           "fer \xe2\x82\xac \xf0\x9f\x98\x80"};
+    opt.xacro.arguments = 1;
+    opt.xacro.argument = &wide;
+    assert_expands_with(text, &opt,
+                        "<l v=\"2 K\xc3\xa4"
+                        "fer \xe2\x82\xac \xf0\x9f\x98\x80 4 K\xc3\xa4"
+                        "fer \xe2\x82\xac \xf0\x9f\x98\x80\"/>");
+    const mbsr_xacro_argument half = {"b", "\xed\xa0\x80"};
+    opt.xacro.argument = &half;
+    assert_xacro_refused(text, &opt, "characters that XML has not");
     assert_xacro_refused(XACRO("<l v='$(arg a)'/>"), NULL, "the argument 'a' has no value");
     assert_xacro_refused(XACRO("<xacro:arg name='a'/>"), NULL, "neither a value nor a default");
 }
