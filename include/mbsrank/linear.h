@@ -260,8 +260,8 @@ MBSR_API mbsr_near_opt mbsr_default_near_opt(void);
  * them, without matrices: by Krylov-Schur iteration on Newton systems of the momentum form. That is
  * a factorisation and some hundred solutions in O(N), and 8 count + 60 vectors of nu numbers, or
  * 480 of nu < 500. Modes that come several times, as in models with equal parts, are given as
- * often. Where hundreds of rates are next to the slowest, one may be given for a slower one by a
- * thousandth.
+ * often. Of more modes next to the slowest than there are vectors any may be given whose |s| is
+ * within a thousandth.
  *
  * modes: room for opt->count; *found of them, in the order of |s|. Fewer are found where the model
  * has fewer; those farther away than 10^4 times the shift count as infinite. re, im: shapes as from

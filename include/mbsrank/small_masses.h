@@ -127,10 +127,10 @@ typedef struct mbsr_small_masses_report {
  * predecessor, successors and bodies they share a force element with, and past those of these that
  * are candidates themselves, so that of several light bodies in a row all are; masses that the
  * model neglects already are candidates in both cases. (Mass and moment: trace(mass) / dimension +
- * trace(tensor) / length^2 with the typical length of the tree; of bodies in GENERAL space the
- * trace.) opt is required. The model must outlive the object. Memory comes from the model's
- * allocator, here and in `start`. MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED,
- * MBSR_ERR_VALUE, MBSR_ERR_ID, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create. */
+ * trace(tensor) / length^2 with mbsr_model_length, of a MATRIX too; in GENERAL space the first.)
+ * opt is required. The model must outlive the object. Memory comes from the model's allocator, here
+ * and in `start`. MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED, MBSR_ERR_VALUE,
+ * MBSR_ERR_ID, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create. */
 MBSR_API int mbsr_small_masses_create(const mbsr_model *model, const mbsr_small_masses_opt *opt,
                                       mbsr_small_masses **small, mbsr_error *error);
 MBSR_API void mbsr_small_masses_destroy(mbsr_small_masses *small); /* NULL is allowed */

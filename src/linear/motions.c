@@ -13,7 +13,6 @@
 #include "base/error.h"
 
 #include <mbsrank/closure.h>
-#include <mbsrank/driver.h>
 
 #include <string.h>
 
@@ -90,21 +89,14 @@ static bool is_move(const mbsr_joint *joint, int part)
     return (driven & -driven) != MBSR_ANGLE;
 }
 
-/* What is far for the motion: 1 rad, or the length of the model; at the positions of the data. */
-static double span_of(const mbsr_model *m, mbsr_data *d, const mbsr_signal *s)
+/* What is far for the motion: 1 rad, or the length of the model. Rows of closures have it in sums
+ * and products alone, which any step tells. */
+static double span_of(const mbsr_model *m, const mbsr_signal *s)
 {
     const double length = mbsr_model_length(m);
     mbsr_body_def body;
-    bool moves = false;
-    if (s->kind == MBSR_SIGNAL_CLOSURE_MOTION) {
-        int row;
-        mbsr_coordinate_kind kind;
-        moves = !mbsr_closure_indices(m, s->id, &row, NULL, NULL, NULL) &&
-                !mbsr_closure_row_kind(m, d, row + s->part, &kind, NULL) &&
-                kind == MBSR_COORDINATE_TRANSLATION;
-    } else {
-        moves = !mbsr_body_definition(m, s->id, &body) && is_move(&body.joint, s->part);
-    }
+    const bool moves = s->kind == MBSR_SIGNAL_MOTION && !mbsr_body_definition(m, s->id, &body) &&
+                       is_move(&body.joint, s->part);
     return moves && length > 0.0 ? length : 1.0;
 }
 
@@ -192,8 +184,7 @@ int mbsri_motion_enter(mbsr_linear *l, const mbsri_coordinates *c, const double 
     mbsr_data *d;
     int status = make_moved(c->model, s, &moved, &m, &d, error);
     if (status) return status;
-    status = mbsr_stage_positions(m, d, c->t, y);
-    const double span = status ? 1.0 : span_of(m, d, s);
+    const double span = span_of(m, s);
     for (int order = 0; order < 3 && !status; ++order) {
         memset(r, 0, 2 * (size_t)c->size * sizeof *r);
         const double step = span * steps[order];

@@ -331,39 +331,75 @@ static void motions_that_cannot_be_replaced(void **state)
     mbsr_model_destroy(m);
 }
 
-static int rest_of_two(void *user, double t, double *s, double *rate, double *acceleration)
+/* user: the place along x. */
+static int stand(void *user, double t, double *s, double *rate, double *acceleration)
 {
-    (void)user, (void)t;
-    for (int k = 0; k < 2; ++k) s[k] = rate[k] = acceleration[k] = 0.0;
+    (void)t;
+    *s = *(const double *)user;
+    *rate = *acceleration = 0.0;
     return 0;
 }
 
-/* A shaker in the plane carries a rod on a hinge, which a spring holds across: how the angle
- * answers the shaker's accelerations along x and y, times the metre. */
-static void shake(double unit, double answer[4])
+static int stand_in_plane(void *user, double t, double *s, double *rate, double *acceleration)
 {
-    const double square = unit * unit, com[2] = {0.2 * unit, 0.0}, tip[3] = {0.3 * unit, 0.0, 0.0},
-                 spot[3] = {0.2 * unit, 0.3 * unit, 0.0}, q = 0.1;
+    s[1] = rate[1] = acceleration[1] = 0.0;
+    return stand(user, t, s, rate, acceleration);
+}
+
+enum { IN_PLANE, BY_JOINT, BY_CLOSURE, WAYS };
+
+/* A shaker along x (in the plane along x and y) that carries a rod on a hinge. */
+static void add_shaker(mbsr_model *m, int way, double unit, double *place)
+{
+    const double square = unit * unit, com[3] = {0.2 * unit, 0.0, 0.0}, z[3] = {0, 0, 1},
+                 tensor[6] = {0.03 * square, 0.03 * square, 0.03 * square, 0, 0, 0};
     const mbsr_planar_frame none = {0};
-    const mbsr_signal input[2] = {{.kind = MBSR_SIGNAL_MOTION},
-                                  {.kind = MBSR_SIGNAL_MOTION, .part = 1}},
-                      output = {.kind = MBSR_SIGNAL_JOINT};
+    const mbsr_axis driven = {.kind = MBSR_AXIS_TRANSLATION, .direction = {1, 0, 0}, .driven = 1};
+    if (way == IN_PLANE) {
+        add_body(m, MBSR_GROUND, "shaker",
+                 mbsr_joint_planar(none, none, 0, MBSR_X | MBSR_Y, stand_in_plane, place),
+                 mbsr_inertia_planar(3.0, NULL, 0.1 * square));
+        add_body(m, 0, "rod", mbsr_joint_planar_revolute(none, none),
+                 mbsr_inertia_planar(2.0, com, tensor[MBSR_ZZ]));
+        return;
+    }
+    add_body(m, MBSR_GROUND, "shaker",
+             way == BY_JOINT ? mbsr_joint_compound(NULL, NULL, 1, &driven, stand, place)
+                             : mbsr_joint_prismatic(NULL, NULL, driven.direction),
+             mbsr_inertia_particle(3.0));
+    add_body(m, 0, "rod", mbsr_joint_revolute(NULL, NULL, z), mbsr_inertia_rigid(2.0, com, tensor));
+    if (way == BY_JOINT) return;
+    mbsr_closure_def drive = mbsr_closure_rows(0, NULL, MBSR_GROUND, NULL, 1, driven.direction);
+    drive.motion = stand;
+    drive.user = place;
+    assert_ok(mbsr_model_add_closure(m, &drive, NULL), mbsr_model_error(m));
+}
+
+/* A spring holds the rod across: how its angle answers the shaker's acceleration, along x and in
+ * the plane then along y, times the metre. */
+static void shake(int way, double unit, double answer[4])
+{
+    const int inputs = way == IN_PLANE ? 2 : 1, angle = way == BY_CLOSURE ? 1 : 0;
+    const double tip[3] = {0.3 * unit, 0.0, 0.0}, spot[3] = {0.6 * unit, 0.3 * unit, 0.0},
+                 q[2] = {angle ? 0.4 * unit : 0.1, 0.1};
+    const mbsr_signal_kind kind =
+        way == BY_CLOSURE ? MBSR_SIGNAL_CLOSURE_MOTION : MBSR_SIGNAL_MOTION;
+    const mbsr_signal input[2] = {{.kind = kind}, {.kind = kind, .part = 1}},
+                      output = {.kind = MBSR_SIGNAL_JOINT, .id = angle};
     mbsr_model *m = empty();
     mbsr_linear_opt opt = mbsr_default_linear_opt();
     mbsr_linear *l;
     mbsr_error error;
-    add_body(m, MBSR_GROUND, "shaker",
-             mbsr_joint_planar(none, none, 0, MBSR_X | MBSR_Y, rest_of_two, NULL),
-             mbsr_inertia_planar(3.0, NULL, 0.1 * square));
-    add_body(m, 0, "rod", mbsr_joint_planar_revolute(none, none),
-             mbsr_inertia_planar(2.0, com, 0.03 * square));
+    double place = 0.4 * unit;
+    add_shaker(m, way, unit, &place);
     add_force(m, mbsr_force_point_spring(1, tip, MBSR_GROUND, spot, 400.0, 5.0, 0.1 * unit));
     mbsr_data *d = finish(m);
     /* radii of gyration about the origins: sqrt(0.1 / 3), and sqrt(0.03 / 2 + 0.2^2) */
-    assert_close(mbsr_model_length(m) / unit, pow(0.1 / 3.0 * 0.055, 0.25), 1e-12);
-    opt.inputs = 2, opt.outputs = 1;
+    if (way == IN_PLANE)
+        assert_close(mbsr_model_length(m) / unit, pow(0.1 / 3.0 * 0.055, 0.25), 1e-12);
+    opt.inputs = inputs, opt.outputs = 1;
     opt.input = input, opt.output = &output;
-    assert_ok(mbsr_linear_create(m, d, 0.0, &q, NULL, &opt, &l, &error), &error);
+    assert_ok(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), &error);
     assert_ok(mbsr_linear_response(l, 0.7, answer, answer + 2), NULL);
     for (int k = 0; k < 4; ++k) answer[k] *= unit;
     mbsr_linear_destroy(l);
@@ -375,10 +411,13 @@ static void a_shaker_in_all_units(void **state)
 {
     (void)state;
     double answer[4], other[4];
-    shake(1.0, answer);
-    for (double unit = 1e-4; unit < 1e5; unit *= 10.0) {
-        shake(unit, other);
-        for (int k = 0; k < 4; ++k) assert_close(other[k] / answer[k], 1.0, 1e-8);
+    shake(IN_PLANE, 1.0, answer);
+    for (double unit = 1e-6; unit < 1e10; unit *= 10.0) {
+        for (int way = 0; way < WAYS; ++way) {
+            shake(way, unit, other);
+            for (int k = 0; k < 4; k += way == IN_PLANE ? 1 : 2)
+                assert_close(other[k] / answer[k], 1.0, 1e-8);
+        }
     }
 }
 
