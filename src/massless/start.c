@@ -270,6 +270,16 @@ static double longest_way(const mbsri_start *s)
     return fmax(mbsri_completion_speed(w, w->x + w->rates) * s->time, mbsri_start_extent(s, w->x));
 }
 
+/* Whether what goes so far by a push of 1 J is held by no more than rounding of the forces that
+ * act: these would move it by far more than all that is there. */
+static bool goes_far(mbsri_start *s, double way)
+{
+    static const double far = 1e13;
+    const mbsr_completion *w = s->w;
+    return !mbsri_enter(w->m, w->d, true, MBSRI_STAGE_BACKWARD, function) &&
+           way * mbsri_work_of_forces(w->m, w->d) > far;
+}
+
 /* Whether matrices a short way beside the state found, along the solution for a push in w->x,
  * determine what they do there: not where a stop or a cable lets go. Status. */
 static int check_sides(mbsri_start *s, const double *push, bool *holds)
@@ -341,7 +351,7 @@ static int check_clear(mbsri_start *s, bool *clear)
     if (status) return status;
     const double longest = longest_way(s);
     bool holds = true;
-    *clear = isfinite(1.0 / longest) && !held_by_traces(s, push);
+    *clear = isfinite(1.0 / longest) && !held_by_traces(s, push) && !goes_far(s, longest);
     if (!*clear) return MBSR_OK;
     *clear = false;
     for (size_t k = 0; k < sizeof way / sizeof way[0] && !status && !*clear; ++k)
@@ -416,17 +426,12 @@ typedef struct climbed {
     bool singular, dependent, regular;
 } climbed;
 
-/* Whether what springs alone hold is held, as the search for growth has found, by no more than
- * rounding of the forces that act: these would displace it by far more than all that is there. */
-static bool gives_way(mbsri_start *s)
+/* Whether what springs alone hold gives way, as the search for growth has found. */
+static bool springs_give_way(mbsri_start *s)
 {
-    static const double far = 1e13;
     mbsr_completion *w = s->w;
-    if (!w->kind.elastic || mbsri_enter(w->m, w->d, true, MBSRI_STAGE_BACKWARD, function))
-        return false;
-    const double c = mbsri_completion_c(w, MBSRI_FAR),
-                 way = mbsri_completion_speed(w, w->other + w->rates) / c; /* of 1 J */
-    return way * mbsri_work_of_forces(w->m, w->d) > far;
+    const double c = mbsri_completion_c(w, MBSRI_FAR);
+    return w->kind.elastic && goes_far(s, mbsri_completion_speed(w, w->other + w->rates) / c);
 }
 
 /* With one c: rotations and steps of positions no wider than that. */
@@ -439,7 +444,7 @@ static int stand_on(mbsri_start *s, double c, double widest)
     mbsri_completion_forget(w);
     int status = begin_start(s);
     if (!status && w->kind.deficient) status = mbsri_completion_find_growth(w);
-    if (!status && s->from == MBSRI_FROM_GIVEN && (w->kind.faster || gives_way(s)))
+    if (!status && s->from == MBSRI_FROM_GIVEN && (w->kind.faster || springs_give_way(s)))
         s->doubtful = true;
     if (!status && s->searches >= ENOUGH && w->kind.elastic) return MBSR_NO_CONVERGENCE;
     if (!status) status = balance(s);

@@ -336,6 +336,41 @@ static void rates_where_a_force_has_a_kink(void **state)
     mbsr_table_destroy(table);
 }
 
+/* A slider that falls and a cart without mass, a damper between them along an axis that the cart
+ * moves along by no more than rounding: nothing resists it, although no number is zero. */
+static void a_damper_along_rounding_resists_nothing(void **state)
+{
+    (void)state;
+    static const double e = 1.6653e-16, along[3] = {0.6, 0.8, 0.0}, across[3] = {0.0, 1.0, 0.0};
+    for (size_t k = 0; k < sizeof systems / sizeof *systems; ++k) {
+        const double L = systems[k].length, M = systems[k].mass, T = systems[k].time,
+                     damper[6] = {[4] = 6.7 * M / T};
+        const mbsr_frame turned = {.R = {0.6, 0.8, 0.0, 0.0, -e, -1.0, -0.8, 0.6, -e}};
+        const mbsr_force_def gravity = mbsr_force_gravity(0.0, 0.0, -9.81 * L / (T * T));
+        mbsr_model *model;
+        mbsr_data *data;
+        starts s;
+        assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+        const int heavy =
+            test_add_body(model, MBSR_GROUND, mbsr_joint_prismatic(&turned, NULL, along),
+                          mbsr_inertia_particle(0.8 * M));
+        const int light = test_add_body(
+            model, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, across), mbsr_inertia_zero());
+        const mbsr_force_def force = mbsr_force_bushing(heavy, NULL, light, NULL, NULL, damper);
+        assert_ok(mbsr_model_add_force(model, &gravity, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_add_force(model, &force, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+        assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+        take(&s, model);
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y), NULL);
+        assert_int_equal(
+            mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, NULL, NULL),
+            MBSR_UNDETERMINED);
+        give_back(&s);
+        carts_free(model, data);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -345,6 +380,7 @@ int main(void)
         cmocka_unit_test(what_has_mass_stays),
         cmocka_unit_test(a_spring_beside_a_large_damper),
         cmocka_unit_test(rates_where_a_force_has_a_kink),
+        cmocka_unit_test(a_damper_along_rounding_resists_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
