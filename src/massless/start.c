@@ -417,7 +417,7 @@ static int survey(mbsri_start *s)
     s->info->null_directions = w->m->nu - rank;
     s->time = mbsri_completion_time(w);
     mbsri_completion_lacking(w, s->lacks);
-    return w->solver.pair ? note_masses(s) : MBSR_OK;
+    return note_masses(s);
 }
 
 /* How the matrices were: for all c singular in a joint, for all in rows of closures, for none in a

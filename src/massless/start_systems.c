@@ -106,7 +106,7 @@ void mbsri_start_rows(mbsri_start *s, bool forces, bool rates, bool gaps)
 
 int mbsri_start_factor(mbsri_start *s)
 {
-    const int status = s->w->solver.pair ? mbsri_completion_factor(s->w, MBSRI_NEAR) : MBSR_OK;
+    const int status = mbsri_completion_factor(s->w, MBSRI_NEAR);
     return status ? status : mbsri_completion_factor(s->w, MBSRI_FAR);
 }
 
@@ -114,18 +114,13 @@ int mbsri_start_solve(mbsri_start *s, const double *momenta)
 {
     mbsr_completion *w = s->w;
     double *const x[MBSRI_MATRICES] = {w->x, w->other};
-    for (int j = w->solver.pair ? MBSRI_NEAR : MBSRI_FAR; j < MBSRI_MATRICES; ++j) {
+    for (int j = MBSRI_NEAR; j < MBSRI_MATRICES; ++j) {
         for (int k = 0; k < w->m->nu && momenta; ++k)
             w->r[w->m->nq + k] = mbsri_completion_c(w, j) * momenta[k];
         const int status = mbsri_completion_solve(w, j, w->r, x[j]);
         if (status) return status;
     }
-    if (w->solver.pair) {
-        mbsri_completion_part(w);
-        return MBSR_OK;
-    }
-    mbsri_copy((size_t)w->size, w->other, w->x);
-    mbsri_zero((size_t)w->size, w->other);
+    mbsri_completion_part(w);
     return MBSR_OK;
 }
 

@@ -117,6 +117,45 @@ static void a_direction_on_a_spring_alone_is_told(void **state)
     }
 }
 
+/* A cart whose mass is rounding beside that of the next one, on springs alone: as a massless one.
+ */
+static void a_cart_of_next_to_no_mass(void **state)
+{
+    (void)state;
+    static const double stiffness[] = {10.0, 11.0}, mass[] = {1e-20, 2.0};
+    mbsr_model *model;
+    mbsr_data *data;
+    mbsr_consistent_info info;
+    starts s;
+    assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+    for (int k = 0; k < 2; ++k) {
+        const int cart = test_add_body(
+            model, k - 1, mbsr_joint_point((mbsr_planar_frame){0}, MBSR_X, 0, NULL, NULL),
+            mbsr_inertia_particle(mass[k]));
+        const mbsr_force_def spring = mbsr_force_joint_spring(cart, 0, stiffness[k], 0.0, 0.0);
+        assert_ok(mbsr_model_add_force(model, &spring, NULL), mbsr_model_error(model));
+    }
+    assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+    assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+    take(&s, model);
+    s.q[0] = 0.4, s.q[1] = -0.1, s.u[0] = 1.0, s.u[1] = 0.5;
+    const double share = stiffness[1] / (stiffness[0] + stiffness[1]), way = s.q[0] + s.q[1],
+                 rate = s.u[0] + s.u[1], acceleration = -share * stiffness[0] * way / mass[1];
+    assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y), NULL);
+    assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, NULL, &info),
+              mbsr_data_error(data));
+    assert_int_equal(info.null_directions, 1);
+    assert_int_equal(info.elastic, 1);
+    for (int k = 0; k < 2; ++k) {
+        const double part = k ? 1.0 - share : share;
+        assert_close(s.y[k], part * way, 1e-12);
+        assert_close(s.y[4 + k], part * rate, 1e-9);
+        assert_close(s.yp[4 + k], part * acceleration, 1e-7);
+    }
+    give_back(&s);
+    carts_free(model, data);
+}
+
 /* Far more directions than a start by directions could find; the carts move at a common force, v_k
  * = (F - c_k q_k) / d_k with F from what the momentum leaves. */
 static void a_thousand_massless_carts_start(void **state)
@@ -375,6 +414,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_direction_on_a_spring_alone_is_told),
+        cmocka_unit_test(a_cart_of_next_to_no_mass),
         cmocka_unit_test(a_thousand_massless_carts_start),
         cmocka_unit_test(memory_of_a_start_grows_with_the_carts),
         cmocka_unit_test(what_has_mass_stays),
