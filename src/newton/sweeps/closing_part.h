@@ -8,7 +8,8 @@
  *       s_b <- s_b - T_ba T_aa^-1 s_a
  *
  * Pivots are sought in T_aa alone; where they are small, and where directions without inertia are
- * delayed, which may wait for other loops, the front takes all of the model. */
+ * delayed, which may wait for other loops, the front takes all of the model. So the body has
+ * inertia: on a loop of one below a massless joint all directions are delayed. */
 #ifndef MBSRI_NEWTON_CLOSING_PART_H
 #define MBSRI_NEWTON_CLOSING_PART_H
 
@@ -16,9 +17,11 @@
 
 /* Places of the multipliers of front k, a first; returns how many, -1: there are directions that
  * are delayed. */
-MBSRI_INLINE int sort_part(const mbsr_newton *w, int k, int *at)
+MBSRI_INLINE int sort_part(const mbsri_newton_sweeps *newton, int k, int *at)
 {
+    const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
+    if (is_below_massless(newton, v->lane_pool[k].body)) return -1;
     const int count = v->lane_pool[k].count, *name = v->numbers + v->lane_pool[k].column;
     int done = 0, rest = count;
     for (int l = count - 1; l >= 0; --l) {
@@ -57,14 +60,14 @@ MBSRI_INLINE bool place_beside(const closing *c, const open_pool *pool, const in
 
 /* Unknown m of b, its forces and what eta moves, to the pool that goes on. */
 MBSRI_INLINE void hand_unknown(const closing *c, const open_pool *from, const open_pool *to, int m,
-                               int place, bool below_massless)
+                               int place)
 {
-    const int at = c->row[c->size + m], groups = below_massless ? 6 : 4;
+    const int at = c->row[c->size + m];
     const double *X = c->LU + (c->size + m) * c->span, *Q = from->Q + at * MBSRI_LANE_ACTIONS,
                  *kappa = from->kappa + at * MBSRI_LANE_FORCES;
     double *to_Q = to->Q + place * MBSRI_LANE_ACTIONS,
            *to_kappa = to->kappa + place * MBSRI_LANE_FORCES;
-    for (int r = 0; r < groups; ++r) {
+    for (int r = 0; r < 4; ++r) {
         v4 sum = load3(Q + 4 * r);
         for (int l = 0; l < c->size; ++l) sum -= load3(c->Q + l * c->actions + 3 * r) * splat(X[l]);
         store3(to_Q + 4 * r, load3(to_Q + 4 * r) + first_three(sum));
@@ -89,7 +92,7 @@ MBSRI_INLINE void hand_waiting(const closing *c, const open_pool *from, const op
 }
 
 /* What is carried on. */
-MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, bool below_massless)
+MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k)
 {
     const open_pool from = view_pool(v, v->lane_pool + k);
     open_pool to = view_pool(v, v->lane_pool + from.pool->up);
@@ -99,7 +102,7 @@ MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, boo
     for (int m = 0; m < c->rest; ++m) {
         const int at = c->row[c->size + m];
         const double *X = c->LU + (c->size + m) * c->span;
-        hand_unknown(c, &from, &to, m, place[m], below_massless);
+        hand_unknown(c, &from, &to, m, place[m]);
         hand_waiting(c, &from, &to, m, place[m]);
         for (int n = 0; n < c->rest; ++n) {
             double sum = from.T[at * from.most + c->row[c->size + n]];
@@ -126,9 +129,8 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
 {
     const mbsri_carried *v = &newton->blocks->carried;
     const open_pool pool = view_pool(v, v->lane_pool + k);
-    const bool below_massless = is_below_massless(newton, pool.pool->body);
     int *at = v->list, *place = at + pool.pool->count;
-    closing c = closed_front(v, k, below_massless);
+    closing c = closed_front(v, k, false);
     c.size = size;
     c.rest = rest;
     if (!scale_T(&c, &pool, at, (int *)(void *)v->work)) return false;
@@ -142,14 +144,8 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
     for (int m = size; m < size + c.rest; ++m) c.row[m] = place[m] = at[m];
     for (int l = 0; l < size + c.rest; ++l) c.name[l] = pool.column[place[l]];
     if (!place_W(&c, &pool, place, v->work) || !place_beside(&c, &pool, place)) return false;
-    if (below_massless)
-        hand_rest(v, &c, k, true);
-    else
-        hand_rest(v, &c, k, false);
-    if (y && below_massless)
-        subtract_closed(&c, y, true);
-    else if (y)
-        subtract_closed(&c, y, false);
+    hand_rest(v, &c, k);
+    if (y) subtract_closed(&c, y, false);
     return true;
 }
 
@@ -161,7 +157,7 @@ MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
     mbsri_carried_front *front = v->front + k;
     mbsri_carried_seat(newton->blocks, k);
     front->size = v->lane_pool[k].count;
-    front->done = sort_part(newton->blocks, k, v->list);
+    front->done = sort_part(newton, k, v->list);
     if (front->done < 0) return false;
     const int rest = front->size - front->done;
     if (front->done == 2 && rest == 2) return close_part_sized(newton, k, 2, 2, y);

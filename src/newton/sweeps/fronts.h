@@ -34,7 +34,6 @@ typedef struct joint_couplings {
 /* A joint on the way: its passage, and where what it hands on goes. */
 typedef struct joint_front {
     const passage *p;
-    const v4 *G;
     v4 rho, by_c;
     double weight;
     bool below_massless;
@@ -245,8 +244,7 @@ MBSRI_INLINE void carry_column(const joint_front *j, int l, bool below_massless,
                      below_massless ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) - tau : 0.0;
     const v4 by_e = splat(e), by_z = splat(z);
     for (int r = 0; r < 4; ++r) Q[r] += p->U[r] * by_e - p->C[r] * by_z;
-    for (int r = 0; r < 2 && below_massless; ++r)
-        psi[r] += p->t.U[r] * by_e - p->t.C[r] * by_z - j->G[r] * splat(j->delayed ? 0.0 : seen);
+    for (int r = 0; r < 2 && below_massless; ++r) psi[r] += p->t.U[r] * by_e;
     j->record.z[l] = z;
     j->record.e[l] = e;
     j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->delayed ? g : 0.0);
@@ -343,10 +341,10 @@ MBSRI_OUTLINE void carry_coupled(const joint_front *j, bool below_massless)
 
 /* All that is carried past joint i; false: more directions than the loops could hold. */
 MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                              const passage *p, const v4 G[2], bool below_massless, bool delayed)
+                              const passage *p, bool below_massless)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.p = p, .G = G, .below_massless = below_massless, .delayed = delayed};
+    joint_front j = {.p = p, .below_massless = below_massless, .delayed = delayed_at(newton, i)};
     j.weight = b->n > 0 ? run->model->typical.weight[b->u] : 0.0;
     j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
@@ -356,13 +354,14 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     else
         carry_uncoupled(&j, below_massless);
     carry_T(&j);
-    if (delayed) carry_rate(&j);
+    if (j.delayed) carry_rate(&j);
     return true;
 }
 
 /* ---- elimination ---- */
 
-/* As eliminate, with what is carried past the joint; false: the general elimination has to. */
+/* As eliminate, with what is carried past the joint, which is delayed below a massless one; false:
+ * the general elimination has to. */
 MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                                  slab *y, bool below_massless)
 {
@@ -370,22 +369,20 @@ MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton
     const mbsri_sweep_state *s = run->state + i;
     const v4 by_c = splat(newton->by_c);
     const v4 G[2] = {load(s->U_L) * splat(s->Dinv), load(s->U_p) * splat(s->Dinv)};
-    const bool delayed = below_massless && newton->step[i].below_massless & MBSRI_NO_INERTIA;
     passage p;
     meet_joint(run, i, newton, y, G, &p, true, below_massless, true);
     joint_row(y, &p.a, by_c, p.row, true);
     momentum_row(y, p.a.S_w, p.a.S_v, p.Q, true);
-    for (int g = 0; g < 4 && delayed; ++g) {
+    for (int g = 0; g < 4 && below_massless; ++g) {
         p.K[g] = splat(0.0);
         p.Q[g] -= p.row[g];
     }
-    if (!delayed && !by_momentum(&p, true)) return false;
+    if (!below_massless && !by_momentum(&p, true)) return false;
     if (is_pair(newton, i, true)) close_pair(run, i, newton, &p, y, below_massless);
-    if (!carry_past(run, i, newton, &p, G, below_massless, delayed)) return false;
-    if (!delayed) subtract_column(y, p.C, p.K, true);
-    if (!delayed && below_massless) subtract_reaction(y, p.t.C, p.K, true);
+    if (!carry_past(run, i, newton, &p, below_massless)) return false;
+    if (!below_massless) subtract_column(y, p.C, p.K, true);
     keep_joint(run, i, newton, G, &p, true, below_massless);
-    if (delayed) mbsri_newton_column_at(newton, b->u)->inverse = 0.0;
+    if (below_massless) mbsri_newton_column_at(newton, b->u)->inverse = 0.0;
     return true;
 }
 
@@ -393,12 +390,11 @@ MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton
 MBSRI_OUTLINE bool pass_open_weld(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                                   slab *y, bool below_massless)
 {
-    const v4 none[2] = {splat(0.0), splat(0.0)};
     passage p;
     memset(&p, 0, sizeof p);
     p.E = 1.0;
     if (is_pair(newton, i, true)) pass_weld(run, i, newton, y, below_massless);
-    return carry_past(run, i, newton, &p, none, below_massless, false);
+    return carry_past(run, i, newton, &p, below_massless);
 }
 
 /* ---- solution ---- */

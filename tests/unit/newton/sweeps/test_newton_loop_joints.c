@@ -123,6 +123,28 @@ static void damp(mechanism *m, int body, double damping)
     assert_ok(mbsr_model_add_force(m->s.m, &law, NULL), mbsr_model_error(m->s.m));
 }
 
+/* Of all coordinates of a joint, the length of a quaternion among them, and of its rates. */
+static int coupled_law(const mbsr_force_args *args)
+{
+    const mbsr_force_body *b = args->body;
+    for (int k = 0; k < b->n; ++k) {
+        for (int l = 0; l < b->nq; ++l) b->tau[k] += (3.0 * k - l) * sin(b->q[l] + k);
+        for (int l = 0; l < b->n; ++l) b->tau[k] -= (k == l ? 4.0 : 1.0) * b->u[l];
+    }
+    return 0;
+}
+
+static const mbsr_force_table coupled_table = {.version = MBSR_FORCE_TABLE_VERSION,
+                                               .flags = MBSR_FORCE_JOINT_ONLY,
+                                               .name = "coupled law",
+                                               .evaluate = coupled_law};
+
+static void couple(mechanism *m, int body)
+{
+    const mbsr_force_def law = mbsr_force_custom(&coupled_table, 1, &body, NULL);
+    assert_ok(mbsr_model_add_force(m->s.m, &law, NULL), mbsr_model_error(m->s.m));
+}
+
 static void bush(mechanism *m, int a, int b)
 {
     const double springs[6] = {30.0, 40.0, 50.0, 200.0, 300.0, 400.0},
@@ -371,8 +393,85 @@ static void massless_couplers_in_bushings(void **state)
             fourbar(&m, kind[k], 0.0, 1.0);
             if (on != 1) bush(&m, 1, 0);
             if (on != 0) bush(&m, 1, MBSR_GROUND);
+            couple(&m, 1);
             compare(&m);
         }
+    }
+}
+
+/* A coupler in pieces, each with a rocker: what is behind a joint of several axes has no mass
+ * either.
+ */
+static void massless_couplers_in_pieces(void **state)
+{
+    (void)state;
+    static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.1, 0.3, 0.05},
+                        elbow[3] = {0.35, 0.6, 0.2}, end[3] = {0.6, 0.5, 0.1},
+                        top[3] = {0.5, 0.2, 0.4}, rocker[3] = {0.7, 0.0, 0.0},
+                        tilted[3] = {0.1, 0.3, 1.0};
+    for (int kind = UNIVERSAL; kind <= BALL; ++kind) {
+        mechanism m;
+        begin(&m, 1.0);
+        const int a = add(&m, MBSR_GROUND, REVOLUTE, crank, z_axis, 1.0),
+                  b = add(&m, a, kind, tip, tilted, 0.0),
+                  piece = add(&m, b, kind == BALL ? WELD : REVOLUTE, elbow, x_axis, 0.0),
+                  other = add(&m, b, WELD, elbow, x_axis, 0.0),
+                  c = add(&m, MBSR_GROUND, REVOLUTE, rocker, tilted, 2.0),
+                  d = add(&m, MBSR_GROUND, BALL, rocker, tilted, 1.5);
+        tie(&m, piece, c, end);
+        tie(&m, other, d, top);
+        bush(&m, b, MBSR_GROUND);
+        bush(&m, piece, MBSR_GROUND);
+        compare(&m);
+    }
+}
+
+/* Welds on the way, in front of the coupler and behind it, with mass and without; the loops of two
+ * couplers meet on the crank. */
+static void welds(void **state)
+{
+    (void)state;
+    static const int kind[] = {UNIVERSAL, BALL, CYLINDRICAL};
+    static const double crank[3] = {0.0, 0.0, 0.0}, arm[3] = {0.02, 0.2, 0.0},
+                        tip[3] = {0.1, 0.3, 0.05}, hand[3] = {0.4, 0.4, 0.1},
+                        end[3] = {0.6, 0.5, 0.1}, top[3] = {0.5, 0.2, 0.4},
+                        rocker[3] = {0.7, 0.0, 0.0}, tilted[3] = {0.1, 0.3, 1.0};
+    for (int k = 0; k < 6; ++k) {
+        const double mass = k < 3 ? 1.5 : 0.0;
+        mechanism m;
+        begin(&m, 1.0);
+        const int a = add(&m, MBSR_GROUND, REVOLUTE, crank, z_axis, 1.0),
+                  on = add(&m, a, WELD, arm, z_axis, mass),
+                  b = add(&m, on, kind[k % 3], tip, tilted, mass),
+                  behind = add(&m, b, WELD, hand, z_axis, mass),
+                  c = add(&m, MBSR_GROUND, REVOLUTE, rocker, tilted, 2.0),
+                  other = add(&m, a, BALL, hand, z_axis, 1.0);
+        tie(&m, behind, c, end);
+        tie(&m, other, c, top);
+        bush(&m, on, MBSR_GROUND);
+        bush(&m, b, MBSR_GROUND);
+        compare(&m);
+    }
+}
+
+/* A triangle without mass that a loop keeps stiff, on a body without mass in a bushing. */
+static void massless_triangles(void **state)
+{
+    (void)state;
+    static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.1, 0.3, 0.05},
+                        left[3] = {0.2, 0.4, 0.1}, right[3] = {0.5, 0.3, 0.0},
+                        top[3] = {0.4, 0.7, 0.3}, tilted[3] = {0.1, 0.3, 1.0};
+    for (int kind = UNIVERSAL; kind <= CYLINDRICAL; ++kind) {
+        mechanism m;
+        begin(&m, 1.0);
+        const int a = add(&m, MBSR_GROUND, REVOLUTE, crank, z_axis, 1.0),
+                  on = add(&m, a, REVOLUTE, tip, tilted, 0.0),
+                  b = add(&m, on, kind, left, tilted, 0.0),
+                  c = add(&m, on, REVOLUTE, right, z_axis, 0.0);
+        tie(&m, b, c, top);
+        bush(&m, on, a);
+        bush(&m, b, MBSR_GROUND);
+        compare(&m);
     }
 }
 
@@ -479,6 +578,9 @@ int main(void)
                                        cmocka_unit_test(massless_couplers),
                                        cmocka_unit_test(massless_cranks),
                                        cmocka_unit_test(massless_couplers_in_bushings),
+                                       cmocka_unit_test(massless_couplers_in_pieces),
+                                       cmocka_unit_test(welds),
+                                       cmocka_unit_test(massless_triangles),
                                        cmocka_unit_test(more_rates_than_rows),
                                        cmocka_unit_test(nothing_holds),
                                        cmocka_unit_test(near_a_toggle),
