@@ -274,7 +274,8 @@ static void rotate_columns(int n, double c, double s, double *x, double *y)
     }
 }
 
-/* One QL step with an implicit shift on l .. m of a tridiagonal matrix. */
+/* One QL step with an implicit shift on l .. m of a tridiagonal matrix, no e of which is zero
+ * there. Nor is r: where f is, s of the step before is next to nothing, and g is one of these. */
 static void chase(int n, int l, int m, double *d, double *e, double *Q, int lda)
 {
     const double half = 0.5 * (d[l + 1] - d[l]);
@@ -283,11 +284,6 @@ static void chase(int n, int l, int m, double *d, double *e, double *Q, int lda)
     for (int i = m - 1; i >= l; --i) {
         const double f = s * e[i], b = c * e[i], r = hypot(f, g);
         if (i + 1 < m) e[i + 1] = r;
-        if (r == 0.0) { /* it falls apart here */
-            d[i + 1] -= shifted;
-            e[m] = 0.0;
-            return;
-        }
         s = f / r;
         c = g / r;
         g = d[i + 1] - shifted;

@@ -139,7 +139,7 @@ static mbsri_sweep_run begin_ranks(const mbsr_model *m, mbsr_data *d, mbsri_swee
 
 bool mbsri_bounded_free(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
 {
-    bool free = !d->exactly && m->rows == 0;
+    bool free = m->rows == 0;
     for (int i = 1; i <= m->bodies && free; ++i)
         free = bounds[i].bound[3] > 0.0 && is_turned_unit(d->J + m->body[i].dn);
     if (!free) return false;
@@ -153,7 +153,6 @@ bool mbsri_bounded_free(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bou
 
 bool mbsri_bounded_backward(const mbsr_model *m, mbsr_data *d, mbsri_sweep_load *bounds)
 {
-    if (d->exactly) return false;
     const mbsri_sweep_run run = begin_ranks(m, d, bounds);
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->Mbar);
     mbsri_zero((size_t)m->root.d, d->fbar);

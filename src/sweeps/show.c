@@ -36,7 +36,6 @@ double mbsri_sweeps_angle(const mbsri_sweep_run *run, int i, double pred)
     const mbsri_body *body = run->model->body + i;
     const mbsri_sweep_own *own = run->tree->own + i;
     if (body->joint.space != MBSR_SPACE_PLANAR) return 0.0;
-    if (own->coordinate >= 0) return pred + own->angle + run->q[own->coordinate];
     if (own->coordinate == MBSRI_ANGLE_HELD) return pred + own->angle;
     return pred + own->angle + mbsri_driven_angle(&body->joint, run->data->t);
 }

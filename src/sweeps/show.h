@@ -5,7 +5,8 @@
 
 #include "sweeps/tree.h"
 
-/* The origin of the root; the angle of a PLANAR body, whose predecessor's is known. */
+/* The origin of the root; the angle of a body in the plane which is no coordinate, where its
+ * predecessor's is known. */
 void mbsri_sweeps_place_root(const mbsri_sweep_run *run);
 double mbsri_sweeps_angle(const mbsri_sweep_run *run, int i, double pred);
 
