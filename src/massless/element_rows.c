@@ -63,7 +63,7 @@ static bool turn_to_rates(mbsri_null_space *w, int k, int i)
     const double *by_q = s->matrix + (size_t)mbsri_q_column(body, s->column[k]) * rows;
     double *by_u = s->matrix + (size_t)mbsri_u_column(body, s->column[k]) * rows,
            *u = w->d->u + b->iu, *given = w->u, *rate = w->rate;
-    bool done = b->lock.count == 0;
+    bool done = true;
     mbsri_copy((size_t)b->n, u, given);
     for (int c = 0; c < b->n && done; ++c) {
         for (int l = 0; l < b->n; ++l) u[l] = l == c;

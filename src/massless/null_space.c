@@ -13,7 +13,6 @@
 #include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
-#include "recursion/locks.h"
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
 #include "recursion/sizes.h"
@@ -363,10 +362,6 @@ double mbsri_null_load(const mbsri_null_space *w, int l)
 int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
 {
     mbsri_gather(w->m, x, w->d->u);
-    for (int i = 1; i <= w->m->bodies; ++i) {
-        const mbsri_body *b = w->m->body + i;
-        if (b->lock.count) mbsri_with_held(b, w->d->u + b->iu, false, w->d->u_full + b->lock.full);
-    }
     w->d->stage = MBSRI_STAGE_POSITIONS;
     return mbsri_coordinate_rates(w->m, w->d, rate);
 }

@@ -14,7 +14,6 @@
 #include "algebra/cholesky.h"
 #include "algebra/dense.h"
 #include "recursion/kinematics.h"
-#include "recursion/locks.h"
 
 #include <math.h>
 
@@ -84,7 +83,6 @@ static int rates_towards(mbsri_start *s, int i, const double *dq, double *z)
     }
     for (int k = 0; k < b->n && !status; ++k) {
         for (int l = 0; l < b->n; ++l) u[l] = l == k ? 1.0 : 0.0;
-        if (b->lock.count) mbsri_with_held(b, u, false, d->u_full + b->lock.full);
         status = mbsri_coordinate_rates_of(s->w->m, d, i, G + k * b->nq);
     }
     for (int k = 0; k < b->n; ++k) {
