@@ -144,7 +144,8 @@ typedef struct mbsr_signal {
  *   bodies.NAME.x, .y, .z  output: the body's origin
  *   bodies.NAME.motion[1..], closures.NAME.motion[1..]
  *                          input: acceleration of what a stock joint or closure follows
- *   forces.NAME.f[1..]     output: of mbsr_force_load on its first body;   .tau[1..] likewise
+ *   forces.NAME.f[1..]     output: of mbsr_force_load on its first body, the ground left out;
+ *                          .tau[1..] likewise
  *
  * and inputs by the names of parameters in the list (NULL: none). Names as in parameters.h.
  * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_VALUE: there is none of that name; the text says

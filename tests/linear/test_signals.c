@@ -105,6 +105,47 @@ static void a_point_and_a_rate(void **state)
     mbsr_model_destroy(m);
 }
 
+/* What a spring to the ground, its first body, exerts on a pendulum on the side: along y by the way
+ * of its end, and about the origin. */
+static void a_force_and_a_moment(void **state)
+{
+    (void)state;
+    static const char *const out[2] = {"forces.side.f[5]", "forces.side.f"};
+    mbsr_model *m = empty();
+    const double x[3] = {1, 0, 0}, below[3] = {0, 0, -length}, wall[3] = {0, -1.0, -length};
+    add_body(m, MBSR_GROUND, "rod", mbsr_joint_revolute(NULL, NULL, x),
+             mbsr_inertia_point_mass(mass, below));
+    add_force(m, mbsr_force_gravity(0, 0, -weight));
+    mbsr_force_def side =
+        mbsr_force_point_spring(MBSR_GROUND, wall, 0, below, stiffness, damping, 1.0);
+    side.name = "side";
+    add_force(m, side);
+    mbsr_data *d = finish(m);
+    const mbsr_signal in = {.kind = MBSR_SIGNAL_JOINT};
+    mbsr_signal output[2];
+    mbsr_linear_opt opt = mbsr_default_linear_opt();
+    opt.inputs = 1, opt.outputs = 2;
+    opt.input = &in, opt.output = output;
+    mbsr_linear *l;
+    const double q = 0.0, f = 0.4, square = length * length;
+    double re[2], im[2];
+    for (int k = 0; k < 2; ++k)
+        assert_ok(mbsr_signal_find(m, NULL, out[k], output + k, NULL), NULL);
+    assert_ok(mbsr_linear_create(m, d, 0.0, &q, NULL, &opt, &l, NULL), NULL);
+    assert_ok(mbsr_linear_response(l, f, re, im), NULL);
+    const double complex s = 2.0 * pi * f * I, spring = stiffness + damping * s,
+                         turn = 1.0 /
+                                (mass * square * s * s + spring * square + mass * weight * length);
+    for (int k = 0; k < 2; ++k) {
+        const double complex y = -spring * length * (k ? length : 1.0) * turn;
+        assert_close(re[k], creal(y), 1e-9);
+        assert_close(im[k], cimag(y), 1e-9);
+    }
+    mbsr_linear_destroy(l);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 static void what_there_is_not(void **state)
 {
     (void)state;
@@ -423,10 +464,13 @@ static void a_shaker_in_all_units(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_mass_on_a_spring),   cmocka_unit_test(a_point_and_a_rate),
-        cmocka_unit_test(what_there_is_not),    cmocka_unit_test(a_base_that_moves),
-        cmocka_unit_test(a_tube_that_turns),    cmocka_unit_test(motions_that_cannot_be_replaced),
-        cmocka_unit_test(a_shaker_in_all_units)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_on_a_spring),
+                                       cmocka_unit_test(a_point_and_a_rate),
+                                       cmocka_unit_test(a_force_and_a_moment),
+                                       cmocka_unit_test(what_there_is_not),
+                                       cmocka_unit_test(a_base_that_moves),
+                                       cmocka_unit_test(a_tube_that_turns),
+                                       cmocka_unit_test(motions_that_cannot_be_replaced),
+                                       cmocka_unit_test(a_shaker_in_all_units)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
