@@ -155,6 +155,35 @@ static void spinning_down(void **unused)
     }
 }
 
+/* One that rolls comes to rest by its rolling friction alone, likewise: (I + m r^2) w' = -rolling N
+ * w / root(w^2 + spin^2). */
+static void rolling_down(void **unused)
+{
+    (void)unused;
+    for (size_t k = 0; k < 4; ++k) {
+        const units in = systems[k];
+        const double mass = 1000.0 * 4.0 / 3.0 * 3.14159265358979323846 * 1e-3,
+                     rate = 0.01 * mass * 9.81 / (1.4 * mass * 0.01), spin = 0.5;
+        mbsr_contact_law law = law_in(in, 1e9, 0.1, 0.5);
+        law.rolling = 0.01 * in.length;
+        law.spin = spin / in.time;
+        run r;
+        begin(&r, in, true, law);
+        add(&r, MBSR_SHAPE_SPHERE, law, 0.0, 0.1 - depth_of(1e9));
+        r.u[1] = 5.0 / in.time;
+        r.u[3] = 0.5 * in.length / in.time;
+        start(&r, 1e-8);
+        for (int l = 1; l <= 4; ++l) {
+            const double t = 0.1 * l;
+            to(&r, t);
+            const double w = r.u[1] * in.time;
+            assert_close(wound_down(w, spin) + rate * t, wound_down(5.0, spin), 2e-3);
+            assert_close(r.u[3] * in.time / in.length, 0.1 * w, 1e-3);
+        }
+        end(&r);
+    }
+}
+
 /* A box that slides stops after v^2 / (2 mu g). */
 static void sliding(void **unused)
 {
@@ -442,16 +471,12 @@ static void mass_of_a_bouncing_ball(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(rolling),
-                                       cmocka_unit_test(sliding),
-                                       cmocka_unit_test(spinning_down),
-                                       cmocka_unit_test(bouncing),
-                                       cmocka_unit_test(blows),
-                                       cmocka_unit_test(cradle),
-                                       cmocka_unit_test(stack),
-                                       cmocka_unit_test(leaning),
-                                       cmocka_unit_test(pulled_slab),
-                                       cmocka_unit_test(counts),
-                                       cmocka_unit_test(mass_of_a_bouncing_ball)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rolling),       cmocka_unit_test(sliding),
+        cmocka_unit_test(spinning_down), cmocka_unit_test(rolling_down),
+        cmocka_unit_test(bouncing),      cmocka_unit_test(blows),
+        cmocka_unit_test(cradle),        cmocka_unit_test(stack),
+        cmocka_unit_test(leaning),       cmocka_unit_test(pulled_slab),
+        cmocka_unit_test(counts),        cmocka_unit_test(mass_of_a_bouncing_ball)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,6 +6,7 @@
 
 #include <mbsrank/driver.h>
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -536,6 +537,58 @@ static void crowds(void **state)
     }
 }
 
+/* A blade under the origin of a body does not slip along y of it: one velocity row, and no
+ * position.
+ */
+static int blade(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    memcpy(out->matrix + out->column[0] + 3, args->body[0].p + MBSR_POSE_R + 3, 3 * sizeof(double));
+    return 0;
+}
+
+static const mbsr_closure_table blade_table = {
+    .version = MBSR_CLOSURE_TABLE_VERSION, .name = "blade", .jacobian = blade};
+
+/* Chaplygin's sleigh on a slope, its mass at a in front of the blade, runs by v' = a w^2 - g sin,
+ * w' = -m a (v w + g cos) / (I + m a^2); with a blade on a fork without mass in front, too. */
+static void blades(void **state)
+{
+    (void)state;
+    const double mass = 2.0, a = 0.3, inertia = 0.5, com[3] = {a, 0.0, 0.0},
+                 tensor[6] = {0.3, 0.4, inertia}, z[3] = {0.0, 0.0, 1.0};
+    const mbsr_frame front = mbsr_frame_at(1.0, 0.0, 0.0);
+    for (int forked = 0; forked < 2; ++forked) {
+        loops s;
+        loops_begin(&s, NULL);
+        for (int k = 0; k <= forked; ++k) {
+            mbsr_body_def body = mbsr_default_body_def();
+            body.parent = k - 1;
+            body.joint = k ? mbsr_joint_revolute(&front, NULL, z) : mbsr_joint_in_plane(NULL, NULL);
+            body.inertia = k ? mbsr_inertia_zero() : mbsr_inertia_rigid(mass, com, tensor);
+            assert_ok(mbsr_model_add_body(s.m, &body, NULL), mbsr_model_error(s.m));
+            const mbsr_closure_def def = mbsr_closure_custom(&blade_table, 1, &k, 1, 0, NULL);
+            assert_ok(mbsr_model_add_closure(s.m, &def, NULL), mbsr_model_error(s.m));
+        }
+        const mbsr_force_def steering = mbsr_force_joint_spring(1, 0, 4.0, 0.5, 0.2);
+        if (forked) assert_ok(mbsr_model_add_force(s.m, &steering, NULL), mbsr_model_error(s.m));
+        loops_finish(&s);
+        const double along = 1.2, turn = 0.9, angle = 0.4, c = cos(angle), sine = sin(angle);
+        set(&s, (const double[4]){0.1, -0.2, angle, 0.15},
+            (const double[4]){c * along, sine * along, turn, 0.3});
+        if (!forked) {
+            const double faster = a * turn * turn - 9.81 * sine, sideways = along * turn,
+                         turning = -mass * a * (sideways + 9.81 * c) / (inertia + mass * a * a);
+            assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, NULL, s.udot),
+                      mbsr_data_error(s.d));
+            assert_close(s.udot[0], c * faster - sine * sideways, 1e-11);
+            assert_close(s.udot[1], sine * faster + c * sideways, 1e-11);
+            assert_close(s.udot[2], turning, 1e-11);
+        }
+        compare(&s, 1e-9);
+        loops_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(fourbars),
@@ -551,6 +604,7 @@ int main(void)
                                        cmocka_unit_test(no_memory_is_told),
                                        cmocka_unit_test(many_loops),
                                        cmocka_unit_test(crowds),
+                                       cmocka_unit_test(blades),
                                        cmocka_unit_test(coordinates_with_other_rates)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
