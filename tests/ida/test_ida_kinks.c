@@ -537,6 +537,52 @@ static double drive(mbsr_table_kind kind, bool known, double tolerance, long *st
     return place;
 }
 
+/* A carriage that follows a polyline, by its joint or by a closure: what swings on it gets the same
+ * blows. */
+static void closures_that_follow_tables_strike(void **state)
+{
+    (void)state;
+    static const double x[4] = {-1.0, 1.0, 2.0, 3.0}, value[4] = {0.0, 0.4, -0.2, 0.1},
+                        up[3] = {0.0, 0.0, 1.0}, across[3] = {0.0, 1.0, 0.0},
+                        out[4] = {0.9, 1.0, 1.7, 2.4}, arm[3] = {0.3, 0.1, -0.2};
+    const mbsr_axis axis = {MBSR_AXIS_TRANSLATION, {0.0, 0.0, 1.0}, 0.0, 1};
+    mbsr_table_def def = mbsr_default_table_def();
+    mbsr_table *table;
+    double angle[4], rate[4];
+    def.points = 4, def.x = x, def.value = value;
+    assert_ok(mbsr_table_create(&def, &table, NULL), NULL);
+    for (int closed = 0; closed < 2; ++closed) {
+        run r = {.form = MBSR_DAE_MOMENTUM, .q = {0.2}};
+        assert_ok(mbsr_model_create(NULL, &r.model, NULL), NULL);
+        add_body(&r, MBSR_GROUND,
+                 closed ? mbsr_joint_prismatic(NULL, NULL, up)
+                        : mbsr_joint_compound(NULL, NULL, 1, &axis, mbsr_table_motion, table),
+                 mbsr_inertia_particle(1.5));
+        add_body(&r, 0, mbsr_joint_revolute(NULL, NULL, across), mbsr_inertia_point_mass(2.0, arm));
+        add_force(&r, mbsr_force_joint_spring(1, 0, 30.0, 0.3, 0.1));
+        mbsr_closure_def rows = mbsr_closure_rows(0, NULL, MBSR_GROUND, NULL, 1, up);
+        rows.motion = mbsr_table_motion, rows.user = table;
+        if (closed)
+            assert_ok(mbsr_model_add_closure(r.model, &rows, NULL), mbsr_model_error(r.model));
+        finish(&r);
+        if (closed) r.q[0] = 0.25, r.q[1] = 0.2, r.u[0] = 0.2;
+        begin(&r, 0.25, precise(1e-9));
+        for (int k = 0; k < 4; ++k) {
+            advance(&r, out[k], false);
+            if (closed) {
+                double s, speed, acceleration;
+                assert_ok(mbsr_table_motion(table, out[k], &s, &speed, &acceleration), NULL);
+                assert_close(r.q[0], s, 1e-7);
+                assert_close(r.q[1], angle[k], 1e-6);
+                assert_close(r.u[1], rate[k], 1e-6);
+            }
+            angle[k] = r.q[0], rate[k] = r.u[0];
+        }
+        end(&r);
+    }
+    mbsr_table_destroy(table);
+}
+
 static void roads_of_points_take_a_few_steps_a_point(void **state)
 {
     (void)state;
@@ -637,6 +683,7 @@ int main(void)
         cmocka_unit_test(smooth_kinks_end_steps),
         cmocka_unit_test(a_switch_at_an_event),
         cmocka_unit_test(loops_stay_closed_at_jumps),
+        cmocka_unit_test(closures_that_follow_tables_strike),
         cmocka_unit_test(roads_of_points_take_a_few_steps_a_point),
         cmocka_unit_test(kinks_that_make_no_sense_are_refused),
         cmocka_unit_test(jumps_and_samples_want_a_run),
