@@ -332,6 +332,83 @@ static void crowds_as_asked(void **unused)
     assert_true(iterated > STATES);
 }
 
+enum { BALLS = 6 };
+
+/* A row of balls that touch, on sliders without mass, or each second one without mass itself and in
+ * a bushing; q: where they are. */
+static mbsr_model *make_row(bool bare, mbsr_contacts *contacts, double q[7 * BALLS])
+{
+    const double up[3] = {0, 0, 1}, com[3] = {0.01, 0.02, 0}, tensor[6] = {0.02, 0.02, 0.02},
+                 stiffness[6] = {3, 4, 5, 200, 300, 400}, damping[6] = {0.3, 0.4, 0.5, 2, 3, 4};
+    mbsr_error error;
+    mbsr_model *m;
+    mbsr_force_def touch;
+    assert_int_equal(mbsr_model_create(NULL, &m, &error), MBSR_OK);
+    for (int k = 0; k < BALLS; ++k) {
+        const mbsr_frame at = mbsr_frame_at(0.19 * k, 0.01 * k, 0.0);
+        mbsr_shape ball = sample_shape(MBSR_SHAPE_SPHERE, MBSR_GROUND);
+        mbsr_body_def body = mbsr_default_body_def();
+        ball.size[0] = 0.1;
+        body.joint = bare ? mbsr_joint_free(&at, NULL) : mbsr_joint_prismatic(&at, NULL, up);
+        body.inertia = mbsr_inertia_zero();
+        if (!bare) {
+            assert_ok(mbsr_model_add_body(m, &body, &body.parent), mbsr_model_error(m));
+            body.joint = mbsr_joint_spherical(NULL, NULL);
+        }
+        if (!bare || k % 2 == 0) body.inertia = mbsr_inertia_rigid(1.0 + 0.1 * k, com, tensor);
+        assert_ok(mbsr_model_add_body(m, &body, &ball.body), mbsr_model_error(m));
+        const mbsr_force_def hold =
+            bare ? mbsr_force_bushing(MBSR_GROUND, &at, ball.body, NULL, stiffness, damping)
+                 : mbsr_force_joint_spring(body.parent, 0, 30.0, 2.0, 0.0);
+        assert_ok(mbsr_model_add_force(m, &hold, NULL), mbsr_model_error(m));
+        assert_int_equal(mbsr_contacts_add(contacts, &ball, NULL, &error), MBSR_OK);
+        q[bare ? 7 * k : 5 * k + 1] = 1.0;
+    }
+    assert_int_equal(mbsr_contacts_force(contacts, 0, &touch, &error), MBSR_OK);
+    assert_ok(mbsr_model_add_force(m, &touch, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+/* Forces of pairs found by GMRES are those of the elimination. */
+static void crowds_without_mass(void **unused)
+{
+    (void)unused;
+    enum { MOST = 19 * BALLS };
+    for (int bare = 0; bare < 2; ++bare) {
+        mbsr_error error;
+        mbsr_data *d;
+        mbsr_contacts *contacts;
+        double q[7 * BALLS] = {0.0}, u[6 * BALLS], y[MOST], yp[MOST], r[MOST], x[2][MOST];
+        uint64_t seed = 3;
+        assert_int_equal(mbsr_contacts_create(&contacts, &error), MBSR_OK);
+        mbsr_model *m = make_row(bare, contacts, q);
+        assert_ok(mbsr_data_create(m, &d, &error), &error);
+        const int size = mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+        for (int k = 0; k < mbsr_model_nu(m); ++k) u[k] = 0.3 * draw(&seed);
+        assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+        for (int k = 0; k < size; ++k) yp[k] = draw(&seed), r[k] = draw(&seed);
+        for (double c = 3.0; c < 1e4; c *= 30.0) {
+            double largest = 0.0;
+            for (int together = 0; together < 2; ++together) {
+                mbsr_newton_opt opt = mbsr_default_newton_opt();
+                mbsr_newton *newton;
+                opt.together = together;
+                opt.pairs_error = 1e-10;
+                assert_ok(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
+                assert_ok(mbsr_newton_factor(newton, d, 0.0, y, yp, c), mbsr_newton_error(newton));
+                assert_ok(mbsr_newton_solve(newton, r, x[together]), mbsr_newton_error(newton));
+                mbsr_newton_destroy(newton);
+            }
+            for (int k = 0; k < size; ++k) largest = fmax(largest, fabs(x[0][k]));
+            for (int k = 0; k < size; ++k) assert_close(x[1][k], x[0][k], 1e-8 * largest);
+        }
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+        mbsr_contacts_destroy(contacts);
+    }
+}
+
 /* Steps far longer than the periods of contacts: no convergence; the next matrix eliminates all. */
 static void too_stiff(void **unused)
 {
@@ -395,10 +472,14 @@ static void refused(void **unused)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(threads),        cmocka_unit_test(orders),
-        cmocka_unit_test(newton_systems), cmocka_unit_test(transposed_systems),
-        cmocka_unit_test(crowds),         cmocka_unit_test(crowds_as_asked),
-        cmocka_unit_test(too_stiff),      cmocka_unit_test(refused)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(threads),
+                                       cmocka_unit_test(orders),
+                                       cmocka_unit_test(newton_systems),
+                                       cmocka_unit_test(transposed_systems),
+                                       cmocka_unit_test(crowds),
+                                       cmocka_unit_test(crowds_as_asked),
+                                       cmocka_unit_test(crowds_without_mass),
+                                       cmocka_unit_test(too_stiff),
+                                       cmocka_unit_test(refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
