@@ -47,7 +47,8 @@ static void add_stiff(loops *s, mbsr_closure_def def, int first, int rows, doubl
 
 /* ---- in the plane ---- */
 
-enum { ON_ROCKER, ON_BASE, ON_GROUND };
+/* Which body the rows turn with. */
+enum { ON_ROCKER, ON_BASE, ON_GROUND, ON_COUPLER };
 
 static void fourbar(int on, double coupler, int first, double stiffness, int turned)
 {
@@ -58,8 +59,11 @@ static void fourbar(int on, double coupler, int first, double stiffness, int tur
               crank = loops_rod(&s, "crank", base, 0.2, 0.0, 1.0, 0.5),
               link = loops_rod(&s, "coupler", crank, 0.5, 0.0, coupler, 0.6),
               rocker = loops_rod(&s, "rocker", base, 0.9, 0.0, 2.0, 0.7);
-    const int other = on == ON_ROCKER ? rocker : on == ON_BASE ? base : MBSR_GROUND;
-    add_stiff(&s, mbsr_closure_ball(link, end, other, far), first, 2, stiffness);
+    const int other = on == ON_BASE ? base : on == ON_GROUND ? MBSR_GROUND : rocker;
+    add_stiff(&s,
+              on == ON_COUPLER ? mbsr_closure_ball(rocker, far, link, end)
+                               : mbsr_closure_ball(link, end, other, far),
+              first, 2, stiffness);
     compare(&s, turned);
 }
 
@@ -85,6 +89,8 @@ static void held_without_mass(void **state)
     (void)state;
     fourbar(ON_ROCKER, 0.0, 0, 1e3, 1);
     fourbar(ON_ROCKER, 0.0, 0, 1e8, 1);
+    fourbar(ON_COUPLER, 0.0, 0, 1e3, 1);
+    fourbar(ON_COUPLER, 0.0, 0, 1e8, 1);
 }
 
 /* ---- in space ---- */
