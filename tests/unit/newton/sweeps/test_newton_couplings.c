@@ -346,6 +346,40 @@ static void laws_of_one_s_own(void **state)
     }
 }
 
+/* b u_a + (1 + a^2) u_b = 0, which no function of the coordinates says. */
+static int slip_rows(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    const double a = args->body[0].q[0], b = args->body[1].q[0];
+    out->matrix[out->column[0] + args->body[0].d] = b;
+    out->matrix[out->column[1] + args->body[1].d] = 1.0 + a * a;
+    return 0;
+}
+
+/* Rates that are coupled, and no coordinates; beside a gear, too. */
+static void rates_alone(void **state)
+{
+    (void)state;
+    static const mbsr_closure_table table = {.version = MBSR_CLOSURE_TABLE_VERSION,
+                                             .flags = MBSR_CLOSURE_JOINTS |
+                                                      MBSR_CLOSURE_COORDINATES | MBSR_CLOSURE_PLAIN,
+                                             .name = "slip",
+                                             .jacobian = slip_rows};
+    for (int geared = 0; geared < 2; ++geared) {
+        loops s;
+        loops_begin(&s, NULL);
+        const int a = hinge(&s, MBSR_GROUND, 0.0, 0.0, z_axis, 1.0),
+                  b = hinge(&s, a, 0.4, 0.0, tilted, 1.0), c = hinge(&s, b, 0.4, 0.0, y_axis, 1.0),
+                  d = hinge(&s, a, 0.1, 0.3, y_axis, 0.7);
+        const mbsr_closure_def def = mbsr_closure_custom(&table, 2, (int[2]){c, d}, 1, 0, NULL);
+        add_closure(&s, &def);
+        if (geared) gear(&s, a, b, 0.7);
+        finish(&s);
+        s.q[2] = 0.8;
+        compare_here(&s);
+        loops_free(&s);
+    }
+}
+
 /* Another coupling says the same once more: the start leaves it out. Where nobody did, the solver
  * names it. */
 static void redundant_rows(void **state)
@@ -406,6 +440,7 @@ int main(void)
                                        cmocka_unit_test(across_other_loops),
                                        cmocka_unit_test(units),
                                        cmocka_unit_test(laws_of_one_s_own),
+                                       cmocka_unit_test(rates_alone),
                                        cmocka_unit_test(redundant_rows),
                                        cmocka_unit_test(nothing_holds)};
     return cmocka_run_group_tests(tests, NULL, NULL);
