@@ -241,6 +241,7 @@ int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
     args.p = NULL;
     /* p_i from k(p_i, p_pi, q_i, t) = 0 */
+    mbsri_zero((size_t)b->np, d->p + b->p);
     int status = b->joint.table->position(&args, d->p + b->p);
     if (status) return mbsri_joint_failed(m, d, i, status, "position");
     status = check_joint_finite(m, d, i, b->np, d->p + b->p, "the pose");

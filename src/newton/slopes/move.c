@@ -79,6 +79,7 @@ static int jacobians_at(const mbsri_joint_mover *w, mbsr_joint_args args, double
                         mbsri_joint_sample *s, const char **name)
 {
     args.p = args.V = args.V_pred = args.u = NULL;
+    mbsri_zero((size_t)args.np, p);
     *name = "position";
     int status = w->table->position(&args, p);
     if (status) return status;

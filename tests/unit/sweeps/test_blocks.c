@@ -6,6 +6,7 @@
 #include "expect.h"
 #include "kernels.h"
 #include "mixed.h"
+#include "own_joint.h"
 #include "plane_tree.h"
 #include "rigid_tree.h"
 #include "tree.h"
@@ -304,11 +305,90 @@ static void general_bodies_alone(void **unused)
     assert_true(n.forward > 75 * levels() && n.momentum > 75 * levels());
 }
 
+/* ---- a slide on a slide, the lower one GENERAL ---- */
+
+/* These write only what differs from the preset. */
+static int rider_position(const mbsr_joint_args *args, double *p)
+{
+    p[0] = p[4] = p[8] = 1.0;
+    p[9] = args->p_pred[0], p[10] = args->q[0];
+    return 0;
+}
+
+static int rider_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+{
+    (void)args, (void)K, (void)kI;
+    H[3] = -1.0, J[4] = -1.0;
+    return 0;
+}
+
+static const mbsr_joint_table rider_table = {.version = MBSR_JOINT_TABLE_VERSION,
+                                             .flags = MBSR_JOINT_UNIT_K,
+                                             .name = "rider",
+                                             .position = rider_position,
+                                             .jacobians = rider_jacobians,
+                                             .bias = test_own_bias};
+
+static mbsr_joint rider(void)
+{
+    mbsr_joint joint = mbsr_joint_custom(&rider_table, 6, 1, NULL);
+    joint.space = MBSR_SPACE_SPATIAL;
+    joint.np = MBSR_POSE_SIZE;
+    return joint;
+}
+
+/* With three hinges above, of which one is on another; or all of it by stock joints. */
+static mbsr_model *slides(bool own)
+{
+    static const double mass = 1.0, at[3] = {0.0}, axis[3] = {0.2, -0.3, 1.0},
+                        x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, c[3] = {0.3, 0.1, -0.2},
+                        J[6] = {0.3, 0.4, 0.5, 0.01, 0.02, 0.0};
+    static const int parent[] = {0, 1, 2, 2, 4};
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < 5; ++k) {
+        const mbsr_frame A = mbsr_frame_at(0.2, 0.1 * k, 0.3);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = k ? parent[k] - 1 : MBSR_GROUND;
+        body.joint = k > 1 ? mbsr_joint_revolute(&A, NULL, k % 2 ? x : axis)
+                     : own ? k ? rider() : mbsr_joint_custom(&test_own_table, 1, 1, NULL)
+                           : mbsr_joint_prismatic(NULL, NULL, k ? y : x);
+        body.inertia = k     ? mbsr_inertia_rigid(1.0 + k, c, J)
+                       : own ? mbsr_inertia_matrix(1, &mass)
+                             : mbsr_inertia_point_mass(mass, at);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+static void rigid_bodies_on_a_general_one(void **unused)
+{
+    (void)unused;
+    static const double q[5] = {0.3, -0.2, 0.7, -1.1, 0.5}, u[5] = {1.0, -0.4, 0.8, 0.3, -0.9};
+    double rate[2][5], tau[2][5];
+    tally n = {0};
+    for (int own = 0; own < 2; ++own) {
+        mbsr_model *m = slides(own);
+        mbsr_data *d;
+        assert_ok(mbsr_data_create(m, &d, NULL), mbsr_model_error(m));
+        compare(m, d, 0.0, q, u, &n);
+        assert_ok(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, rate[own]), mbsr_data_error(d));
+        assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, u, NULL, tau[own]), mbsr_data_error(d));
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+    assert_less(test_relative_distance(5, rate[1], rate[0]), 1e-13);
+    assert_less(test_relative_distance(5, tau[1], tau[0]), 1e-13);
+    conclude("on a slide", &n);
+    assert_int_equal(n.both, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(trees_in_space), cmocka_unit_test(chains_on_moving_roots),
-        cmocka_unit_test(trees_in_the_plane), cmocka_unit_test(trees_of_all_kinds),
-        cmocka_unit_test(general_bodies_alone)};
+        cmocka_unit_test(trees_in_space),       cmocka_unit_test(chains_on_moving_roots),
+        cmocka_unit_test(trees_in_the_plane),   cmocka_unit_test(trees_of_all_kinds),
+        cmocka_unit_test(general_bodies_alone), cmocka_unit_test(rigid_bodies_on_a_general_one)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
