@@ -41,7 +41,8 @@ MBSR_API int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data);
  * its joint, which is mbsr_rank_info.scale where these are of one kind, but at least 3 % of the
  * diagonal entry of the mass matrix, so that a light body which carries a heavy one is tested as
  * that one; where the joint has no mass the largest of its kind in the tree (where the kind has
- * none, from the other one by the typical length; 1 without any mass). With closures
+ * none, from the other one by the typical length; without any mass what springs and dampers would
+ * swing). With closures
  * 0.35 over mbsr_closures_mobility takes the place of the scale, between a thousandth of the
  * largest diagonal entry of its kind and that. The same in all units. Needs mbsr_stage_backward,
  * and leaves its results; with closures it takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH,

@@ -65,14 +65,31 @@ static double mean_of(const mbsr_model *m, const char *name, const char *drive)
     return found > 0 ? exp(sum / found) : 0.0;
 }
 
+/* Of all elements. */
+static double stiffness_of(const mbsr_model *m)
+{
+    return mean_of(m, " (stiffness", " (kp");
+}
+
+static double damping_of(const mbsr_model *m)
+{
+    return mean_of(m, " (damping", " (kd");
+}
+
 double mbsri_elements_rate(const mbsr_model *m)
 {
     static const double pi = 3.14159265358979323846;
     const double inertia = m->typical.mass * m->typical.length * m->typical.length;
     if (!(m->typical.length > 0.0)) return 0.0;
-    const double stiffness = mean_of(m, " (stiffness", " (kp"),
-                 damping = mean_of(m, " (damping", " (kd");
+    const double stiffness = stiffness_of(m), damping = damping_of(m);
     if (inertia > 0.0 && stiffness > 0.0) return sqrt(stiffness / inertia) / (2.0 * pi);
     if (inertia > 0.0) return damping / inertia;
     return damping > 0.0 ? stiffness / damping : 0.0;
+}
+
+double mbsri_elements_inertia(const mbsr_model *m)
+{
+    const double rate = m->typical.frequency > 0.0 ? m->typical.frequency : 1.0;
+    if (!(m->typical.length > 0.0)) return 0.0;
+    return fmax(stiffness_of(m) / (rate * rate), damping_of(m) / rate);
 }

@@ -9,4 +9,8 @@
  * of springs at dampers; 0: none is known. */
 double mbsri_elements_rate(const mbsr_model *m);
 
+/* kg m^2: what the springs and dampers of a model without mass would swing at its rate, once that
+ * is known; 0: there are none. */
+double mbsri_elements_inertia(const mbsr_model *m);
+
 #endif

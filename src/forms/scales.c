@@ -10,6 +10,7 @@
  * not what is further behind.) In chains, where D is a share of 𝓜_kk by the length of levers alone,
  * that hardly counts. The share keeps errors below one tolerance (a quarter of a car with a carrier
  * of a millionth of the body: 2 at a tenth, 1 at 3 %, 0.2 at 1 %). */
+#include "assembly/rate.h"
 #include "dynamics/entry.h"
 #include "model/record.h"
 #include "recursion/backward.h"
@@ -77,7 +78,7 @@ static int of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
 }
 
 /* The largest of the masses of each kind of rate; of a kind that has none, from the other one and
- * the length typical of the model. */
+ * the length typical of the model; without any mass, what force elements would swing. */
 static void find_largest_mass(const mbsr_model *model, const double *mass, double *largest)
 {
     const double length = model->typical.length > 0.0 ? model->typical.length : 1.0;
@@ -94,8 +95,12 @@ static void find_largest_mass(const mbsr_model *model, const double *mass, doubl
            *other = largest + MBSR_COORDINATE_OTHER;
     if (!(*turning > 0.0)) *turning = *moving * length * length;
     if (!(*moving > 0.0)) *moving = *turning / (length * length);
+    if (!(*turning > 0.0)) {
+        const double inertia = mbsri_elements_inertia(model);
+        *turning = inertia > 0.0 ? inertia : length * length;
+        *moving = *turning / (length * length);
+    }
     if (!(*other > 0.0)) *other = fmax(*turning, *moving);
-    for (int k = 0; k < KINDS; ++k) largest[k] = largest[k] > 0.0 ? largest[k] : 1.0;
 }
 
 /* The same with loops closed, which does not depend on where they are cut, beside the inertias

@@ -173,6 +173,46 @@ static void free_bodies_turn_by_their_moments(void **state)
     }
 }
 
+/* A slide and a hinge without mass on springs and dampers: what these would swing, k T^2 or d T. */
+static void nor_do_they_depend_on_units_without_mass(void **state)
+{
+    (void)state;
+    double si[2] = {0.0};
+    for (size_t k = 0; k < sizeof systems / sizeof *systems; ++k) {
+        const units *s = systems + k;
+        const double L = s->length, M = s->mass, T = s->time, unit[2] = {M, M * L * L},
+                     zero[2] = {0.0}, up[3] = {0.0, 0.0, 1.0}, side[3] = {1.0, 0.0, 0.0};
+        const mbsr_frame tip = mbsr_frame_at(0.2 * L, 0.0, 0.0);
+        mbsr_model *m = NULL;
+        mbsr_data *d = NULL;
+        double mass[2];
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        for (int l = 0; l < 2; ++l) {
+            mbsr_body_def body = mbsr_default_body_def();
+            body.parent = l - 1;
+            body.joint = l == 0 ? mbsr_joint_prismatic(NULL, NULL, side)
+                                : mbsr_joint_revolute(&tip, NULL, up);
+            body.inertia = mbsr_inertia_zero();
+            assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+            const mbsr_force_def spring =
+                mbsr_force_joint_spring(l, 0, 300.0 * unit[l] / (T * T), 20.0 * unit[l] / T, 0.0);
+            assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+        }
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        run_to_backward(m, d, 0.0, zero, zero);
+        assert_ok(mbsr_momentum_scales(m, d, mass), mbsr_data_error(d));
+        for (int l = 0; l < 2; ++l) {
+            if (k == 0) si[l] = mass[l];
+            assert_close(mass[l] / unit[l] / si[l], 1.0, 1e-12);
+        }
+        assert_close(si[1] / si[0], 0.04, 1e-12);
+        assert_in_range((int)(1e3 * si[0]), 100, 10000);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 static void light_carriers_are_tested_as_what_they_carry(void **state)
 {
     (void)state;
@@ -231,6 +271,7 @@ int main(void)
         cmocka_unit_test(light_carriers_are_tested_as_what_they_carry),
         cmocka_unit_test(no_kind_has_the_mass_of_another),
         cmocka_unit_test(free_bodies_turn_by_their_moments),
+        cmocka_unit_test(nor_do_they_depend_on_units_without_mass),
         cmocka_unit_test(random_trees),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
