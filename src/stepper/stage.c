@@ -57,15 +57,15 @@ static int solve_delta(mbsr_stepper *s)
     return status ? keep_cause(s, status, mbsr_newton_error(s->newton)) : MBSR_OK;
 }
 
-/* Largest of x (n) beside their spans, or beside a part of `at` where these are far from zero:
+/* Largest of h x (n) beside their spans, or beside a part of h `at` where these are far from zero:
  * rounding. */
-static double largest_share(int n, const double *x, const double *at, const double *span)
+static double largest_share(int n, double h, const double *x, const double *at, const double *span)
 {
     static const double part = 1e-5;
     double largest = 0.0;
     for (int k = 0; k < n; ++k) {
-        const double rounding = part * fabs(at[k]),
-                     share = fabs(x[k]) / (span[k] > rounding ? span[k] : rounding);
+        const double rounding = part * h * fabs(at[k]),
+                     share = h * fabs(x[k]) / (span[k] > rounding ? span[k] : rounding);
         if (share > largest) largest = share;
     }
     return largest;
@@ -74,8 +74,8 @@ static double largest_share(int n, const double *x, const double *at, const doub
 static double size_of_correction(const mbsr_stepper *s, double h)
 {
     const int nq = s->model->nq, nu = s->model->nu, u = nq + nu;
-    const double q_size = largest_share(nq, s->delta, s->Y, s->span);
-    return fmax(q_size, h * largest_share(nu, s->delta + u, s->Y + u, s->span + nq));
+    const double q_size = largest_share(nq, 1.0, s->delta, s->Y, s->span);
+    return fmax(q_size, largest_share(nu, h, s->delta + u, s->Y + u, s->span + nq));
 }
 
 /* omega after a correction that was taken by `share`. */

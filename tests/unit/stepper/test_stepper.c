@@ -359,15 +359,19 @@ static void inputs_are_held_over_the_step(void **state)
 }
 
 /* A rod on a hinge with a stop falls on it; lengths in metre, millimetre, kilometre, masses in
- * kilogram, gram, tonne. */
+ * kilogram, gram, tonne; times in seconds, and in half a year. */
 static void units_do_not_matter(void **state)
 {
     (void)state;
-    static const double metre[3] = {1.0, 1e3, 1e-3}, kilogram[3] = {1.0, 1e3, 1e-3};
-    double q[3], u[3];
-    mbsr_stepper_info info[3];
-    for (int k = 0; k < 3; ++k) {
-        const double energy = kilogram[k] * metre[k] * metre[k];
+    enum { SYSTEMS = 4 };
+    static const double metre[SYSTEMS] = {1.0, 1e3, 1e-3, 1.0},
+                        kilogram[SYSTEMS] = {1.0, 1e3, 1e-3, 1.0},
+                        second[SYSTEMS] = {1.0, 1.0, 1.0, 0x1p-24};
+    double q[SYSTEMS], u[SYSTEMS];
+    mbsr_stepper_info info[SYSTEMS];
+    for (int k = 0; k < SYSTEMS; ++k) {
+        const double T = second[k], moment = kilogram[k] * metre[k] * metre[k],
+                     energy = moment / (T * T);
         const mbsr_planar_frame origin = {0}, end = {metre[k], 0.0, 0.0};
         const double com[2] = {0.5 * metre[k], 0.0};
         mbsr_model *m;
@@ -375,16 +379,16 @@ static void units_do_not_matter(void **state)
         mbsr_stepper *stepper;
         mbsr_error error;
         mbsr_stepper_opt opt = mbsr_default_stepper_opt();
-        opt.h = 0.01;
+        opt.h = 0.01 * T;
         assert_ok(mbsr_model_create(NULL, &m, &error), &error);
         const int a = test_add_body(m, MBSR_GROUND, mbsr_joint_planar_revolute(origin, origin),
-                                    mbsr_inertia_planar(kilogram[k], com, energy / 12.0));
+                                    mbsr_inertia_planar(kilogram[k], com, moment / 12.0));
         test_add_body(m, a, mbsr_joint_planar_revolute(end, origin),
-                      mbsr_inertia_planar(kilogram[k], com, energy / 12.0));
+                      mbsr_inertia_planar(kilogram[k], com, moment / 12.0));
         const mbsr_force_def forces[] = {
-            mbsr_force_gravity(0.0, -9.81 * metre[k], 0.0),
-            mbsr_force_joint_stop(a, 0, -0.5, INFINITY, 1e6 * energy, 1e3 * energy),
-            mbsr_force_joint_friction(a + 1, 0, 0.1 * energy, 1e-3)};
+            mbsr_force_gravity(0.0, -9.81 * metre[k] / (T * T), 0.0),
+            mbsr_force_joint_stop(a, 0, -0.5, INFINITY, 1e6 * energy, 1e3 * energy * T),
+            mbsr_force_joint_friction(a + 1, 0, 0.1 * energy, 1e-3 / T)};
         for (int f = 0; f < 3; ++f)
             assert_ok(mbsr_model_add_force(m, forces + f, NULL), mbsr_model_error(m));
         assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
@@ -397,13 +401,13 @@ static void units_do_not_matter(void **state)
             assert_ok(mbsr_stepper_step(stepper), mbsr_stepper_error(stepper));
         mbsr_stepper_motion(stepper, NULL, now_q, now_u);
         mbsr_stepper_get_info(stepper, info + k);
-        q[k] = now_q[1], u[k] = now_u[1];
+        q[k] = now_q[1], u[k] = now_u[1] * T;
         mbsr_stepper_destroy(stepper);
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);
     }
     assert_true(fabs(q[0]) > 0.1);
-    for (int k = 1; k < 3; ++k) {
+    for (int k = 1; k < SYSTEMS; ++k) {
         assert_close(q[k], q[0], 1e-9);
         assert_close(u[k], u[0], 1e-7);
         assert_int_equal(info[k].most.residuals, info[0].most.residuals);
