@@ -359,20 +359,22 @@ static double largest_change(int n, const double *before, const double *after, i
     return largest;
 }
 
-/* Refuses a coordinate that was to stay and has not: forces along directions without mass have
- * moved it. */
+/* Refuses a coordinate that was to stay and has not, but for rounding of what it spans: forces
+ * along directions without mass have moved it. */
 static int check_positions(const start *s)
 {
     static const double rounding = 1e-13;
     const mbsr_model *m = s->m;
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     char label[MBSRI_LABEL];
     for (int i = 1; i <= m->bodies && s->opt->keep_position; ++i) {
         const mbsri_body *b = m->body + i;
         for (int k = 0; k < b->nq; ++k) {
             const int rate = k < b->nq - b->n ? 0 : k - (b->nq - b->n);
-            const double before = s->q_given[b->q + k], after = s->q[b->q + k];
+            const double before = s->q_given[b->q + k], after = s->q[b->q + k],
+                         span = mbsri_coordinate_span(&spans, m, b, false, k);
             if (!s->opt->keep_position[b->u + rate]) continue;
-            if (fabs(after - before) <= rounding * fmax(1.0, fabs(before))) continue;
+            if (fabs(after - before) <= rounding * fmax(span, fabs(before))) continue;
             return mbsri_fail(
                 &s->d->error, MBSR_NO_CONVERGENCE, b->id, MBSR_NONE,
                 "%s: q%d of %s cannot stay at %.9g: forces along directions without mass "

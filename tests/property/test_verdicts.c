@@ -389,6 +389,45 @@ static void directions_that_look_alike(void **state)
     assert_true(check_rich(430942, true));
 }
 
+/* Joints all of whose directions move mass are to stay where they are. */
+static int start_with_kept(const any_model *s)
+{
+    mbsr_data *d;
+    const double none[ANY_MOST] = {0.0};
+    int keep[ANY_MOST] = {0};
+    mbsr_consistent_opt opt = mbsr_default_consistent_opt();
+    double y[6 * ANY_MOST], yp[6 * ANY_MOST];
+    opt.keep_position = keep;
+    assert_ok(mbsr_data_create(s->m, &d, NULL), NULL);
+    assert_ok(mbsr_stage_positions(s->m, d, 0.0, s->q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(s->m, d, none), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(s->m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(s->m, d), mbsr_data_error(d));
+    for (int i = 0; i < s->bodies; ++i) {
+        mbsr_rank_info info;
+        assert_ok(mbsr_body_rank(s->m, d, i, &info), mbsr_data_error(d));
+        for (int k = 0; k < s->n[i] && info.rank == s->n[i]; ++k) keep[s->first[i] + k] = 1;
+    }
+    assert_ok(mbsr_dae_pack(s->m, d, MBSR_DAE_MOMENTUM, 0.0, s->q, none, y), mbsr_data_error(d));
+    const int status = mbsr_dae_consistent(s->m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, &opt, NULL);
+    mbsr_data_destroy(d);
+    return status;
+}
+
+static void places_that_are_kept(void **state)
+{
+    (void)state;
+    static const uint64_t seed[] = {123, 243, 276};
+    for (size_t k = 0; k < sizeof seed / sizeof seed[0]; ++k) {
+        for (size_t l = 0; l < sizeof systems / sizeof systems[0]; ++l) {
+            any_model s;
+            assert_true(any_model_make(&s, seed[k], systems + l, false));
+            assert_int_equal(start_with_kept(&s), MBSR_OK);
+            mbsr_model_destroy(s.m);
+        }
+    }
+}
+
 /* Balances at rest, whose velocities are rounding of differences of forces. */
 static void balances_at_rest(void **state)
 {
@@ -715,6 +754,7 @@ int main(void)
                                        cmocka_unit_test(a_mass_close_to_axes),
                                        cmocka_unit_test(fast_dampers_beside_loops),
                                        cmocka_unit_test(balances_at_rest),
+                                       cmocka_unit_test(places_that_are_kept),
                                        cmocka_unit_test(rows_left_to_others),
                                        cmocka_unit_test(directions_hardly_held),
                                        cmocka_unit_test(traces_that_determine_nothing),
