@@ -83,9 +83,9 @@ MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int
  * directions without any force count as balanced, and so do forces that are next to none: 0, where
  * one step of Newton's method on the momentum form changes no rate by a millionth of the largest
  * one or of what is typical of the model. dq (nq) and du (nu), which may be NULL: what this step
- * changes q and u by towards the balance, within 0.01 s; zero where it is singular. O(N).
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE, MBSR_ERR_CLOSURES (the model has closures),
- * MBSR_ERR_NO_MEMORY and the statuses of the stages. */
+ * changes q and u by towards the balance, within a hundredth of the time typical of the model; zero
+ * where it is singular. O(N). MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE, MBSR_ERR_CLOSURES
+ * (the model has closures), MBSR_ERR_NO_MEMORY and the statuses of the stages. */
 MBSR_API int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
                                 double t, const double *y, double *share, int *body, double *dq,
                                 double *du);

@@ -144,7 +144,8 @@ static int evaluate_stages(const mbsr_model *m, mbsr_data *d, double t, const do
 static int correct(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
                    double *dq, double *du, bool *found)
 {
-    static const double c = 100.0; /* 1/s */
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    const double c = 100.0 * mbsri_span_rate(&spans);
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = nq + 2 * nu;
     mbsr_newton *newton;
     mbsr_error error;
