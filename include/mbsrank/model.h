@@ -176,6 +176,11 @@ MBSR_API int mbsr_model_nu(const mbsr_model *model);     /* joint velocity coord
  * differences and tolerances are measured by it. 0: there is none. -1 as above. */
 MBSR_API double mbsr_model_length(const mbsr_model *model);
 
+/* The rate typical of the model, 1/s: of a pendulum of that length under its gravity, else of its
+ * mass at the springs or dampers of its elements, else of springs at dampers. 0: none is known. -1
+ * as above. */
+MBSR_API double mbsr_model_rate(const mbsr_model *model);
+
 /* Where a body's coordinates stand in q and u: q[q_index .. q_index+nq), u[u_index .. u_index+n).
  * Bodies follow each other in the order of their ids. Outputs may be NULL. Status: MBSR_OK,
  * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */

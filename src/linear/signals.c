@@ -7,6 +7,7 @@
 #include "linear/record.h"
 
 #include "base/error.h"
+#include "linear/spans.h"
 
 #include <mbsrank/closure.h>
 
@@ -90,10 +91,21 @@ int mbsri_signals_check(const mbsr_model *m, const mbsr_linear_opt *opt, mbsr_er
 
 /* ---- parameters ---- */
 
-static double step_of_signal(const mbsr_parameter *p)
+static double length_or_one(const mbsr_model *m)
 {
-    const bool way = strcmp(p->unit, "m") == 0 || strcmp(p->unit, "rad") == 0;
-    return p->value != 0.0 ? 0x1p-10 * fabs(p->value) : way ? 0x1p-10 : 1.0;
+    const double length = mbsr_model_length(m);
+    return length > 0.0 ? length : 1.0;
+}
+
+/* Coordinates of points are without a unit. */
+static double step_of_signal(const mbsr_model *m, const mbsr_parameter *p)
+{
+    const bool way = strcmp(p->unit, "m") == 0 || strcmp(p->unit, "") == 0,
+               turn = strcmp(p->unit, "rad") == 0;
+    return p->value != 0.0 ? 0x1p-10 * fabs(p->value)
+           : way           ? 0x1p-10 * length_or_one(m)
+           : turn          ? 0x1p-10
+                           : 1.0;
 }
 
 /* Column j of B, and what forces see of it at once. r: 2 numbers for each of y. */
@@ -104,7 +116,7 @@ static int enter_parameter(mbsr_linear *l, const mbsri_coordinates *c, const dou
     mbsr_parameter p;
     const int which = opt->input[j].id, at_u = c->nq + c->nu;
     mbsr_parameter_get(opt->list, which, &p);
-    const double h = step_of_signal(&p);
+    const double h = step_of_signal(c->model, &p);
     memset(r, 0, 2 * (size_t)c->size * sizeof *r);
     for (int k = 0; k < 4; ++k) {
         const double value = p.value + places[k] * h, weight = weights[k] / (12.0 * h);
@@ -154,16 +166,27 @@ static int see_point(mbsr_linear *l, const mbsri_coordinates *c, int i, const mb
     return status;
 }
 
-/* Forces of elements along dq, and along du. work: nq + nu numbers, and nq more. */
+/* What is far along each rate, into span (nu); how fast the model moves, in these. */
+static double find_rate_spans(const mbsri_coordinates *c, const double *u, double *span)
+{
+    double speed = mbsr_model_rate(c->model);
+    for (int i = 0; i < c->bodies; ++i)
+        mbsri_linear_spans(c->model, i, true, length_or_one(c->model), span + c->joint[i][2]);
+    for (int k = 0; k < c->nu; ++k) speed = fmax(speed, fabs(u[k]) / span[k]);
+    return speed > 0.0 ? speed : 1.0;
+}
+
+/* Forces of elements along dq, and along du. work: 2 nq + 3 nu numbers. */
 static int see_force(mbsr_linear *l, const mbsri_coordinates *c, int i, const mbsr_signal *s,
                      const double *y, double *work)
 {
     const int nq = c->nq, nu = c->nu;
-    double *q = work, *u = q + nq, *x = u + nu, *dq = x + nu;
+    double *q = work, *u = q + nq, *x = u + nu, *dq = x + nu, *span = dq + nq;
+    const double speed = find_rate_spans(c, y + nq + nu, span);
     int status = MBSR_OK;
     for (int k = 0; k < 2 * nu && !status; ++k) {
         const int rate = k % nu;
-        const double h = k < nu ? 0x1p-14 : 0x1p-16;
+        const double h = k < nu ? 0x1p-14 * span[rate] : 0x1p-16 * span[rate] * speed;
         double slope = 0.0;
         memset(x, 0, (size_t)nu * sizeof *x);
         x[rate] = 1.0;

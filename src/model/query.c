@@ -39,6 +39,11 @@ double mbsr_model_length(const mbsr_model *model)
     return ready(model) ? model->typical.length : -1.0;
 }
 
+double mbsr_model_rate(const mbsr_model *model)
+{
+    return ready(model) ? model->typical.frequency : -1.0;
+}
+
 int mbsr_model_forces(const mbsr_model *model)
 {
     return ready(model) ? (int)(model->forces.count + model->elements.idle) : -1;

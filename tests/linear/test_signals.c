@@ -462,6 +462,71 @@ static void a_shaker_in_all_units(void **state)
     }
 }
 
+/* A cart with friction and a rod on a hinge, which a spring holds from a point above: how the
+ * friction answers a push at the cart, and the angle that the point moves aside, in SI. */
+static void pull(double metre, double second, double answer[4])
+{
+    const double square = metre * metre, force = metre / (second * second), mu = 5.0 * force,
+                 slip = 2e-3 * metre / second, x[3] = {1, 0, 0}, z[3] = {0, 0, 1},
+                 com[3] = {0.2 * metre, 0.0, 0.0}, tip[3] = {0.3 * metre, 0.0, 0.0},
+                 above[3] = {0.0, 0.5 * metre, 0.0}, none[3] = {0.0},
+                 tensor[6] = {0.03 * square, 0.03 * square, 0.03 * square, 0, 0, 0},
+                 q[2] = {0.0, 0.4};
+    static const char *const in[2] = {"bodies.cart.tau", "forces.spring.point_b[1]"},
+                             *const out[2] = {"forces.friction.tau", "bodies.rod.q"};
+    mbsr_model *m = empty();
+    mbsr_parameters *list;
+    mbsr_signal input[2], output[2];
+    mbsr_linear_opt opt = mbsr_default_linear_opt();
+    mbsr_linear *l;
+    mbsr_error error;
+    double re[4], im[4];
+    add_body(m, MBSR_GROUND, "cart", mbsr_joint_prismatic(NULL, NULL, x),
+             mbsr_inertia_rigid(3.0, none, tensor));
+    add_body(m, MBSR_GROUND, "rod", mbsr_joint_revolute(NULL, NULL, z),
+             mbsr_inertia_rigid(2.0, com, tensor));
+    mbsr_force_def friction = mbsr_force_joint_friction(0, 0, mu, slip),
+                   spring =
+                       mbsr_force_point_spring(1, tip, MBSR_GROUND, above, 400.0 * force / metre,
+                                               5.0 * force * second / metre, 0.1 * metre);
+    friction.name = "friction", spring.name = "spring";
+    add_force(m, friction), add_force(m, spring);
+    add_force(m, mbsr_force_joint_spring(0, 0, 90.0 * force / metre, 0.0, 0.0));
+    mbsr_data *d = finish(m);
+    assert_ok(mbsr_parameters_create(m, &list, &error), &error);
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(mbsr_signal_find(m, list, in[k], input + k, &error), &error);
+        assert_ok(mbsr_signal_find(m, list, out[k], output + k, &error), &error);
+    }
+    opt.inputs = opt.outputs = 2;
+    opt.input = input, opt.output = output, opt.list = list;
+    assert_ok(mbsr_linear_create(m, d, 0.0, q, NULL, &opt, &l, &error), &error);
+    assert_ok(mbsr_linear_response(l, 0.7 / second, re, im), NULL);
+    answer[0] = re[0], answer[1] = im[0];
+    answer[2] = re[3] * metre, answer[3] = im[3] * metre;
+    mbsr_linear_destroy(l);
+    mbsr_parameters_destroy(list);
+    free_both(m, d);
+}
+
+static void differences_in_all_units(void **state)
+{
+    (void)state;
+    double answer[4], other[4];
+    pull(1.0, 1.0, answer);
+    const double complex s = 2.0 * pi * 0.7 * I, c = 5.0 / 2e-3 * s,
+                         friction = -c / (3.0 * s * s + c + 90.0);
+    assert_close(answer[0], creal(friction), 1e-6);
+    assert_close(answer[1], cimag(friction), 1e-6);
+    assert_true(hypot(answer[2], answer[3]) > 0.1);
+    for (double unit = 1e-4; unit < 1e5; unit *= 100.0) {
+        for (int of = 0; of < 2; ++of) {
+            pull(of ? 1.0 : unit, of ? unit : 1.0, other);
+            for (int k = 0; k < 4; ++k) assert_close(other[k], answer[k], 1e-7);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_on_a_spring),
@@ -471,6 +536,7 @@ int main(void)
                                        cmocka_unit_test(a_base_that_moves),
                                        cmocka_unit_test(a_tube_that_turns),
                                        cmocka_unit_test(motions_that_cannot_be_replaced),
-                                       cmocka_unit_test(a_shaker_in_all_units)};
+                                       cmocka_unit_test(a_shaker_in_all_units),
+                                       cmocka_unit_test(differences_in_all_units)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -498,6 +498,7 @@ static const char *const others[] = {
     "mbsr_model_nq",
     "mbsr_model_nu",
     "mbsr_model_length",
+    "mbsr_model_rate",
     "mbsr_body_coordinates",
     "mbsr_body_coordinate_kinds",
     "mbsr_body_parent",

@@ -822,6 +822,7 @@ static void unusable(mbsr_model *m)
     const int status = m ? MBSR_ERR_UNFINISHED : MBSR_ERR_NULL;
     assert_int_equal(mbsr_model_bodies(m), -1);
     assert_close(mbsr_model_length(m), -1.0, 0.0);
+    assert_close(mbsr_model_rate(m), -1.0, 0.0);
     assert_int_equal(mbsr_model_forces(m), -1);
     assert_int_equal(mbsr_model_nq(m), -1);
     assert_int_equal(mbsr_model_nu(m), -1);
@@ -886,6 +887,7 @@ static void an_empty_model_finishes_and_is_evaluated(void **state)
     assert_int_equal(mbsr_model_finish(m), MBSR_OK);
     assert_int_equal(mbsr_model_bodies(m), 0);
     assert_close(mbsr_model_length(m), 0.0, 0.0);
+    assert_close(mbsr_model_rate(m), 0.0, 0.0);
     assert_int_equal(mbsr_dae_size(m, MBSR_DAE_INVERSE_DYNAMICS), 0);
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
     assert_int_equal(mbsr_forward_dynamics(m, d, 0.0, &y, &y, NULL, &y), MBSR_OK);
