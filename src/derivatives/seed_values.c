@@ -69,10 +69,10 @@ static int sample_element(const mbsri_seeds *s, const mbsr_model *m, mbsr_data *
     return MBSR_OK;
 }
 
-/* The size of changes of a law's parameter. */
+/* The size of changes of a law's parameter. Coordinates of points are without a unit. */
 static double span_of_law(const mbsr_model *m, const mbsri_parameter *p, double value)
 {
-    const bool way = strcmp(p->info.unit, "m") == 0;
+    const bool way = strcmp(p->info.unit, "m") == 0 || strcmp(p->info.unit, "") == 0;
     return value != 0.0 ? fabs(value) : way && m->typical.length > 0.0 ? m->typical.length : 1.0;
 }
 

@@ -402,6 +402,53 @@ static void matrices_of_legs(void **state)
     }
 }
 
+/* How the angle of a rod is accelerated by the point, straight above, that a spring holds it from:
+ * along the first coordinate of that, which is 0, times the size of the rod. */
+static double by_a_point(double size)
+{
+    const double com[3] = {0.2 * size, 0.0, 0.0}, tip[3] = {0.3 * size, 0.0, 0.0},
+                 above[3] = {0.0, 0.5 * size, 0.0}, z[3] = {0.0, 0.0, 1.0}, q = 0.4, u = 0.0,
+                 one = 1.0;
+    double udot, change;
+    mbsr_model *m = NULL;
+    mbsr_derivatives *derivatives;
+    mbsr_parameters *list;
+    mbsr_error error;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    mbsr_body_def rod = mbsr_default_body_def();
+    rod.joint = mbsr_joint_revolute(NULL, NULL, z);
+    rod.inertia = mbsr_inertia_point_mass(2.0, com);
+    assert_ok(mbsr_model_add_body(m, &rod, NULL), mbsr_model_error(m));
+    mbsr_force_def spring =
+        mbsr_force_point_spring(0, tip, MBSR_GROUND, above, 400.0, 0.0, 0.1 * size);
+    spring.name = "spring";
+    assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_parameters_create(m, &list, &error), &error);
+    const int which = mbsr_parameters_find(list, "forces.spring.point_b[1]");
+    assert_true(which >= 0);
+    assert_ok(mbsr_derivatives_create(m, &derivatives, &error), &error);
+    assert_ok(mbsr_derivatives_parameters(derivatives, list, 1, &which),
+              mbsr_derivatives_error(derivatives));
+    assert_ok(mbsr_derivatives_forward(derivatives, 0.0, &q, &u, NULL, &udot, NULL),
+              mbsr_derivatives_error(derivatives));
+    assert_ok(mbsr_derivatives_parameter_tangent(derivatives, &one, &change, NULL),
+              mbsr_derivatives_error(derivatives));
+    mbsr_derivatives_destroy(derivatives);
+    mbsr_parameters_destroy(list);
+    mbsr_model_destroy(m);
+    return change * size;
+}
+
+static void points_in_models_of_all_sizes(void **state)
+{
+    (void)state;
+    const double expected = by_a_point(1.0);
+    assert_true(fabs(expected) > 10.0);
+    for (double size = 1e-5; size < 1e6; size *= 10.0)
+        assert_close(by_a_point(size) / expected, 1.0, 1e-9);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_pendulum),
@@ -412,6 +459,7 @@ int main(void)
                                        cmocka_unit_test(matrices_of_legs),
                                        cmocka_unit_test(in_parameters),
                                        cmocka_unit_test(of_the_residual),
-                                       cmocka_unit_test(parameters_without_derivatives)};
+                                       cmocka_unit_test(parameters_without_derivatives),
+                                       cmocka_unit_test(points_in_models_of_all_sizes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
