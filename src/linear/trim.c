@@ -490,7 +490,7 @@ static int describe_trim(trim *w, mbsr_data *d, const mbsr_trim_opt *opt, mbsr_e
         *error = *mbsr_data_error(d);
         return status;
     }
-    w->length = mbsri_linear_length(m, d);
+    w->length = fmax(mbsri_linear_length(m, d), mbsr_model_length(m));
     if (!(w->length > 0.0)) w->length = 1.0;
     for (int i = 0; i < mbsr_model_bodies(m); ++i) {
         int at;

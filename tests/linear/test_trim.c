@@ -375,13 +375,43 @@ static void place_of_a_hinge(void **state)
     mbsr_parameters_destroy(list);
 }
 
+/* A cart that is drawn where all begins, on a spring to a point two metres on. */
+static void from_where_all_begins(void **state)
+{
+    (void)state;
+    double rest[sizeof systems / sizeof *systems];
+    mbsr_trim_info info[sizeof systems / sizeof *systems];
+    for (size_t k = 0; k < sizeof systems / sizeof *systems; ++k) {
+        const units *s = systems + k;
+        const double L = s->length, stiffness = s->mass / (s->time * s->time),
+                     moment = 0.1 * s->mass * L * L, tensor[6] = {moment, moment, moment, 0, 0, 0},
+                     com[3] = {0.0, 0.1 * L, 0.0}, hook[3] = {0.0, 0.3 * L, 0.0},
+                     far[3] = {2.0 * L, 0.5 * L, 0.0}, q = 0.0;
+        mbsr_model *m = empty();
+        mbsr_error error;
+        add_body(m, MBSR_GROUND, "cart", mbsr_joint_prismatic(NULL, NULL, x_axis),
+                 mbsr_inertia_rigid(2.0 * s->mass, com, tensor));
+        add_force(
+            m, mbsr_force_point_spring(0, hook, MBSR_GROUND, far, 400.0 * stiffness, 0.0, 0.5 * L));
+        add_force(m, mbsr_force_joint_spring(0, 0, 10.0 * stiffness, 0.0, 0.0));
+        mbsr_parameters *list = list_of(m);
+        assert_ok(mbsr_trim(list, 0.0, &q, 0, NULL, NULL, rest + k, NULL, info + k, &error),
+                  &error);
+        assert_close(rest[k] / L, rest[0], 1e-9);
+        assert_int_equal(info[k].iterations, info[0].iterations);
+        mbsr_parameters_destroy(list);
+    }
+    assert_true(rest[0] > 1.4 && rest[0] < 1.6);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(references_of_servos), cmocka_unit_test(place_of_a_hinge),
-        cmocka_unit_test(how_a_rest_grows),     cmocka_unit_test(what_nothing_determines_is_named),
-        cmocka_unit_test(a_spring_and_a_loop),  cmocka_unit_test(a_path_over_the_load),
-        cmocka_unit_test(what_trim_refuses),    cmocka_unit_test(preloads_of_random_models),
+        cmocka_unit_test(references_of_servos),  cmocka_unit_test(place_of_a_hinge),
+        cmocka_unit_test(how_a_rest_grows),      cmocka_unit_test(what_nothing_determines_is_named),
+        cmocka_unit_test(a_spring_and_a_loop),   cmocka_unit_test(a_path_over_the_load),
+        cmocka_unit_test(what_trim_refuses),     cmocka_unit_test(preloads_of_random_models),
+        cmocka_unit_test(from_where_all_begins),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
