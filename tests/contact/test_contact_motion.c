@@ -455,7 +455,7 @@ static void mass_of_a_bouncing_ball(void **state)
             fail_msg("%s", error.text);
         const double q[7] = {1, 0, 0, 0, 0, 0, radius + 0.05}, u[6] = {0, 0, 0, 0, 0, -1.0},
                      along[6] = {0, 0, 0, 0, 0, 1.0};
-        double q_at[7], dq[7], du[6], by;
+        double q_at[7], dq[7], du[6], by = 0.0;
         if (mbsr_sensitivity_run(sensitivity, 0.0, q, u, 1, &end, q_at, NULL) ||
             mbsr_sensitivity_forward(sensitivity, dq, du) ||
             mbsr_sensitivity_adjoint(sensitivity, NULL, along, &by))
