@@ -105,7 +105,8 @@ static void find_rates(const work *k, const mbsri_group *g, bool below)
 }
 
 /* The errors of x and of the rates: those that arrive, and what rounding of H and J leaves of x + J
- * a, which the group makes up for as if it had arrived. largest: rate so far, over its scale. */
+ * a, which the group makes up for as if it had arrived. largest: rate so far, over its scale. Rates
+ * that are not clear of these are dropped: what they were stands in size then. */
 static void find_errors(const work *k, const mbsri_group *g, bool below, const double *error,
                         double *largest)
 {
@@ -123,11 +124,14 @@ static void find_errors(const work *k, const mbsri_group *g, bool below, const d
         k->z_error[l] = fmax(MBSRI_NULL_ROUNDING * k->size[l], DBL_EPSILON * scale[l] * *largest);
         for (int r = 0; r < b->d; ++r) k->z_error[l] += fabs(G[l * b->d + r]) * k->x_error[r];
     }
+    for (int l = 0; l < g->n; ++l)
+        k->size[l] = fabs(k->z[l]) <= MBSRI_NULL_CLEAR * k->z_error[l] ? fabs(k->z[l]) : 0.0;
     mbsri_null_drop((size_t)g->n, k->z, k->z_error);
 }
 
-/* Member number l of a group: how its velocity changes with x of the head, and what rounding leaves
- * of the sum that it is. at: number of its predecessor among the members. */
+/* Member number l of a group: how its velocity changes with x of the head, and what rounding, and
+ * rates that were dropped, leave of the sum that it is. at: number of its predecessor among the
+ * members. */
 static void respond(const work *k, const mbsri_group *g, int l, int at)
 {
     const mbsr_data *d = k->d;
@@ -141,6 +145,7 @@ static void respond(const work *k, const mbsri_group *g, int l, int at)
     add_sizes(b->d, b->n, J, z, own);
     if (l > 0 && d->carries[b->parent]) add_sizes(b->d, b->pred.d, H, d->Az + b->pred.v, own);
     for (int r = 0; r < b->d; ++r) own[r] *= MBSRI_NULL_ROUNDING;
+    add_sizes(b->d, b->n, J, k->size + b->group.iu - g->ig, own);
     if (l > 0 && d->carries[b->parent])
         add_sizes(b->d, b->pred.d, H, k->own + (size_t)at * most, own);
     for (int c = 0; c < head->d; ++c) {

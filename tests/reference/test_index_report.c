@@ -521,6 +521,19 @@ static void two_offenders(bench *w)
     gravity(w);
 }
 
+/* A body that is free on a carrier which is, too, but for turning: what the one does the other can
+ * undo, along axes turned by a right angle, whose cosine is 6e-17. */
+static void free_on_a_carrier(bench *w)
+{
+    const mbsr_planar_frame turned = {0.0, 0.0, 2.0 * atan(1.0)};
+    add(w, "carrier", MBSR_GROUND, mbsr_joint_point(origin, MBSR_X | MBSR_Y, 0, NULL, NULL),
+        mbsr_inertia_zero());
+    add(w, "body", 0, mbsr_joint_planar_free(turned, origin), rigid(w, 2.0, 0.5, 0.3));
+    link(w, 1, MBSR_GROUND, MBSR_X, 0.0, 30.0);
+    link(w, 1, MBSR_GROUND, MBSR_Y, 0.0, 10.0);
+    gravity(w);
+}
+
 /* ---- what is expected ---- */
 
 /* Bodies in the terms of all directions of a kind, as bits 1 << id. */
@@ -537,6 +550,7 @@ static const expected table[] = {
     {"massless link, regular", link_between, 2, 0, 0, 0, 0, 0, 0, 0, ""},
     {"leaf with damper", damped_leaf, 1, 1, 0, 0, 1, 2, 0, 0, ""},
     {"leaf with spring", sprung_leaf, 1, 0, 1, 0, 2, 0, 2, 0, ""},
+    {"free on a carrier", free_on_a_carrier, 3, 0, 0, 2, -1, 0, 0, 3, "together move no mass"},
     {"leaf with nothing", loose_leaf, 1, 0, 0, 1, -1, 0, 0, 2, "'leaf'"},
     {"Maxwell element", maxwell, 1, 1, 0, 0, 1, 1, 0, 0, ""},
     {"two carts, damped", two_damped, 1, 2, 0, 0, 1, 3, 0, 0, ""},
