@@ -12,17 +12,6 @@ int mbsri_element_body(const mbsri_null_space *w, int k)
     return mbsri_index(w->m, w->d->element.bodies[k].id);
 }
 
-bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
-                          int *translation)
-{
-    const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
-    *turns = plane ? 1 : 3;
-    *rotation = plane ? 2 : 0;
-    *moves = plane ? 2 : 3;
-    *translation = plane ? 0 : 3;
-    return plane || b->joint.space == MBSR_SPACE_SPATIAL;
-}
-
 /* What is summed up of y (rows) along a motion. */
 static double along(const mbsri_null_space *w, int bodies, const double *a, const double *twist,
                     const double *y, bool sizes)
@@ -66,7 +55,7 @@ double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *
     for (int k = 0; k < bodies; ++k) {
         if (s->row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
-        if (!mbsri_element_places(b, &turns, &rotation, &moves, &translation)) continue;
+        if (!mbsri_motion_places(b, &turns, &rotation, &moves, &translation)) continue;
         const double *V = twist + b->v, *f = y + s->row[k];
         const double moment = mbsri_largest(turns, f + rotation),
                      force = mbsri_largest(moves, f + translation);

@@ -4,6 +4,7 @@
 #ifndef MBSRI_ELEMENT_POWER_H
 #define MBSRI_ELEMENT_POWER_H
 
+#include "massless/null_lift.h"
 #include "massless/null_space.h"
 
 #include <float.h>
@@ -13,11 +14,6 @@
 
 /* Bodies of the element whose derivatives were taken last: number k of the call. */
 int mbsri_element_body(const mbsri_null_space *w, int k);
-
-/* Where rotations and translations stand in V of a body in space or in the plane, and moments and
- * forces in f; false where there are none. */
-bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
-                          int *translation);
 
 /* Power of forces y (rows) along a direction, and the sum of the sizes of its terms; gross (rows):
  * the sizes of what y was added up from. */

@@ -33,7 +33,7 @@ static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, co
 {
     const mbsri_slopes *s = &w->element.slope;
     int turns, rotation, moves, translation;
-    if (!x || !mbsri_element_places(b, &turns, &rotation, &moves, &translation)) return;
+    if (!x || !mbsri_motion_places(b, &turns, &rotation, &moves, &translation)) return;
     const double spin = mbsri_largest(turns, x + rotation),
                  speed = mbsri_largest(moves, x + translation) + w->size * spin;
     for (int c = 0; c < turns + moves && speed > 0.0; ++c) {
@@ -94,7 +94,7 @@ double mbsri_element_work(const mbsri_null_space *w, int bodies, const double *g
         if (s->row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const double *f = gross + s->row[k];
-        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
         for (int r = 0; r < b->d + b->n; ++r) {
             const bool turn = rigid && r >= rotation && r < rotation + turns;
             const double size = r >= b->d ? w->scale.span[b->u + r - b->d] : turn ? 1.0 : w->size;
@@ -114,7 +114,7 @@ bool mbsri_element_stands_out(const mbsri_null_space *w, int bodies, double leas
         if (s->row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const double *f = y + s->row[k], *size = gross + s->row[k];
-        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
         for (int r = rigid ? b->d : 0; r < b->d + b->n; ++r) {
             const double span = r < b->d ? 1.0 : w->scale.span[b->u + r - b->d];
             if (fabs(f[r]) > least * (size[r] + trace / span)) return true;
@@ -177,7 +177,7 @@ static columns columns_of(const mbsri_null_space *w, int k, bool velocity)
         c.joint_count = b->n;
         c.scale = w->scale.span + b->u;
     }
-    c.rigid = mbsri_element_places(b, &c.turns, &c.rotation, &c.moves, &c.translation);
+    c.rigid = mbsri_motion_places(b, &c.turns, &c.rotation, &c.moves, &c.translation);
     return c;
 }
 

@@ -97,7 +97,7 @@ static void add_duals(duals *x, int row, int column, int count, const double *sp
 static void twist_spans(const mbsri_null_space *w, const mbsri_body *b, double *span)
 {
     int turns, rotation, moves, translation;
-    const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+    const bool rigid = mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
     for (int c = 0; c < b->d; ++c) {
         const bool turn = !rigid || (c >= rotation && c < rotation + turns);
         span[c] = turn ? 1.0 : w->size;

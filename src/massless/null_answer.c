@@ -60,6 +60,7 @@ static void disturb(const mbsr_model *m, mbsr_data *d, int i, const mbsri_lifted
             delta[r] +=
                 fabs(d->H[b->dp + (size_t)(c * b->d + r)] * out->twist[b->pred.v + (size_t)c]);
     }
+    mbsri_null_spread(b, delta);
     for (int r = 0; r < b->d; ++r) delta[r] *= MBSRI_NULL_ROUNDING * draw(state);
     mbsri_zero((size_t)b->n, d->tau + b->iu);
     mbsri_zero((size_t)b->d, d->fbar + b->v);

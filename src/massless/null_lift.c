@@ -67,6 +67,27 @@ void mbsri_null_drop(size_t n, double *x, const double *error)
     }
 }
 
+bool mbsri_motion_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
+                         int *translation)
+{
+    const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
+    *turns = plane ? 1 : 3;
+    *rotation = plane ? 2 : 0;
+    *moves = plane ? 2 : 3;
+    *translation = plane ? 0 : 3;
+    return plane || b->joint.space == MBSR_SPACE_SPATIAL;
+}
+
+void mbsri_null_spread(const mbsri_body *b, double *sizes)
+{
+    int turns, rotation, moves, translation;
+    if (!mbsri_motion_places(b, &turns, &rotation, &moves, &translation)) return;
+    const double turn = mbsri_largest(turns, sizes + rotation),
+                 move = mbsri_largest(moves, sizes + translation);
+    for (int k = 0; k < turns; ++k) sizes[rotation + k] = turn;
+    for (int k = 0; k < moves; ++k) sizes[translation + k] = move;
+}
+
 /* y (d of the head) = the sum of |J_i a_i| of all members, taken to the head; room: 2 max_d. */
 static void add_motions(const work *k, const mbsri_group *g, const double *a, double *y,
                         double *room)
@@ -144,6 +165,7 @@ static void respond(const work *k, const mbsri_group *g, int l, int at)
     mbsri_zero((size_t)(b->d * head->d), response);
     add_sizes(b->d, b->n, J, z, own);
     if (l > 0 && d->carries[b->parent]) add_sizes(b->d, b->pred.d, H, d->Az + b->pred.v, own);
+    mbsri_null_spread(b, own);
     for (int r = 0; r < b->d; ++r) own[r] *= MBSRI_NULL_ROUNDING;
     add_sizes(b->d, b->n, J, k->size + b->group.iu - g->ig, own);
     if (l > 0 && d->carries[b->parent])

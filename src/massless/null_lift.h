@@ -17,6 +17,15 @@ typedef struct mbsri_lifted {
     double *a, *a_error, *twist, *twist_error;
 } mbsri_lifted;
 
+/* Where rotations and translations stand in V of a body in space or in the plane, and moments and
+ * forces in f; false where there are none. */
+bool mbsri_motion_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
+                         int *translation);
+
+/* Each of the sizes (d) of a motion is that of its kind, turning or moving: axes are known to the
+ * last digit of their length, not of each component. */
+void mbsri_null_spread(const mbsri_body *b, double *sizes);
+
 /* x (n) = 0 where it may be error. */
 void mbsri_null_drop(size_t n, double *x, const double *error);
 

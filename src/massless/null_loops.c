@@ -128,7 +128,7 @@ static double rounded_along(const mbsri_body *b, size_t rows, const double *forc
 {
     int turns, rotation, moves, translation;
     double most = 0.0, moment = 0.0;
-    (void)mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+    (void)mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
     for (int j = 0; j < moves; ++j)
         most = fmax(most, fabs(force[(size_t)(translation + j) * rows]));
     for (int j = 0; j < turns; ++j)
@@ -178,7 +178,7 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
         const mbsri_body *b = w->m->body + c->body[l];
         const double *block = C + (size_t)c->column[l] * rows, *V = twist + b->v;
         int turns, rotation, moves, translation;
-        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
         if (rigid) *size += rounded_along(b, rows, block, V, lever);
         for (int j = 0; j < b->d; ++j) {
             const double part = block[(size_t)j * rows] * V[j];
@@ -211,7 +211,7 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
         const mbsri_body *b = w->m->body + c->body[n];
         const double *block = C + (size_t)c->column[n] * rows;
         int turns, rotation, moves, translation;
-        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
         const bool moved = moves_body(w, b, l);
         for (int j = 0; j < moves && rigid && moved; ++j)
             sum += trace * fabs(block[(size_t)(translation + j) * rows]);
