@@ -534,6 +534,17 @@ static void free_on_a_carrier(bench *w)
     gravity(w);
 }
 
+/* A slider on a carrier that moves along its axis, too, turned in the same way. */
+static void slider_on_a_carrier(bench *w)
+{
+    const mbsr_planar_frame turned = {0.0, 0.0, 2.0 * atan(1.0)};
+    add(w, "carrier", MBSR_GROUND, mbsr_joint_point(origin, MBSR_X | MBSR_Y, 0, NULL, NULL),
+        mbsr_inertia_zero());
+    add(w, "slider", 0, mbsr_joint_planar_prismatic(turned, origin), rigid(w, 2.0, 0.5, 0.3));
+    link(w, 1, MBSR_GROUND, MBSR_X, 0.0, 30.0);
+    link(w, 1, MBSR_GROUND, MBSR_Y, 0.0, 10.0);
+}
+
 /* ---- what is expected ---- */
 
 /* Bodies in the terms of all directions of a kind, as bits 1 << id. */
@@ -551,6 +562,7 @@ static const expected table[] = {
     {"leaf with damper", damped_leaf, 1, 1, 0, 0, 1, 2, 0, 0, ""},
     {"leaf with spring", sprung_leaf, 1, 0, 1, 0, 2, 0, 2, 0, ""},
     {"free on a carrier", free_on_a_carrier, 3, 0, 0, 2, -1, 0, 0, 3, "together move no mass"},
+    {"slider on a carrier", slider_on_a_carrier, 2, 0, 0, 1, -1, 0, 0, 3, "together move no mass"},
     {"leaf with nothing", loose_leaf, 1, 0, 0, 1, -1, 0, 0, 2, "'leaf'"},
     {"Maxwell element", maxwell, 1, 1, 0, 0, 1, 1, 0, 0, ""},
     {"two carts, damped", two_damped, 1, 2, 0, 0, 1, 3, 0, 0, ""},
