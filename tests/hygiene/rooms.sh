@@ -5,9 +5,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: rooms.sh PROJECT_DIR OBJECT... (objects: .../TARGET.dir/ROOM/FILE.c.o)
 set -eu
-command -v nm >/dev/null || { echo "nm is missing"; exit 77; }
 project=$1
-shift
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
@@ -22,11 +20,7 @@ xargs grep -H '^#include "' <"$work/files" |
 while read -r unit other header; do
     [ -f "$header" ] || echo "src/$unit includes $header, not a path from src/"
 done <"$work/ties" >"$work/wrong"
-nm -A -P "$@" | sed 's|^.*\.dir/||; s|^\./||; s|\.c\.o: | |' >"$work/symbols"
-awk '$3 != "U" && $3 ~ /[A-Z]/ { home[$2] = $1 }
-     $3 == "U" { use[NR] = $1; name[NR] = $2 }
-     END { for (k in use) if (name[k] in home) print use[k], home[name[k]], name[k] }' \
-    "$work/symbols" >>"$work/ties"
+xargs awk -f ../tests/hygiene/ties.awk <"$work/files" >>"$work/ties"
 awk '$1 != $2' "$work/ties" | sort -u >"$work/between"
 
 status=0
@@ -51,7 +45,7 @@ if ! cut -d' ' -f1,2 "$work/between" | tsort >/dev/null 2>"$work/loops"; then
     status=1
 fi
 
-echo "$(wc -l <"$work/rooms") rooms, $(wc -l <"$work/files") files, $# objects," \
+echo "$(wc -l <"$work/rooms") rooms, $(wc -l <"$work/files") files," \
     "$(wc -l <"$work/between") ties"
-[ -s "$work/rooms" ] && [ $# -gt 0 ] || { echo "nothing to look at"; status=1; }
+[ -s "$work/rooms" ] && [ -s "$work/files" ] || { echo "nothing to look at"; status=1; }
 exit $status
