@@ -13,7 +13,7 @@ static void calls_end_with_a_status(void **state)
 {
     static uint8_t bytes[MOST];
     (void)state;
-    const int runs = test_long() ? 20000 : 160;
+    const int runs = test_long() ? 20000 : test_seeds(60, 160);
     for (int seed = 0; seed < runs; ++seed) {
         test_rng rng = test_seed((uint64_t)seed);
         for (int k = 0; k < MOST; ++k) bytes[k] = (uint8_t)test_integer(&rng, 0, 255);

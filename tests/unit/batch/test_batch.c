@@ -460,13 +460,13 @@ static mbsr_model *make_lever(double light, double lever)
 static void errors_grow_with_the_inverse_of_a_lever(void **state)
 {
     (void)state;
-    int served = 0;
-    for (int k = 0; k < 10; ++k) {
-        for (int l = 0; l < 14; ++l)
+    int served = 0, models = 0;
+    for (int k = 0; k < 10; k += test_seeds(3, 1)) {
+        for (int l = 0; l < 14; ++l, ++models)
             served += is_served(make_lever(pow(10.0, -l), pow(10.0, -0.5 * k)));
     }
-    print_message("%d served of 140\n", served);
-    assert_true(served > 20);
+    print_message("%d served of %d\n", served, models);
+    assert_true(served > models / 7);
 }
 
 /* One joint turns an arm that points along its axis in state 3 only: no mass moves there. */

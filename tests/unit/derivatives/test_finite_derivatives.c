@@ -1,5 +1,6 @@
 /* Derivatives of the dynamics: no number that is not finite with MBSR_OK.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "finite.h"
 #include "rigid_tree.h"
 
@@ -213,7 +214,7 @@ static void trees_of_rigid_bodies(void **unused)
     int served[ROWS] = {0};
     for (int k = 0; k < 2; ++k) {
         const test_rigid_choice choice = {.seed = 31 + (uint64_t)k,
-                                          .bodies = 5,
+                                          .bodies = test_seeds(4, 5),
                                           .many = 0.3,
                                           .branching = 0.5,
                                           .length = 1.0,
