@@ -316,6 +316,7 @@ static void measure_border(draft *d, int k)
         groups += d->unsettled[child];
         light = light || d->massless[child];
     }
+    if (groups < 0) groups = 0; /* something else passes members of the group */
     s->crowded = carried > MBSRI_FRONT_ROOM + open;
     if (s->crowded) carried = MBSRI_FRONT_ROOM + open;
     d->plan->crowded = d->plan->crowded || s->crowded;

@@ -2,6 +2,7 @@
  * That it solves the right system: property/test_newton.c. Singular systems:
  * test_newton_singular.c.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "counting.h"
 #include "expect.h"
 #include "newton_scene.h"
@@ -842,6 +843,50 @@ static void ids_may_come_in_any_order(void **state)
     }
 }
 
+/* A group of which the front has the head, a joint of two axes behind one without inertia, and
+ * vector code what follows. */
+static void members_of_a_group_may_be_in_vector_code(void **state)
+{
+    (void)state;
+    enum { SIZE = 27 };
+    static const double x[3] = {1.0, 0.0, 0.0}, along[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0},
+                        com[3] = {0.1, 0.2, -0.1}, tensor[6] = {2.0, 3.0, 4.0},
+                        q[9] = {1.0, -0.25, 1.0, 0.5, 0.3, 0.2, 1.0, 0.4, -1.0}, u[9] = {0.0};
+    const mbsr_frame first = mbsr_frame_at(1.0, 1.0, 0.5), next = mbsr_frame_at(0.5, 1.0, 0.5);
+    const mbsr_inertia none = mbsr_inertia_zero(), rigid = mbsr_inertia_rigid(2.0, com, tensor);
+    const mbsr_force_def damper = mbsr_force_joint_spring(0, 1, 0.0, 5.0, 0.0);
+    mbsr_model *m;
+    mbsr_data *d;
+    double y[SIZE], yp[SIZE] = {0.0}, r[SIZE], delta[2][SIZE];
+    test_rng rng = test_seed(5);
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    test_add_body(m, MBSR_GROUND, mbsr_joint_cylindrical(NULL, NULL, along), none);
+    test_add_body(m, 0, mbsr_joint_in_plane(&first, NULL), rigid);
+    test_add_body(m, 1, mbsr_joint_cylindrical(NULL, NULL, z), none);
+    test_add_body(m, 2, mbsr_joint_revolute(&next, NULL, along), none);
+    test_add_body(m, 3, mbsr_joint_revolute(&next, NULL, x), rigid);
+    assert_ok(mbsr_model_add_force(m, &damper, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_int_equal(mbsr_body_group(m, 3), 2);
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_int_equal(mbsr_dae_size(m, MBSR_DAE_MOMENTUM), SIZE);
+    assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+    test_fill(&rng, SIZE, r);
+    for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
+        mbsr_newton_opt opt = mbsr_default_newton_opt();
+        opt.by_blocks = by_blocks;
+        mbsr_newton *newton = create(m, &opt);
+        assert_ok(mbsr_newton_factor(newton, d, 0.0, y, yp, 1e3), mbsr_newton_error(newton));
+        assert_int_equal(info_of(newton).blocks, by_blocks ? 5 : 3);
+        solve(newton, r, delta[by_blocks]);
+        mbsr_newton_destroy(newton);
+    }
+    for (int k = 0; k < SIZE; ++k)
+        assert_close(delta[0][k], delta[1][k], 1e-12 * test_largest(SIZE, delta[1]));
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -861,6 +906,7 @@ int main(void)
         cmocka_unit_test(lean_solvers_and_lean_data_serve_vector_code),
         cmocka_unit_test(lean_solvers_refuse_what_vector_code_does_not_serve),
         cmocka_unit_test(ids_may_come_in_any_order),
+        cmocka_unit_test(members_of_a_group_may_be_in_vector_code),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
