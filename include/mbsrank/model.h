@@ -208,7 +208,7 @@ MBSR_API int mbsr_body_pose_size(const mbsr_model *model, int body); /* np */
 
 /* The first body of the group whose joints are eliminated as one block, an id: mostly the body
  * itself. Groups are joints next to each other that move nothing of their own bodies' masses, as
- * those of dummy bodies in a row; up to six bodies and joint rates. What is more than that is cut,
+ * those of dummy bodies in a row; up to twelve bodies and joint rates. What is more is cut,
  * with no effect on results but that a rank which passes from one group to another counts as
  * changed (docs/rank_and_index.md). MBSR_NONE where there is no such body. */
 MBSR_API int mbsr_body_group(const mbsr_model *model, int body);

@@ -40,7 +40,7 @@ typedef struct mbsri_joint {
     .user = (from)->user
 
 /* Bodies, and joint rates, of a group (recursion/group.h) of more than one body. */
-enum { MBSRI_GROUP_MOST = 6 };
+enum { MBSRI_GROUP_MOST = 12 };
 
 /* Lengths of arrays of the data, by what they have a number of: p of each number of a pose, v of
  * each velocity, dd, dp, dn, dg, k, nn of each entry of such a matrix, rates and coordinates of
