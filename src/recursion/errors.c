@@ -3,6 +3,7 @@
 #include "recursion/errors.h"
 
 #include "algebra/dense.h"
+#include "joints/chain.h"
 #include "recursion/modal.h"
 #include "recursion/pose.h"
 
@@ -86,6 +87,10 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
     const int d = b->d, next = d + 1;
     if (!mbsri_turns(b->joint.space) || !mbsri_turns(b->pred.space)) return 0.0;
     for (int c = 0; c < 3; ++c) square += mbsri_dot(3, H + d * c + 3, H + d * c + 3);
+    if (b->joint.table->position == mbsri_chain_position) {
+        const double *x = b->joint.param + MBSRI_A;
+        square = fmax(square, 2.0 * mbsri_dot(3, x, x));
+    }
     return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 

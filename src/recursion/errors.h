@@ -33,8 +33,9 @@ double mbsri_own_rotated(const mbsri_body *b, const double *M);
 double mbsri_rotated_along(const mbsr_data *d, const mbsri_body *b, int l);
 
 /* What lever arms of H (d x d_pred) between bodies in space may make moments wrong by, likewise: of
- * a mass that stands on an axis nothing is left but their rounding. A (d x d) is carried; m |r|^2.
- */
+ * a mass that stands on an axis nothing is left but their rounding. What a body slides along, or
+ * its frame, may take an arm back to nothing but the rounding of what is fixed on its predecessor,
+ * which counts as well. A (d x d) is carried; m |r|^2. */
 double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A);
 
 #endif

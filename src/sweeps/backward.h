@@ -243,6 +243,15 @@ MBSRI_INLINE void gather_masses(const mbsri_sweep_run *run, int i, bool exact, b
     }
 }
 
+/* m |r|^2 of the arm before what the body slides along, which may take it back to nothing but
+ * rounding (mbsri_trace_of_arms in recursion/errors.h), a share of it: see squared_sweep_arm. */
+MBSRI_INLINE double trace_of_arm(const mbsri_sweep_body *b, const blocks *c)
+{
+    if (!(b->flags & (MBSRI_SLIDES | MBSRI_MULTI))) return 0.0;
+    const v4 x = load3(b->x);
+    return 1e-3 * sum3(x * x) * fmax(c->M[0][0], fmax(c->M[0][1], c->M[0][2]));
+}
+
 /* Past body i; false: its rank is not clear. any: there are blocks. kept: the carry is not handed
  * on. */
 MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool any, bool kept,
@@ -258,6 +267,7 @@ MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool 
     }
     gather_masses(run, i, exact, at);
     if (!pass_joint(run, i, c, exact ? W : NULL)) return false;
+    if (exact) W->spread += trace_of_arm(b, c);
     if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, exact, at);
     if (!kept) hand_on(flags, exact, at);
     return true;
