@@ -28,7 +28,8 @@ extern "C" {
  * index 1, dF_u/du is regular (Hessenberg form of size 1). It is the form to integrate; see
  * docs/dae_forms.md for step counts. It needs the rates of K, H and J: joints without a `rates`
  * function and inertias by function get them by central differences of the kinematics, at three
- * times the cost of mbsr_stage_positions.
+ * times the cost of mbsr_stage_positions. Rows of u are momenta in a joint with mass in all
+ * directions, forces in others; momenta in those are times mbsr_model_rate (0: 1/s).
  *
  * With closures (closure.h), which MOMENTUM alone takes, y = (q, p, u, Lambda, Eta): one number for
  * each velocity row, then one for each position row, both algebraic. Loop forces are rates, lambda

@@ -14,14 +14,15 @@
  * No pseudo-inverse and no derivative of one is in this. u follows from p where there is inertia,
  * and from the balance of forces where there is none. Group by group (recursion/group.h),
  *
- *   0 = r - P (r + s e)
+ *   0 = s r - P (s r + e)
  *   r_i = D_i u_i - (ep_i - J_i^T Mbar_i H_i V_pi)     momenta that u does not account for
  *   e   = tau - J^T (fbar + Mbar kII)                  joint forces
  *   ep  = p - J^T (mbar + Mbar kI)                     the same of momenta: (17) with f -> 0,
  *                                                      kII -> kI, tau -> p gives mbar
  *
- * with the projection P on the directions that D gives no inertia, and s = 1 s, which makes a
- * momentum of a force. P r are momenta that belong to no inertia, P e = gamma the forces in those
+ * with the projection P on the directions that D gives no inertia, and s, which makes a force of a
+ * momentum: the rate typical of the model where a joint or group has inertia in some directions
+ * alone, else 1. P r are momenta that belong to no inertia, P e = gamma the forces in those
  * directions. Projections need no basis, so that nothing can flip or rotate.
  *
  * With closures y = (q, p, u, Lambda, Eta), and F has their rows behind these: loops.c. */

@@ -61,7 +61,6 @@ void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p
 void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *F)
 {
     const mbsri_body *b = m->body + g->member[0];
-    const double s = 1.0;
     double *x = d->scratch + m->most.d, *projected = x + m->most.d;
     /* r = D u - ep + U^T H V_pi */
     mbsri_zero((size_t)b->d, x);
@@ -86,13 +85,18 @@ void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
             const mbsri_body *member = m->body + g->member[k];
             if (d->rank[g->member[k]] == member->n) continue;
             for (int l = 0; l < member->n; ++l)
-                F[member->group.iu - g->ig + l] = -s * d->e[member->group.iu + l];
+                F[member->group.iu - g->ig + l] = -d->e[member->group.iu + l];
         }
         return;
     }
-    if (mbsri_group_rank(d, g) == g->n) return;
-    /* r -= P (r + s e) */
-    for (int k = 0; k < g->n; ++k) x[k] = F[k] + s * d->e[g->ig + k];
+    const int rank = mbsri_group_rank(d, g);
+    if (rank == g->n) return;
+    /* s r - P (s r + e) */
+    const double s = mbsri_momentum_rate(m, g->n, rank);
+    for (int k = 0; k < g->n; ++k) {
+        F[k] *= s;
+        x[k] = F[k] + d->e[g->ig + k];
+    }
     mbsri_null_force(m, d, g, x, projected);
     for (int k = 0; k < g->n; ++k) F[k] -= projected[k];
 }

@@ -19,6 +19,14 @@ void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pd
  * of heads. */
 void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p);
 
+/* The rate that makes a force of a momentum in the algebraic equations of a joint or group of n
+ * rates that has both: that typical of the model; 1 where it has one of them alone. */
+static inline double mbsri_momentum_rate(const mbsr_model *m, int n, int rank)
+{
+    const double rate = m->typical.frequency;
+    return rank > 0 && rank < n && rate > 0.0 ? rate : 1.0;
+}
+
 /* The algebraic equations of a group (n).  reads ep, e, D, U, H, V, u;  writes F. */
 void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *F);
 

@@ -263,6 +263,68 @@ static void nor_do_those_of_loops(void **state)
     }
 }
 
+/* ---- joints with mass in some directions ---- */
+
+/* A bead without mass on springs and dampers carries a pendulum of a particle, along which alone it
+ * has mass. */
+static outcome run_bead(const units *in)
+{
+    const double L = in->length, M = in->mass, T = in->time;
+    double q[3] = {0.0, 0.0, 0.5}, u[3] = {0.0, 0.0, 3.0 / T}, y[9], yp[9];
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.atol_angle = 1e-6;
+    opt.atol_length = 1e-6 * L;
+    opt.atol_angular_velocity = 1e-6 / T;
+    opt.atol_velocity = 1e-6 * L / T;
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    mbsr_ida *ida = NULL;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    const int bead = add(m, mbsr_joint_point_free(), mbsr_inertia_zero(), MBSR_GROUND);
+    (void)add(m,
+              mbsr_joint_planar_revolute((mbsr_planar_frame){0.0, 0.0, 0.0},
+                                         (mbsr_planar_frame){0.0, L, 0.0}),
+              mbsr_inertia_particle(M), bead);
+    const mbsr_force_def force[] = {
+        mbsr_force_axis_spring(bead, MBSR_GROUND, 0, 100.0 * M / (T * T), 5.0 * M / T, 0.0),
+        mbsr_force_axis_spring(bead, MBSR_GROUND, 1, 100.0 * M / (T * T), 5.0 * M / T, 0.0),
+        mbsr_force_gravity(0.0, -9.81 * L / (T * T), 0.0)};
+    for (int k = 0; k < 3; ++k)
+        assert_ok(mbsr_model_add_force(m, force + k, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_dae_pack(m, d, opt.form, 0.0, q, u, y), mbsr_data_error(d));
+    assert_ok(mbsr_dae_consistent(m, d, opt.form, 0.0, y, yp, NULL, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_ida_create(m, d, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
+    assert_ok(mbsr_ida_advance(ida, T, NULL, y, NULL), mbsr_ida_error(ida));
+    mbsr_ida_stats stats;
+    assert_int_equal(mbsr_ida_get_stats(ida, &stats), MBSR_OK);
+    const outcome o = {.steps = stats.steps, .residuals = stats.residuals, .angle = y[2]};
+    mbsr_ida_destroy(ida);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    return o;
+}
+
+/* In powers of two hardly anything is rounded otherwise. */
+static void nor_do_those_of_joints_with_mass_in_some_directions(void **state)
+{
+    (void)state;
+    static const units powers[] = {{"time / 2^12", 1, 1, 4096}, {"time * 2^12", 1, 1, 1.0 / 4096}};
+    const outcome si = run_bead(systems);
+    for (size_t k = 0; k < sizeof powers / sizeof powers[0]; ++k) {
+        const outcome o = run_bead(powers + k);
+        print_message("%s: %ld steps, %ld residuals, angle %.12f and %.12f\n", powers[k].name,
+                      o.steps, o.residuals, o.angle, si.angle);
+        assert_int_equal(o.steps, si.steps);
+        assert_int_equal(o.residuals, si.residuals);
+        assert_close(o.angle, si.angle, 1e-9);
+    }
+}
+
+/* ---- rows that are redundant ---- */
+
 /* A four-bar linkage whose rows along z are redundant but for a hinge that is askew, towards the
  * pin at the start: what they open by is compared with tolerances in all units. */
 static int run_askew(const units *in, double tolerance)
@@ -317,8 +379,9 @@ static void nor_does_what_counts_as_open(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(steps_do_not_depend_on_units),
-                                       cmocka_unit_test(nor_do_those_of_loops),
-                                       cmocka_unit_test(nor_does_what_counts_as_open)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(steps_do_not_depend_on_units), cmocka_unit_test(nor_do_those_of_loops),
+        cmocka_unit_test(nor_do_those_of_joints_with_mass_in_some_directions),
+        cmocka_unit_test(nor_does_what_counts_as_open)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

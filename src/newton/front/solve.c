@@ -68,11 +68,13 @@ static void move_arm(const double *X, const double *above, double *x)
 
 /* ---- right-hand sides ---- */
 
-/* w = L (1 - P) r_u of a joint or group into f->rates, and P r_u behind it; successors first. */
+/* w = L (1 - P) r_u / s of a joint or group into f->rates, and P r_u behind it; successors first.
+ */
 static void lift(mbsri_front *f, int i, const double *ru)
 {
     const mbsr_model *m = f->model;
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu;
+    const double s = mbsri_linear_rate(f->linear, i);
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const mbsri_group g = mbsri_linear_group(f->linear, i);
@@ -81,6 +83,7 @@ static void lift(mbsri_front *f, int i, const double *ru)
         mbsri_copy((size_t)of->n, ru + of->u, null + of->group.iu);
     }
     mbsri_linear_split(&k, g.n, f->linear->rank[i], null + b->group.iu, range + b->group.iu);
+    for (int l = b->group.iu; l < b->group.iu + g.n; ++l) range[l] /= s;
     for (int l = g.members - 1; l > 0; --l) {
         const mbsri_body *of = m->body + g.member[l];
         const mbsri_terms own = mbsri_linear_terms(f->linear, g.member[l]);

@@ -216,11 +216,12 @@ static void load_joint(mbsri_front *f, int i, double *x)
     for (int l = 0; l < b->nq; ++l) x[b->q + l] = f->h[at->place + l];
 }
 
-/* w = L (1 - P) r_u of a joint or group, and P r_u behind it: into r_u, predecessors first. */
+/* w = L (1 - P) r_u / s of a joint or group, and P r_u behind it: into r_u, predecessors first. */
 static void lift(mbsri_front *f, int i, double *ru)
 {
     const mbsr_model *m = f->model;
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu, *rest = range + m->nu;
+    const double s = mbsri_linear_rate(f->linear, i);
     const mbsri_body *b = m->body + i;
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const mbsri_group g = mbsri_linear_group(f->linear, i);
@@ -233,7 +234,10 @@ static void lift(mbsri_front *f, int i, double *ru)
         mbsri_ax(of->d, of->n, 1.0, own.J, w + of->group.iu, f->wbar + of->v);
         if (l > 0) mbsri_ax(of->d, of->pred.d, -1.0, own.H, f->wbar + of->pred.v, f->wbar + of->v);
     }
-    for (int l = b->group.iu; l < b->group.iu + g.n; ++l) null[l] -= range[l];
+    for (int l = b->group.iu; l < b->group.iu + g.n; ++l) {
+        range[l] /= s;
+        null[l] -= range[l];
+    }
     mbsri_linear_split_transposed(&k, g.n, f->linear->rank[i], null + b->group.iu,
                                   rest + b->group.iu);
     for (int l = 0; l < g.members; ++l) {

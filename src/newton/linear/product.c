@@ -295,10 +295,11 @@ static void balance_of(const mbsri_linear *w, int i, mbsri_vectors *v, double *r
     const mbsr_model *m = w->model;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const mbsri_group g = mbsri_linear_group(w, i);
+    const double s = mbsri_linear_rate(w, i);
     double *x = v->momentum + g.ig, *gamma = v->balance + g.ig, *range = v->in;
     mbsri_linear_split(&k, g.n, w->rank[i], gamma, range);
     mbsri_linear_split(&k, g.n, w->rank[i], x, range);
-    for (int l = 0; l < g.n; ++l) x[l] = range[l] + gamma[l];
+    for (int l = 0; l < g.n; ++l) x[l] = s * range[l] + gamma[l];
     mbsri_group_scatter(m, &g, x, r + m->nq + m->nu);
 }
 

@@ -19,9 +19,11 @@ static void balance_of(const mbsri_linear *w, int i, const double *r, mbsri_vect
     const mbsr_model *m = w->model;
     const mbsri_terms k = mbsri_linear_terms(w, i);
     const mbsri_group g = mbsri_linear_group(w, i);
+    const double s = mbsri_linear_rate(w, i);
     double *x = v->momentum + g.ig, *gamma = v->balance + g.ig;
     mbsri_group_gather(m, &g, r + m->nq + m->nu, x);
     mbsri_linear_split_transposed(&k, g.n, w->rank[i], x, gamma);
+    for (int l = 0; l < g.n; ++l) x[l] *= s;
 }
 
 /* Root to leaves: x <- x - J^T xbar, and what the head passes on, xbar + G x. */
