@@ -58,14 +58,26 @@ static mbsri_result ask_with(const mbsri_instance *in, const mbsri_by_parameters
     return result;
 }
 
-/* The step along a seed: a hundred thousandth of each parameter, 1e-6 of those that are 0. */
+/* The size of a parameter; of what is rounding beside the largest of its unit, or the length of the
+ * model, a tenth of that. */
+static double parameter_size(const mbsri_instance *in, const mbsri_variable *v)
+{
+    const double value = fabs(in->parameters.value[v->of]);
+    double largest = strcmp(v->unit, "m") == 0 ? mbsr_model_length(in->built.model) : 0.0;
+    for (int k = 0; k < in->variables.count; ++k) {
+        const mbsri_variable *other = in->variables.list + k;
+        if (other->kind == MBSRI_PARAMETER && strcmp(other->unit, v->unit) == 0)
+            largest = fmax(largest, fabs(in->parameters.value[other->of]));
+    }
+    return value > 1e-9 * largest ? value : largest > 0.0 ? 0.1 * largest : 0.1;
+}
+
+/* The step along a seed: a hundred thousandth of each parameter's size. */
 static double step_along(const mbsri_instance *in, const mbsri_by_parameters *d, const double *seed)
 {
     double most = 0.0;
-    for (size_t k = 0; k < d->parameters; ++k) {
-        const double value = fabs(in->parameters.value[variable_of(in, d->parameter[k])->of]);
-        most = fmax(most, fabs(seed[k]) / (value > 1e-9 ? value : 0.1));
-    }
+    for (size_t k = 0; k < d->parameters; ++k)
+        most = fmax(most, fabs(seed[k]) / parameter_size(in, variable_of(in, d->parameter[k])));
     return most > 0.0 ? 1e-5 / most : 0.0;
 }
 

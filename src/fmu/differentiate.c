@@ -2,13 +2,15 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * By analytic products where these serve; else central differences of the evaluation along the seed
- * s of the knowns v, with steps h s, h = 1e-6 / max(|s_k| / (1 + |v_k|)); of the adjoint along one
- * known after the other. */
+ * s of the knowns v, with steps h s, h = 3e-6 / max(|s_k| / (e_k + |v_k|)), e the lengths and
+ * momenta typical of the model, else 1; of the adjoint along one known after the other. */
 #include "fmu/by_parameters.h"
 #include "fmu/exchange.h"
 #include "fmu/products.h"
 #include "fmu/solve.h"
 #include "fmu/values.h"
+
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,6 +35,7 @@ typedef struct quotient {
     size_t unknowns, knowns;
     double *base, *forth, *back; /* knowns; unknowns each */
     double *unit, *column;       /* knowns; unknowns */
+    double *span;                /* knowns: what changes them much */
 } quotient;
 
 /* Unknowns with the knowns moved by h seed from where they were. */
@@ -50,10 +53,10 @@ static mbsri_result along_seed(const quotient *d, const double *seed, double *se
 {
     double most = 0.0;
     for (size_t k = 0; k < d->knowns; ++k)
-        most = fmax(most, fabs(seed[k]) / (1.0 + fabs(d->base[k])));
+        most = fmax(most, fabs(seed[k]) / (d->span[k] + fabs(d->base[k])));
     memset(sensitivity, 0, d->unknowns * sizeof *sensitivity);
     if (!(most > 0.0)) return MBSRI_OK;
-    const double h = 1e-6 / most;
+    const double h = 3e-6 / most;
     mbsri_result result = ask_moved(d, h, seed, d->forth);
     if (!result) result = ask_moved(d, -h, seed, d->back);
     for (size_t k = 0; k < d->unknowns && !result; ++k)
@@ -97,6 +100,38 @@ static mbsri_result check_references(const quotient *d)
             return mbsri_say(d->in, MBSRI_ERROR,
                              "%s: there is no variable with the value reference %u of a real",
                              d->function, d->unknown[k]);
+    return MBSRI_OK;
+}
+
+/* ---- sizes of knowns ---- */
+
+static double or_one(double x)
+{
+    return x > 0.0 && isfinite(x) ? x : 1.0;
+}
+
+/* mass (nu): of momenta at the state. */
+static double known_span(const quotient *d, const mbsri_variable *v, const double *mass)
+{
+    const mbsr_model *m = d->in->built.model;
+    if (v->kind != MBSRI_Q && v->kind != MBSRI_P) return 1.0;
+    const mbsri_unit_plan *plan = &d->in->plan;
+    const int kind = v->kind == MBSRI_Q ? plan->q[v->of].kind : plan->u[v->of].kind;
+    const double way = kind == MBSR_COORDINATE_TRANSLATION ? or_one(mbsr_model_length(m)) : 1.0;
+    return v->kind == MBSRI_Q ? way : or_one(mass[v->of] * way * or_one(mbsr_model_rate(m)));
+}
+
+/* mass (nu): scratch. */
+static mbsri_result find_spans(quotient *d, double *mass)
+{
+    mbsri_instance *in = d->in;
+    const mbsri_result result = mbsri_evaluate(in);
+    if (result) return result;
+    if (mbsr_stage_backward(in->built.model, in->solver.data) ||
+        mbsr_momentum_scales(in->built.model, in->solver.data, mass))
+        memset(mass, 0, (size_t)in->plan.nu * sizeof *mass);
+    for (size_t k = 0; k < d->knowns; ++k)
+        d->span[k] = known_span(d, variable_of(d, d->known[k]), mass);
     return MBSRI_OK;
 }
 
@@ -191,11 +226,13 @@ static mbsri_result use_differences(quotient *d, bool adjoint, const double *see
     d->unknown = left;
     d->unknowns = lefts;
     if (lefts == 0) return MBSRI_OK;
+    mbsri_result result = find_spans(d, room + lefts);
+    if (result) return result;
     if (adjoint) {
         for (size_t k = 0; k < lefts; ++k) room[k] = seed[at[k]];
         return against_seed(d, room, sensitivity);
     }
-    const mbsri_result result = along_seed(d, seed, room);
+    result = along_seed(d, seed, room);
     for (size_t k = 0; k < lefts; ++k) sensitivity[at[k]] = room[k];
     return result;
 }
@@ -226,11 +263,12 @@ static mbsri_result differentiate_moving(quotient *d, bool adjoint, const double
                                          double *sensitivity)
 {
     const size_t knowns = d->knowns, unknowns = d->unknowns;
-    double *room = calloc(2 * knowns + 4 * unknowns + 1, sizeof *room);
+    double *room = calloc(3 * knowns + 4 * unknowns + (size_t)d->in->plan.nu + 1, sizeof *room);
     if (!room) return mbsri_say(d->in, MBSRI_ERROR, "%s: no memory", d->function);
     d->base = room;
     d->unit = d->base + knowns;
-    d->forth = d->unit + knowns;
+    d->span = d->unit + knowns;
+    d->forth = d->span + knowns;
     d->back = d->forth + unknowns;
     d->column = d->back + unknowns;
     const mbsri_result result = differentiate(d, adjoint, seed, sensitivity, d->column + unknowns);

@@ -755,6 +755,43 @@ static void adjoint_derivatives_are_transposed(void **state)
     unload(&l);
 }
 
+/* Differences go by what is much in the model, not by 1 m or 1 kg m/s. */
+static void derivatives_of_small_models(void **state)
+{
+    (void)state;
+    const double x[2] = {1e-6, 5e-13}, one = 1.0, l = sqrt(5.0) * 1e-6, u = x[1] / 1e-9,
+                 s = sqrt(u * u + 1e-6);
+    const struct {
+        const char *of, *by;
+        double value;
+    } wanted[] = {{"energy.potential", "joints.mite.q", (l - 1e-6) * x[0] / l},
+                  {"forces.friction.tau[1]", "joints.mite.p", -1e-15 / (s * s * s) / 1e-9},
+                  {"energy.kinetic", "bodies.mite.mass", -0.5 * u * u}};
+    loaded with;
+    load(&with, make_mite, 0.0);
+    fmi3Instance c = FUNCTION(&with, fmi3InstantiateModelExchange)(
+        "one", with.token, with.resources, false, false, NULL, note);
+    initialize(&with, c);
+    assert_int_equal(FUNCTION(&with, fmi3EnterContinuousTimeMode)(c), fmi3OK);
+    assert_int_equal(FUNCTION(&with, fmi3SetContinuousStates)(c, x, 2), fmi3OK);
+    for (int k = 0; k < 3; ++k) {
+        const fmi3ValueReference of = find(&with, wanted[k].of), by = find(&with, wanted[k].by);
+        double along, against;
+        assert_int_equal(
+            FUNCTION(&with, fmi3GetDirectionalDerivative)(c, &of, 1, &by, 1, &one, 1, &along, 1),
+            fmi3OK);
+        assert_int_equal(
+            FUNCTION(&with, fmi3GetAdjointDerivative)(c, &of, 1, &by, 1, &one, 1, &against, 1),
+            fmi3OK);
+        print_message("%s by %s: %.9g, %.9g, exactly %.9g\n", wanted[k].of, wanted[k].by, along,
+                      against, wanted[k].value);
+        assert_close(along / wanted[k].value, 1.0, 1e-6);
+        assert_close(against / wanted[k].value, 1.0, 1e-6);
+    }
+    FUNCTION(&with, fmi3FreeInstance)(c);
+    unload(&with);
+}
+
 /* ---- damaged resources ---- */
 
 /* Resources of these bytes, under the token that belongs to them. */
@@ -1050,6 +1087,7 @@ int main(void)
         cmocka_unit_test(wrong_exchange_is_refused),
         cmocka_unit_test(wrong_calls_of_fmi2_are_refused),
         cmocka_unit_test(adjoint_derivatives_are_transposed),
+        cmocka_unit_test(derivatives_of_small_models),
         cmocka_unit_test(damaged_resources_are_refused),
         cmocka_unit_test(own_functions_are_refused),
         cmocka_unit_test(stock_closures_are_taken_along),

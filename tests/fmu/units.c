@@ -113,6 +113,17 @@ void make_flyer(unit_model *m)
     named(m, "push", mbsr_force_wrench(second, NULL, 0, mbsr_stored_force, m->motion.value));
 }
 
+void make_mite(unit_model *m)
+{
+    static const double x_axis[3] = {1.0, 0.0, 0.0}, aside[3] = {0.0, 2e-6, 0.0}, com[3] = {0.0};
+    *m = begin();
+    const int mite = mbsr_simulation_add_body(&m->s, "mite", MBSR_GROUND,
+                                              mbsr_joint_prismatic(NULL, NULL, x_axis),
+                                              mbsr_inertia_point_mass(1e-9, com));
+    named(m, "spring", mbsr_force_point_spring(mite, NULL, MBSR_GROUND, aside, 1.0, 0.0, 1e-6));
+    named(m, "friction", mbsr_force_joint_friction(mite, 0, 1e-9, 1e-3));
+}
+
 void make_twins(unit_model *m)
 {
     static const double t[] = {0.0, 0.5, 1.0}, torque[] = {0.0, 0.0, 10.0};

@@ -47,6 +47,9 @@ void make_balls(unit_model *m);
  * without mass. Pairs have a law of their own, or never touch. */
 void make_heap(unit_model *m);
 
+/* A slider of a microgram, with friction, on a spring across that is 2 um long. */
+void make_mite(unit_model *m);
+
 void free_model(unit_model *m);
 
 /* Finishes the model and exports it; writes the archive to `path`. 0, or a status. */
