@@ -25,71 +25,121 @@ int mbsri_ida_loops(const mbsr_ida *ida)
 /* ---- tolerances ---- */
 
 /* Beyond so many joint rates and rows one product with C^T for each row is not worth while. */
-enum { MOST_PRODUCTS = 600 };
+enum { MOST_PRODUCTS = 600, KINDS = MBSR_COORDINATE_TRANSLATION + 1 };
 
-/* Of the multipliers of one row, C^T of which is `along`. place: tolerances of what joint rates
- * move. */
-static void scale_row(mbsr_ida *ida, const double *along, const double *w, const double *place,
-                      double *impulse, double *shift)
+/* What the tolerances of multipliers are made of. */
+typedef struct rows_scale {
+    mbsr_ida *ida;
+    bool each;           /* by a product with C^T */
+    const double *place; /* nu: tolerances of what joint rates move */
+    double *e, *w, *along;
+    double lever;                        /* m */
+    double impulse[KINDS], shift[KINDS]; /* largest of the rates of each kind; 0: there are none */
+} rows_scale;
+
+static void note_kinds(rows_scale *s)
 {
-    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const double *p = N_VGetArrayPointer(ida->tol.atol) + nq;
-    *impulse = *shift = INFINITY;
-    for (int k = 0; k < nu; ++k) {
-        const double size = fabs(along[k]);
-        if (!(size > 0.0)) continue;
-        *impulse = fmin(*impulse, p[k] / size);
-        *shift = fmin(*shift, place[k] / (w[k] * size));
+    const mbsr_model *m = s->ida->model;
+    const double *p = N_VGetArrayPointer(s->ida->tol.atol) + mbsr_model_nq(m);
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    for (int i = 0; i < mbsr_model_bodies(m); ++i) {
+        int u, n;
+        mbsr_body_coordinates(m, i, NULL, NULL, &u, &n);
+        mbsr_body_coordinate_kinds(m, i, NULL, kind);
+        for (int k = 0; k < n; ++k) {
+            s->impulse[kind[k]] = fmax(s->impulse[kind[k]], p[u + k]);
+            s->shift[kind[k]] = fmax(s->shift[kind[k]], s->place[u + k] / s->w[u + k]);
+        }
     }
-    if (!isfinite(*impulse)) *impulse = *shift = ida->opt.atol;
 }
 
-bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
+/* A row that measures turns or places, by what is on the rates that do. */
+static double by_row_kind(const rows_scale *s, mbsr_coordinate_kind row, const double *largest)
+{
+    const double turn = largest[MBSR_COORDINATE_ROTATION], way = largest[row],
+                 far = s->lever > 0.0 ? turn / s->lever : 0.0;
+    if (row == MBSR_COORDINATE_ROTATION) return turn;
+    return way > 0.0 && far > 0.0 ? fmin(way, far) : fmax(way, far);
+}
+
+/* Of the multipliers of one row, by its C^T. */
+static int scale_by_product(rows_scale *s, int row, double *impulse, double *shift)
+{
+    mbsr_ida *ida = s->ida;
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const double *p = N_VGetArrayPointer(ida->tol.atol) + nq;
+    s->e[row] = 1.0;
+    const int status = mbsr_closures_transpose(ida->model, ida->data, s->e, s->along);
+    s->e[row] = 0.0;
+    *impulse = *shift = INFINITY;
+    for (int k = 0; k < nu && !status; ++k) {
+        const double size = fabs(s->along[k]);
+        if (!(size > 0.0)) continue;
+        *impulse = fmin(*impulse, p[k] / size);
+        *shift = fmin(*shift, s->place[k] / (s->w[k] * size));
+    }
+    if (!isfinite(*impulse)) *impulse = *shift = ida->opt.atol;
+    return status;
+}
+
+static int scale_row(rows_scale *s, int row, double *impulse, double *shift)
+{
+    mbsr_ida *ida = s->ida;
+    mbsr_coordinate_kind kind = MBSR_COORDINATE_OTHER;
+    const int status =
+        s->each ? MBSR_OK : mbsr_closure_row_kind(ida->model, ida->data, row, &kind, NULL);
+    if (status) return status;
+    *impulse = kind == MBSR_COORDINATE_OTHER ? 0.0 : by_row_kind(s, kind, s->impulse);
+    *shift = kind == MBSR_COORDINATE_OTHER ? 0.0 : by_row_kind(s, kind, s->shift);
+    return *impulse > 0.0 ? MBSR_OK : scale_by_product(s, row, impulse, shift);
+}
+
+int mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
 {
     const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model),
               first = mbsri_ida_loops(ida);
-    double *atol = N_VGetArrayPointer(ida->tol.atol), *e = N_VGetArrayPointer(ida->work),
-           *w = e + rows, *along = N_VGetArrayPointer(ida->displaced);
-    if (rows == 0 || nu + rows > MOST_PRODUCTS) return false;
-    int status = mbsr_closures_weight(ida->model, w);
+    double *atol = N_VGetArrayPointer(ida->tol.atol), *e = N_VGetArrayPointer(ida->work);
+    if (rows == 0 || nu == 0) return MBSR_OK;
+    rows_scale s = {.ida = ida,
+                    .each = nu + rows <= MOST_PRODUCTS,
+                    .place = place,
+                    .e = e,
+                    .w = e + rows,
+                    .along = N_VGetArrayPointer(ida->displaced)};
+    int status = mbsr_closures_weight(ida->model, s.w);
+    if (!status) status = mbsr_closure_row_kind(ida->model, ida->data, 0, NULL, &s.lever);
+    if (!status) note_kinds(&s);
     for (int k = 0; k < rows; ++k) e[k] = 0.0;
-    for (int c = 0; c < mbsr_model_closures(ida->model) && nu > 0; ++c) {
+    for (int c = 0; c < mbsr_model_closures(ida->model) && !status; ++c) {
         int row, own, held_row, held;
         mbsr_closure_indices(ida->model, c, &row, &own, &held_row, &held);
         for (int k = 0; k < own && !status; ++k) {
-            double impulse, shift;
-            e[row + k] = 1.0;
-            status = mbsr_closures_transpose(ida->model, ida->data, e, along);
-            e[row + k] = 0.0;
-            if (status) continue;
-            scale_row(ida, along, w, place, &impulse, &shift);
+            double impulse = 0.0, shift = 0.0;
+            status = scale_row(&s, row + k, &impulse, &shift);
             const bool stiff = mbsr_closure_stiffness(ida->model, c, k) > 0.0; /* a force */
             atol[first + row + k] = stiff ? impulse / ida->tol.time : impulse;
             if (k < held) atol[first + rows + held_row + k] = shift;
         }
     }
-    return status == MBSR_OK;
+    return status;
 }
 
 void mbsri_ida_allow_rounding(mbsr_ida *ida)
 {
     static const double rounding = 1e-15;
-    const int rows = mbsr_model_rows(ida->model), first = mbsri_ida_loops(ida);
-    const bool few = mbsr_model_nu(ida->model) + rows <= MOST_PRODUCTS;
+    const int first = mbsri_ida_loops(ida);
     double *atol = N_VGetArrayPointer(ida->tol.atol), lever = 0.0;
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, own;
         mbsr_closure_indices(ida->model, c, &row, &own, NULL, NULL);
         for (int k = 0; k < own; ++k) {
             const double stiffness = mbsr_closure_stiffness(ida->model, c, k);
-            mbsr_coordinate_kind kind = MBSR_COORDINATE_TRANSLATION;
+            mbsr_coordinate_kind kind;
             if (!(stiffness > 0.0)) continue;
-            if ((few || !(lever > 0.0)) &&
-                mbsr_closure_row_kind(ida->model, ida->data, row + k, &kind, &lever))
+            if (mbsr_closure_row_kind(ida->model, ida->data, row + k, &kind,
+                                      lever > 0.0 ? NULL : &lever))
                 return;
-            const double size = !few                                  ? fmax(lever, 1.0)
-                                : kind == MBSR_COORDINATE_TRANSLATION ? lever
-                                                                      : 1.0;
+            const double size = kind == MBSR_COORDINATE_TRANSLATION ? lever : 1.0;
             atol[first + row + k] = fmax(atol[first + row + k], rounding * stiffness * size);
         }
     }

@@ -8,10 +8,10 @@
 /* Where in y the multipliers of closures begin; the size of y where there are none. */
 int mbsri_ida_loops(const mbsr_ida *ida);
 
-/* Tolerances of the multipliers from those of p and q: what moves no p, or q, by more; place
- * (nu): of what the joint rates move. False: none are set, as there are no closures or too many.
- * Uses `work`, and nu numbers of `displaced`. */
-bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place);
+/* Tolerances of the multipliers from those of p and q: what moves no p, or q, by more; in large
+ * models by the largest of these of each kind. place (nu): of what the joint rates move. A status
+ * of the data. Uses `work`, and nu numbers of `displaced`. */
+int mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place);
 
 /* Raises tolerances of the forces of stiff rows to what rounding of their gaps makes. */
 void mbsri_ida_allow_rounding(mbsr_ida *ida);

@@ -121,20 +121,6 @@ static int pass_on_error(mbsr_ida *ida, int status)
                              "mbsr_ida_start: masses for tolerances");
 }
 
-/* Largest scale of a joint's mass in the tree; 1 if there is none. */
-static int find_largest_mass(mbsr_ida *ida, double *largest)
-{
-    mbsr_rank_info info;
-    *largest = 0.0;
-    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
-        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        if (status) return pass_on_error(ida, status);
-        *largest = fmax(*largest, info.scale);
-    }
-    if (!(*largest > 0.0)) *largest = 1.0;
-    return MBSR_OK;
-}
-
 /* ---- joints that turn and move ---- */
 
 /* Where the group of joints that are eliminated together, of which that of a body is one, has its
@@ -234,19 +220,15 @@ static int scale_all(mbsr_ida *ida)
 
 int mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
-    double largest;
-    double *atol = N_VGetArrayPointer(ida->tol.atol), *mass = N_VGetArrayPointer(ida->tol.mass);
-    int status = find_largest_mass(ida, &largest);
-    if (status) return status;
-    status = mbsr_momentum_scales(ida->model, ida->data, mass + mbsr_model_nq(ida->model));
+    double *mass = N_VGetArrayPointer(ida->tol.mass);
+    int status = mbsr_momentum_scales(ida->model, ida->data, mass + mbsr_model_nq(ida->model));
     if (status) return pass_on_error(ida, status);
     status = scale_all(ida);
     if (status) return status;
     double *place = N_VGetArrayPointer(ida->displaced) + mbsr_model_nu(ida->model);
     find_places(ida, place);
-    const bool scaled = mbsri_ida_scale_multipliers(ida, place);
-    for (int k = mbsri_ida_loops(ida); k < ida->size && !scaled; ++k)
-        atol[k] = ida->opt.atol * largest;
+    status = mbsri_ida_scale_multipliers(ida, place);
+    if (status) return pass_on_error(ida, status);
     mbsri_ida_allow_rounding(ida);
     return MBSR_OK;
 }

@@ -87,17 +87,21 @@ static int jacobian_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c
     return check_rows_finite(m, d, c, size, C, "a derivative");
 }
 
-int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
+int mbsri_closure_jacobian_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c)
 {
     mbsri_closure_view view;
-    mbsri_zero(m->size_c, d->closure_C);
-    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
-         ++c) {
-        mbsri_view_closure(m, d, c, false, &view);
-        const int status = jacobian_of(m, d, c, &view);
-        if (status) return status;
-    }
-    return MBSR_OK;
+    mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
+    mbsri_view_closure(m, d, c, false, &view);
+    return jacobian_of(m, d, c, &view);
+}
+
+int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
+{
+    int status = MBSR_OK;
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+         c < end && !status; ++c)
+        status = mbsri_closure_jacobian_of(m, d, c);
+    return status;
 }
 
 /* The rates of closure c alone: its rows. `C` are its derivatives. */

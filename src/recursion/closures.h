@@ -8,8 +8,10 @@
 /* g of all position rows, at the positions. */
 int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g);
 
-/* Derivatives of all velocity rows, into the data's closure_C, at the positions. */
+/* Derivatives of all velocity rows, or of those of one closure, into the data's closure_C, at the
+ * positions. */
 int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d);
+int mbsri_closure_jacobian_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c);
 
 /* C u + g_t, and its derivative where u' is zero; at the velocities, after the derivatives. */
 int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate);

@@ -174,7 +174,10 @@ int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own
     if (!model->finished) return MBSR_ERR_UNFINISHED;
     if (row < 0 || row >= model->rows) return MBSR_ERR_ID;
     const mbsri_closure *c = model->closures.data;
-    while (row >= c->row + c->rows) ++c;
+    for (size_t among = model->closures.count, half; among > 1; among -= half) {
+        half = among / 2; /* the last that begins at the row or before */
+        if (c[half].row <= row) c += half;
+    }
     if (closure) *closure = (int)(c - (const mbsri_closure *)model->closures.data);
     if (own) *own = row - c->row;
     if (name) *name = mbsri_closure_row_name(model, c, row - c->row);
@@ -191,13 +194,14 @@ int mbsr_closure_row_kind(const mbsr_model *model, mbsr_data *data, int row,
     if (status)
         return mbsri_fail(&data->error, status, MBSR_NONE, MBSR_NONE, "%s: there is no row %d",
                           name, row);
-    status = mbsri_closure_jacobians(model, data);
-    if (status) return status;
     const mbsri_closure *c = (const mbsri_closure *)model->closures.data + id;
+    status =
+        lever ? mbsri_closure_jacobians(model, data) : mbsri_closure_jacobian_of(model, data, c);
+    if (status) return status;
     if (kind) *kind = mbsri_row_kind(model, data, c, own);
-    const double longest = mbsri_longest_lever(model, data);
-    if (lever) *lever = longest;
-    return mbsri_check_result(model, data, 1, &longest, name);
+    if (!lever) return MBSR_OK;
+    *lever = mbsri_longest_lever(model, data);
+    return mbsri_check_result(model, data, 1, lever, name);
 }
 
 int mbsr_closures_redundant(const mbsr_model *model, mbsr_data *data, int *redundant)

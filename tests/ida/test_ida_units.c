@@ -323,6 +323,75 @@ static void nor_do_those_of_joints_with_mass_in_some_directions(void **state)
     }
 }
 
+/* ---- large models ---- */
+
+/* Four-bar linkages with legs of 1 m, `FOUR_BARS` of them, so that there are more than 600 joint
+ * rates and rows. */
+enum { FOUR_BARS = 121 };
+
+static mbsr_inertia bar(const units *in, double mass, double length)
+{
+    const double L = length * in->length, M = mass * in->mass, com[2] = {0.5 * L, 0.0};
+    return mbsr_inertia_planar(M, com, M * L * L / 12.0);
+}
+
+static outcome run_large(const units *in)
+{
+    enum { RATES = 3 * FOUR_BARS, ALL = 3 * RATES + 4 * FOUR_BARS };
+    static double q[RATES], u[RATES], y[ALL], yp[ALL];
+    const double L = in->length, T = in->time, end[3] = {2.0 * L, 0.0, 0.0}, top[3] = {L, 0.0, 0.0};
+    const mbsr_planar_frame here = {0.0, 0.0, 0.0}, tip = {L, 0.0, 0.0};
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81 * L / (T * T), 0.0);
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    mbsr_ida *ida = NULL;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < FOUR_BARS; ++k) {
+        const mbsr_planar_frame left = {3.0 * L * k, 0.0, 0.0},
+                                right = {3.0 * L * k + end[0], 0.0, 0.0};
+        const int leg = add(m, mbsr_joint_planar_revolute(left, here), bar(in, 1.0, 1.0),
+                            MBSR_GROUND),
+                  coupler = add(m, mbsr_joint_planar_revolute(tip, here), bar(in, 2.0, 2.0), leg),
+                  other = add(m, mbsr_joint_planar_revolute(right, here), bar(in, 1.0, 1.0),
+                              MBSR_GROUND);
+        const mbsr_closure_def pin = mbsr_closure_ball(coupler, end, other, top);
+        assert_ok(mbsr_model_add_closure(m, &pin, NULL), mbsr_model_error(m));
+        q[3 * k] = q[3 * k + 2] = 1.0, q[3 * k + 1] = -1.0;
+        u[3 * k] = u[3 * k + 2] = 1.0 / T, u[3 * k + 1] = -1.0 / T;
+    }
+    assert_ok(mbsr_model_add_force(m, &gravity, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.atol_angle = 1e-6;
+    opt.atol_angular_velocity = 1e-6 / T;
+    assert_int_equal(mbsr_dae_size(m, opt.form), ALL);
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_dae_pack(m, d, opt.form, 0.0, q, u, y), mbsr_data_error(d));
+    assert_ok(mbsr_dae_consistent(m, d, opt.form, 0.0, y, yp, NULL, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_ida_create(m, d, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
+    assert_ok(mbsr_ida_advance(ida, 0.1 * T, NULL, y, NULL), mbsr_ida_error(ida));
+    mbsr_ida_stats stats;
+    assert_int_equal(mbsr_ida_get_stats(ida, &stats), MBSR_OK);
+    const outcome o = {.steps = stats.steps, .residuals = stats.residuals, .angle = y[0]};
+    mbsr_ida_destroy(ida);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    return o;
+}
+
+static void nor_do_those_of_large_models(void **state)
+{
+    (void)state;
+    static const units small = {"2^-12, 2^12, 2^-12", 1.0 / 4096, 4096, 1.0 / 4096};
+    const outcome si = run_large(systems), o = run_large(&small);
+    print_message("%ld and %ld steps, %ld and %ld residuals\n", si.steps, o.steps, si.residuals,
+                  o.residuals);
+    assert_int_equal(o.steps, si.steps);
+    assert_int_equal(o.residuals, si.residuals);
+    assert_close(o.angle, si.angle, 1e-12);
+}
+
 /* ---- rows that are redundant ---- */
 
 /* A four-bar linkage whose rows along z are redundant but for a hinge that is askew, towards the
@@ -382,6 +451,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(steps_do_not_depend_on_units), cmocka_unit_test(nor_do_those_of_loops),
         cmocka_unit_test(nor_do_those_of_joints_with_mass_in_some_directions),
+        cmocka_unit_test(nor_do_those_of_large_models),
         cmocka_unit_test(nor_does_what_counts_as_open)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
