@@ -126,7 +126,7 @@ static bool settle_velocities(mbsr_ida *ida, double t, double span)
     double step = 0.0;
     if (!ida->linear.link.newton || mbsr_model_rows(ida->model) > 0) return false;
     IDAGetLastStep(ida->memory, &step);
-    step = fmin(span, step != 0.0 ? fabs(step) : 1e-3);
+    step = fmin(span, step != 0.0 ? fabs(step) : 1e-3 * ida->tol.time);
     N_VScale(1.0, ida->y, k->ahead);
     if (mbsr_newton_factor(ida->linear.link.newton, ida->data, t, N_VGetArrayPointer(ida->y),
                            N_VGetArrayPointer(ida->yp), 1e6 * ida->run.direction / step) ||
