@@ -249,6 +249,33 @@ void mbsri_null_columns(int n, int m, const double *s, const double *N, double *
     }
 }
 
+/* Columns x (m of n numbers) with the same span, of which fewer and fewer have a part in the rows
+ * that are largest once row k is times size[k]: of columns that all have, the others would drown
+ * when these are taken out. */
+static void grade_columns(int n, int m, const double *size, double *x)
+{
+    for (int j = m - 1; j > 0; --j) {
+        double *last = x + j * n, largest = 0.0;
+        int row = 0;
+        for (int k = 0; k < n; ++k) {
+            double part = 0.0;
+            for (int l = 0; l <= j; ++l) part = fmax(part, fabs(x[l * n + k]) * size[k]);
+            if (part > largest) largest = part, row = k;
+        }
+        for (int l = 0; l < j; ++l) {
+            double *other = x + l * n;
+            const double a = last[row], b = other[row], length = hypot(a, b);
+            if (b == 0.0) continue;
+            for (int k = 0; k < n; ++k) {
+                const double part = (a * other[k] - b * last[k]) / length;
+                last[k] = (a * last[k] + b * other[k]) / length;
+                other[k] = part;
+            }
+            other[row] = 0.0;
+        }
+    }
+}
+
 /* X and lambda for S = diag(s) from those for S = diag(w), of which `rank` are kept:
  *
  *   S D S = A A^T,  A = S W^-1 X_kept lambda^(1/2),    null space S^-1 W X_dropped
@@ -261,6 +288,12 @@ static int rescale(const mbsri_group *g, mbsr_data *d, const double *w, int rank
     const int n = g->n;
     double *lambda = d->lambda + g->ig;
     const double *s = d->s + g->ig;
+    double least = INFINITY;
+    for (int k = 0; k < n; ++k) {
+        N[k] = w[k] / s[k];
+        least = fmin(least, N[k]);
+    }
+    if (mbsri_largest(n, N) > 1e4 * least) grade_columns(n, n - rank, N, X + rank * n);
     for (int l = 0; l < n; ++l) {
         for (int k = 0; k < n; ++k) {
             double *x = X + l * n + k;

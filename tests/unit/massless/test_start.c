@@ -410,6 +410,49 @@ static void a_damper_along_rounding_resists_nothing(void **state)
     }
 }
 
+/* A rod upright on the axis about which a massless carrier turns, but for rounding, on a slide of
+ * it; dampers hold the carrier along x and about that axis. The rod falls freely in the plane, and
+ * the slide and the carrier along y share that. */
+static void a_rod_on_the_axis_of_its_carrier(void **state)
+{
+    (void)state;
+    for (size_t l = 0; l < sizeof systems / sizeof *systems; ++l) {
+        const double L = systems[l].length, M = systems[l].mass, T = systems[l].time, angle = -0.25,
+                     e = sin(4.0 * atan(1.0)), along[3] = {0.0, 1.0, 0.0}, end[3] = {0.0, 0.0, L},
+                     bottom[3] = {0.0}, pull[2] = {1.3 * L / (T * T), 2.1 * L / (T * T)},
+                     slide = pull[0] / sin(angle);
+        const mbsr_frame turned = {.x = {0.0, 0.5 * L, 0.0},
+                                   .R = {-1.0, e, 0.0, -e, -1.0, 0.0, 0.0, 0.0, 1.0}};
+        mbsr_model *model;
+        mbsr_data *data;
+        starts s;
+        assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+        const int carrier =
+            test_add_body(model, MBSR_GROUND, mbsr_joint_in_plane(NULL, NULL), mbsr_inertia_zero());
+        test_add_body(model, carrier, mbsr_joint_prismatic(&turned, NULL, along),
+                      mbsr_inertia_rod(2.0 * M, bottom, end));
+        const mbsr_force_def force[] = {
+            mbsr_force_joint_spring(carrier, 0, 0.0, 4.0 * M / T, 0.0),
+            mbsr_force_joint_spring(carrier, 2, 0.0, 5.0 * M * L * L / T, 0.0),
+            mbsr_force_gravity(pull[0], pull[1], -9.81 * L / (T * T))};
+        for (int k = 0; k < 3; ++k)
+            assert_ok(mbsr_model_add_force(model, force + k, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+        assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+        take(&s, model);
+        s.q[2] = angle, s.q[3] = 0.5 * L;
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y), NULL);
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, NULL, NULL),
+                  mbsr_data_error(data));
+        const double *udot = s.yp + s.nq + s.nu,
+                     expected[4] = {0.0, pull[1] + cos(angle) * slide, 0.0, slide};
+        for (int k = 0; k < 4; ++k)
+            assert_close(udot[k], expected[k], 1e-9 * (k == 2 ? 1.0 : L) / (T * T));
+        give_back(&s);
+        carts_free(model, data);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -421,6 +464,7 @@ int main(void)
         cmocka_unit_test(a_spring_beside_a_large_damper),
         cmocka_unit_test(rates_where_a_force_has_a_kink),
         cmocka_unit_test(a_damper_along_rounding_resists_nothing),
+        cmocka_unit_test(a_rod_on_the_axis_of_its_carrier),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
