@@ -182,7 +182,8 @@ static void add_joint(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_
     }
 }
 
-/* Of the joint: G, |U| |D^+|, -H^T and |H|^T (d_pred x d). */
+/* Of the joint: G, |U| |D^+| with the sizes of what U was added up from, -H^T and |H|^T (d_pred x
+ * d). */
 typedef struct carrying {
     const double *G;
     double *errors, *H, *H_sizes;
@@ -190,13 +191,17 @@ typedef struct carrying {
 
 static carrying see_body(const mbsri_fronts *w, const mbsri_body *b, double *work)
 {
-    const double *U = w->d->U + b->dg, *Dinv = w->d->Dinv + b->nn, *H = w->d->H + b->dp;
+    const double *U = w->d->U + b->dg, *Dinv = w->d->Dinv + b->nn, *H = w->d->H + b->dp,
+                 *W = w->d->W + b->dd, *s = w->d->s + b->group.iu;
     const int d = b->d, n = b->n, pred = b->pred.d;
     const carrying c = {w->d->G + b->dg, work, work + d * n, work + d * n + d * pred};
     for (int j = 0; j < n; ++j) {
         for (int r = 0; r < d; ++r) {
             double sum = 0.0;
-            for (int k = 0; k < n; ++k) sum += fabs(U[k * d + r] * Dinv[j * n + k]);
+            for (int k = 0; k < n; ++k) {
+                const double size = sqrt(W[r * (d + 1)]) / s[k];
+                sum += fmax(fabs(U[k * d + r]), size) * fabs(Dinv[j * n + k]);
+            }
             c.errors[j * d + r] = sum;
         }
     }
