@@ -187,7 +187,17 @@ static inline void assert_same_stats(mbsr_ida_stats a, mbsr_ida_stats b)
     assert_int_equal(a.newton_failures, b.newton_failures);
     assert_int_equal(a.error_test_failures, b.error_test_failures);
     assert_int_equal(a.events, b.events);
+    assert_int_equal(a.raw_states, b.raw_states);
     assert_int_equal(a.last_order, b.last_order);
+    assert_int_equal(a.factorisations, b.factorisations);
+    assert_int_equal(a.solves, b.solves);
+    assert_int_equal(a.krylov_iterations, b.krylov_iterations);
+    assert_int_equal(a.stiff_tests, b.stiff_tests);
+    assert_int_equal(a.stiff_iterations, b.stiff_iterations);
+    assert_int_equal(a.careful_attempts, b.careful_attempts);
+    assert_int_equal(a.careful_failures, b.careful_failures);
+    assert_int_equal(a.filter_solves, b.filter_solves);
+    assert_int_equal(a.renewals, b.renewals);
     assert_memory_equal(&a.last_step, &b.last_step, sizeof a.last_step);
 }
 
