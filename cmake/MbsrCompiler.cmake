@@ -40,6 +40,11 @@ if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     endif()
 endif()
 
+set(mbsr_unity OFF)
+if(MBSR_UNITY AND NOT MBSR_UNITY STREQUAL "TESTS")
+    set(mbsr_unity ON)
+endif()
+
 function(mbsr_set_warnings target)
     if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
         target_compile_options(${target} PRIVATE
@@ -48,8 +53,8 @@ function(mbsr_set_warnings target)
         if(MINGW) # isfinite of its header has a branch for float, by size
             target_compile_options(${target} PRIVATE -Wno-float-conversion)
         endif()
-        if(MBSR_UNITY) # names of the files before
-            target_compile_options(${target} PRIVATE -Wno-shadow $<$<C_COMPILER_ID:GNU>:-Wshadow=local>)
+        if(mbsr_unity) # names of the files before
+            target_compile_options(${target} PRIVATE -Wno-shadow)
         endif()
         if(MBSR_WERROR)
             target_compile_options(${target} PRIVATE -Werror)
@@ -91,7 +96,7 @@ endfunction()
 
 # mbsr_group_sources(source...): the groups of the sources of targets of this folder, where libraries are compiled so.
 function(mbsr_group_sources)
-    if(NOT MBSR_UNITY)
+    if(NOT mbsr_unity)
         return()
     endif()
     mbsr_groups_of_sources(lines "" ${ARGN})

@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
 # Installs what is missing, then builds and tests libmbsrank in three ways, in build trees below
 # build/, the second and third beside the first: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
-# Release, static, without LAPACK and vector code). Sources are compiled several at once. Warnings are errors in all of them. The numerical tests of
+# Release, static, without LAPACK and vector code). Warnings are errors in all of them. The numerical tests of
 # the first run with the other LAPACK too, those that call it. What the first build tests in full, the others
 # test with fewer random trees and without the longest runs; the second and third leave out
 # what reaches no code of its own there. Where no compiler has sanitizers there is a clang Debug build in their place.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: test.sh [--long]
-#     --long    all seeds and whole runs in every build (tests/support/duration.h), sources one by one, and
-#               clang Debug without sanitizers; hours
+#     --long    all seeds and whole runs in every build (tests/support/duration.h), and clang Debug
+#               without sanitizers; hours
 set -eu
-long=OFF together=ON
+long=OFF
 for option; do
     case $option in
-    --long) long=ON together=OFF ;;
+    --long) long=ON ;;
     *) echo "usage: test.sh [--long]" >&2; exit 2 ;;
     esac
 done
@@ -155,7 +155,7 @@ first() {
         echo "==== web: left out, its packages or sources cannot be had"
     fi
     # with checks of buffers' sizes, as distributions compile
-    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_C_FLAGS=-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2" -DMBSR_BENCH=ON -DMBSR_UNITY="$together" \
+    run 1 gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release "-DCMAKE_C_FLAGS=-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2" -DMBSR_BENCH=ON -DMBSR_UNITY=TESTS \
         "${linker[@]}" "${web[@]}" -- "${no_packages[@]}"
     other_lapacks
 }
@@ -171,7 +171,7 @@ others() {
         # a trap with its place in the source instead of a text: less code, and a tenth of what the loader relocates
         if [ "$sanitizer" = clang ] && [ "$long" = OFF ]; then trap=(-DCMAKE_C_FLAGS=-fsanitize-trap=undefined); fi
         ASAN_OPTIONS=handle_sigill=1 run 3 sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-            -DMBSR_UNITY="$together" -DCMAKE_C_FLAGS_DEBUG=-g1 "${linker[@]}" "${trap[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
+            -DMBSR_UNITY=ON -DCMAKE_C_FLAGS_DEBUG=-g1 "${linker[@]}" "${trap[@]}" -DMBSR_SANITIZE=address,undefined -DMBSR_TEST_WITHOUT="$long_tests|$repeated" -- -E "^($long_tests|$repeated)\$"
     else
         echo "==== sanitizers: left out, no compiler has them"
     fi
@@ -189,7 +189,7 @@ others() {
     less=(-DCMAKE_BUILD_TYPE=MinSizeRel "-DCMAKE_C_FLAGS_MINSIZEREL=-O1 -DNDEBUG")
     if [ "$sanitizer" = "$minimal" ]; then headers='|hygiene\.(headers|snippets)'; fi # done by that compiler
     if [ "$long" = ON ]; then only='.*' less=(-DCMAKE_BUILD_TYPE=Release); fi
-    MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DMBSR_UNITY="$together" -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
+    MBSR_TEST_FEW=1 run 5 minimal "$minimal" "${less[@]}" "${linker[@]}" -DMBSR_UNITY=ON -DBUILD_SHARED_LIBS=OFF -DMBSR_IDA=OFF \
         -DMBSR_LAPACK=OFF -DMBSR_VECTORS="$long" -DMBSR_BENCH="$long" -DMBSR_HDF5=OFF -DMBSR_PNG=OFF -DMBSR_VIEWER=OFF \
         -DMBSR_TEST_ONLY="$only" -DMBSR_TEST_WITHOUT="$long_tests" -- -R "^($only)\$" -E "^($long_tests$headers)\$"
 }
