@@ -317,9 +317,9 @@ static int leave_to_springs(mbsr_completion *w)
     return MBSR_OK;
 }
 
-/* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. F
+/* The parts a and b of the solution for the derivative of that order; *change: of what size b is. F
  * stays that at the state. */
-static int balance(mbsr_completion *w, bool twice, double *x, double *change)
+static int balance(mbsr_completion *w, bool twice, double *change)
 {
     mbsri_copy((size_t)w->size, w->F, w->further);
     int status = differentiate(w, w->rate + w->rates, twice);
@@ -327,17 +327,29 @@ static int balance(mbsr_completion *w, bool twice, double *x, double *change)
     if (!status && twice) status = leave_to_springs(w);
     mbsri_copy((size_t)w->size, w->further, w->F);
     if (!status) status = mbsri_completion_split(w, w->r);
-    if (status) return status;
-    *change = mbsri_completion_speed(w, w->other + w->rates);
-    for (int k = 0; k < w->m->nu; ++k) x[k] -= w->other[w->rates + k];
-    return MBSR_OK;
+    *change = status ? 0.0 : mbsri_completion_speed(w, w->other + w->rates);
+    return status;
 }
 
 int mbsri_completion_drift(mbsr_completion *w, double *change)
 {
-    double *udot = w->rate + w->rates;
-    const int status = balance(w, false, w->y + w->rates, change);
-    for (int k = 0; k < w->m->nu && !status; ++k) udot[k] -= w->x[w->rates + k];
+    double *u = w->y + w->rates, *udot = w->rate + w->rates;
+    const int status = balance(w, false, change);
+    for (int k = 0; k < w->m->nu && !status; ++k) {
+        u[k] -= w->other[w->rates + k];
+        udot[k] -= w->x[w->rates + k];
+    }
+    for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
+    return status;
+}
+
+/* Rates of loop forces. Those that velocities were found with belong to loop forces that masses had
+ * no share in yet: velocities do not see that share, accelerations do by its turning. */
+static int renew_force_rates(mbsr_completion *w)
+{
+    double change;
+    if (w->m->rows == 0) return MBSR_OK;
+    const int status = balance(w, false, &change);
     for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
     return status;
 }
@@ -347,12 +359,14 @@ int mbsri_completion_accelerate(mbsr_completion *w)
     enum { MOST = 6 };
     static const double enough = 1e-9; /* a correction of that size leaves far less */
     double *udot = w->rate + w->rates, last = INFINITY;
-    for (int step = 0; step < MOST; ++step) {
+    int status = renew_force_rates(w);
+    for (int step = 0; step < MOST && !status; ++step) {
         double change = 0.0;
-        const int status = balance(w, true, udot, &change);
+        status = balance(w, true, &change);
+        for (int k = 0; k < w->m->nu && !status; ++k) udot[k] -= w->other[w->rates + k];
         if (status || change <= enough * mbsri_completion_speed(w, udot)) return status;
         if (!(change < 0.5 * last)) return MBSR_OK;
         last = change;
     }
-    return MBSR_OK;
+    return status;
 }
