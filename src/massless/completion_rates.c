@@ -321,22 +321,23 @@ int mbsri_completion_forward(mbsr_completion *w)
 }
 
 /* Of closed models, where solutions do not aim at q', what is missing falls with c^2: where it is
- * more than rounding of forces, farther out. */
-static int solve_farther(mbsr_completion *w, bool exactly, double *loaded)
+ * more than rounding of forces, farther out. Springs beside far larger dampers are drowned by c
+ * times these: solutions creep, less so nearer. */
+static int solve_by_turns(mbsr_completion *w, bool exactly, double *loaded)
 {
+    enum { WAYS = 4 };
     static const struct {
-        double farther, decays;
-    } way[] = {{1e2, 1e-5}, {1e4, 1e-5}, {1e2, 1e-3}};
-    enum { WAYS = sizeof way / sizeof way[0] };
+        double c, decays;
+    } closed[WAYS] = {{1e2, 1e-5}, {1e4, 1e-5}, {1e2, 1e-3}, {1.0, 1e-3}};
     const double c = w->solver.c;
-    const bool closed = w->m->rows > 0 && w->kind.deficient && !w->kind.elastic;
-    for (int k = 0; k < WAYS && closed; ++k) {
-        w->solver.c = way[k].farther * c;
-        const int status = solve_rates(w, exactly, way[k].decays, loaded);
+    const bool elastic = w->kind.elastic, some = elastic || (w->m->rows > 0 && w->kind.deficient);
+    int status = MBSR_NO_CONVERGENCE;
+    for (int k = some ? 0 : WAYS - 1; k < WAYS && status > 0; ++k) {
+        w->solver.c = c * (elastic ? pow(0.1, k) : closed[k].c);
+        status = solve_rates(w, exactly, elastic ? 1e-3 : closed[k].decays, loaded);
         w->solver.c = c;
-        if (status <= 0) return status;
     }
-    return solve_rates(w, exactly, 1e-3, loaded);
+    return status;
 }
 
 /* u' by forward dynamics where some rows are left to others, if these serve: they know which, while
@@ -365,7 +366,7 @@ int mbsri_completion_rates(mbsr_completion *w, bool exactly)
     double loaded = INFINITY;
     status = MBSR_OK;
     for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
-        status = solve_farther(w, exactly, &loaded);
+        status = solve_by_turns(w, exactly, &loaded);
     if (!status && w->kind.elastic) status = mbsri_completion_accelerate(w);
     return status ? status : take_forward(w);
 }
