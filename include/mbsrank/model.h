@@ -172,8 +172,9 @@ MBSR_API int mbsr_model_nu(const mbsr_model *model);     /* joint velocity coord
                                                         degrees of freedom (mobilities) */
 
 /* The length typical of the model, m: the geometric mean of its bodies' radii of gyration about
- * their origins, else of arms, ways between origins or of points that forces act at; steps of
- * differences and tolerances are measured by it. 0: there is none. -1 as above. */
+ * their origins, else of arms, ways between origins, of points that forces act at, or of rests and
+ * limits of springs along joints; steps of differences and tolerances are measured by it. 0: there
+ * is none. -1 as above. */
 MBSR_API double mbsr_model_length(const mbsr_model *model);
 
 /* The rate typical of the model, 1/s: of a pendulum of that length under its gravity, else of its

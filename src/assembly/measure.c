@@ -83,6 +83,24 @@ double mbsri_force_length(const mbsr_force_def *def)
     return largest;
 }
 
+/* The largest rest, limit or reference of a stock element along what slides; 0: it has none. */
+static double length_along(const mbsr_model *m, const mbsri_force *force)
+{
+    static const char *const ways[] = {" (rest)", " (lower)", " (upper)", " (reference)",
+                                       " (free_length)"};
+    const mbsr_force_def *def = &force->def;
+    double largest = 0.0;
+    for (int k = 0; k < MBSR_FORCE_PARAMS && def->table->parameter; ++k) {
+        const char *name = def->table->parameter(k);
+        for (size_t l = 0; l < sizeof ways / sizeof *ways; ++l) {
+            const double way = fabs(def->param[k]);
+            if (strcmp(name, ways[l]) == 0 && isfinite(way) && !mbsri_is_of_turn(m, force, 1, 0))
+                largest = fmax(largest, way);
+        }
+    }
+    return largest;
+}
+
 /* Levers of all joints (bodies) at q = 0; where there is none, as nothing turns, the ways. */
 static bool find_levers(const mbsr_model *m, double *lever)
 {
@@ -114,6 +132,8 @@ static bool find_length(mbsr_model *m)
         m->typical.length = found ? mean(bodies, x) : 0.0;
     }
     for (size_t k = 0; k < forces; ++k) x[k] = mbsri_force_length(&force[k].def);
+    if (m->typical.length == 0.0) m->typical.length = mean(forces, x);
+    for (size_t k = 0; k < forces; ++k) x[k] = length_along(m, force + k);
     if (m->typical.length == 0.0) m->typical.length = mean(forces, x);
     mbsri_release(&m->allocator, x);
     return found;

@@ -31,8 +31,7 @@ static entries find_entries(const mbsr_force_def *def, const char *name)
     return found;
 }
 
-/* Whether entry k of `count` is of a turn. */
-static bool is_of_turn(const mbsr_model *m, const mbsri_force *force, int count, int k)
+bool mbsri_is_of_turn(const mbsr_model *m, const mbsri_force *force, int count, int k)
 {
     const mbsr_force_def *def = &force->def;
     const mbsri_body *b = m->body + m->stored.list_index[force->list];
@@ -58,7 +57,7 @@ static double mean_of(const mbsr_model *m, const char *name, const char *drive)
             const double value = force->def.param[e.first + k];
             if (!(value > 0.0) || (e.count == 9 && k % 4 != 0)) continue;
             sum += log(value) +
-                   (is_of_turn(m, force, e.count, k) ? 0.0 : 2.0 * log(m->typical.length));
+                   (mbsri_is_of_turn(m, force, e.count, k) ? 0.0 : 2.0 * log(m->typical.length));
             ++found;
         }
     }

@@ -13,4 +13,7 @@ double mbsri_elements_rate(const mbsr_model *m);
  * is known; 0: there are none. */
 double mbsri_elements_inertia(const mbsr_model *m);
 
+/* Whether entry k of `count` of an element's parameters is of a turn. */
+bool mbsri_is_of_turn(const mbsr_model *m, const mbsri_force *force, int count, int k);
+
 #endif

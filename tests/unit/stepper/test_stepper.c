@@ -415,6 +415,60 @@ static void units_do_not_matter(void **state)
     }
 }
 
+/* Carts in a row, none of which turns: the last rubs, the first runs against a stop. Ways of 64
+ * steps. */
+static void run_carts(double L, double M, double T, double *q)
+{
+    enum { CARTS = 4, STEPS = 64 };
+    const double x_axis[3] = {1.0, 0.0, 0.0}, none[3] = {0.0}, force = M * L / (T * T);
+    double u[CARTS];
+    mbsr_model *m = NULL;
+    mbsr_data *d = NULL;
+    mbsr_stepper *stepper = NULL;
+    mbsr_stepper_opt opt = mbsr_default_stepper_opt();
+    opt.h = T / STEPS;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < CARTS; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = k - 1;
+        body.joint = mbsr_joint_prismatic(NULL, NULL, x_axis);
+        body.inertia = mbsr_inertia_point_mass((1 + k) * M, none);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        const double damping = k == 1 || k == 2 ? 2.0 : 0.1;
+        const mbsr_force_def spring =
+            mbsr_force_joint_spring(k, 0, (10 + 5 * k) * force / L, damping * force * T / L, 0.0);
+        assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+        q[k] = (k % 2 ? 0.1 : -0.1) * (k + 1) * L;
+        u[k] = 0.2 * k * L / T;
+    }
+    const mbsr_force_def more[] = {
+        mbsr_force_joint_friction(3, 0, 2.0 * force, 0.01 * L / T),
+        mbsr_force_joint_stop(0, 0, -0.05 * L, 0.05 * L, 1e4 * force / L, 10.0 * force * T / L)};
+    for (int k = 0; k < 2; ++k)
+        assert_ok(mbsr_model_add_force(m, more + k, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_close(mbsr_model_length(m) / (0.05 * L), 1.0, 1e-12);
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_stepper_create(m, d, &opt, &stepper, NULL), NULL);
+    assert_ok(mbsr_stepper_start(stepper, 0.0, q, u), mbsr_stepper_error(stepper));
+    for (int k = 0; k < STEPS; ++k)
+        assert_ok(mbsr_stepper_step(stepper), mbsr_stepper_error(stepper));
+    assert_ok(mbsr_stepper_motion(stepper, NULL, q, u), mbsr_stepper_error(stepper));
+    for (int k = 0; k < CARTS; ++k) q[k] /= L;
+    mbsr_stepper_destroy(stepper);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void nor_do_they_where_nothing_turns(void **state)
+{
+    (void)state;
+    double si[4], other[4];
+    run_carts(1.0, 1.0, 1.0, si);
+    run_carts(1.0 / 4096, 4096, 1.0 / 4096, other);
+    for (int k = 0; k < 4; ++k) assert_close(other[k], si[k], 1e-9);
+}
+
 /* ---- refused steps ---- */
 
 static void a_failing_callback_refuses_the_step_and_nothing_else(void **state)
@@ -607,6 +661,7 @@ int main(void)
         cmocka_unit_test(the_data_is_at_velocities_of_the_new_state),
         cmocka_unit_test(inputs_are_held_over_the_step),
         cmocka_unit_test(units_do_not_matter),
+        cmocka_unit_test(nor_do_they_where_nothing_turns),
         cmocka_unit_test(a_failing_callback_refuses_the_step_and_nothing_else),
         cmocka_unit_test(a_step_that_fails_in_between_is_halved),
         cmocka_unit_test(what_is_not_finite_refuses_the_step),
