@@ -28,7 +28,8 @@
 static const double ratio = MBSRI_COMPLETION_RATIO;
 
 /* Steps of quotients, in the time in which the state changes much. */
-static const double share_of_time = 1e-3;
+enum { STEPS = 3 };
+static const double share_of_time[STEPS] = {1e-3, 8e-3, 6.4e-2};
 
 void mbsri_completion_part(mbsr_completion *w)
 {
@@ -274,25 +275,51 @@ static int look_along(mbsr_completion *w, double s, const double *udot, bool apa
 static const double first_weight[5] = {1.0, -8.0, 0.0, 8.0, -1.0},
                     second_weight[5] = {-1.0, 16.0, -30.0, 16.0, -1.0};
 
-/* r = (0, 0, dF_u/dt or d^2F_u/dt^2) along the motion. */
-static int differentiate(mbsr_completion *w, const double *udot, bool twice)
+/* r (size) = (0, 0, dF_u/dt or d^2F_u/dt^2) along the motion, by steps h, s. F at the state is in
+ * w->further. */
+static int differentiate(mbsr_completion *w, bool twice, double h, double *r)
 {
-    const double h = share_of_time * mbsri_completion_time(w),
-                 over = 1.0 / (12.0 * h * (twice ? h : 1.0)),
+    const double over = 1.0 / (12.0 * h * (twice ? h : 1.0)), *udot = w->rate + w->rates,
                  *weight = twice ? second_weight : first_weight;
     const bool apart = separates(w);
-    mbsri_zero((size_t)w->size, w->r);
-    for (int step = 0; step < 5; ++step) {
-        const int l = (step + 2) % 5; /* F is that at the state at first */
+    mbsri_zero((size_t)w->size, r);
+    for (int l = 0; l < 5; ++l) {
         if (weight[l] == 0.0) continue;
         int status = MBSR_OK;
+        mbsri_copy((size_t)w->size, w->further, w->F);
         if (l == 2 && apart)
             leave_out_momenta(w);
         else
             status = look_along(w, (l - 2) * h, udot, apart);
         if (status) return status;
-        for (int k = w->rates; k < w->loops; ++k) w->r[k] += over * weight[l] * w->F[k];
+        for (int k = w->rates; k < w->loops; ++k) r[k] += over * weight[l] * w->F[k];
     }
+    return MBSR_OK;
+}
+
+/* Takes for each row of r the quotient of the longest steps where two quotients have come nearer to
+ * each other with them: rounding falls with the square of the step. What bends or breaks along the
+ * way, as contacts and friction do, is another at each step. */
+static void take_longest(const mbsr_completion *w, const double *longer, const double *longest,
+                         double *r)
+{
+    static const double much = 0.5;
+    for (int k = w->rates; k < w->loops; ++k) {
+        if (fabs(longest[k] - longer[k]) <= much * fabs(longer[k] - r[k])) r[k] = longest[k];
+    }
+}
+
+/* r = (0, 0, d^2F_u/dt^2). Far along the motion F may be known no more. */
+static int differentiate_twice(mbsr_completion *w)
+{
+    const double time = mbsri_completion_time(w);
+    const mbsr_error before = w->d->error;
+    int status = differentiate(w, true, share_of_time[0] * time, w->r);
+    if (status) return status;
+    status = differentiate(w, true, share_of_time[1] * time, w->x);
+    if (!status) status = differentiate(w, true, share_of_time[2] * time, w->other);
+    if (!status) take_longest(w, w->x, w->other, w->r);
+    w->d->error = before;
     return MBSR_OK;
 }
 
@@ -322,7 +349,8 @@ static int leave_to_springs(mbsr_completion *w)
 static int balance(mbsr_completion *w, bool twice, double *change)
 {
     mbsri_copy((size_t)w->size, w->F, w->further);
-    int status = differentiate(w, w->rate + w->rates, twice);
+    int status = twice ? differentiate_twice(w)
+                       : differentiate(w, false, share_of_time[0] * mbsri_completion_time(w), w->r);
     if (!status && twice) status = mbsri_completion_split(w, w->r);
     if (!status && twice) status = leave_to_springs(w);
     mbsri_copy((size_t)w->size, w->further, w->F);

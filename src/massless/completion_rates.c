@@ -321,8 +321,8 @@ int mbsri_completion_forward(mbsr_completion *w)
 }
 
 /* Of closed models, where solutions do not aim at q', what is missing falls with c^2: where it is
- * more than rounding of forces, farther out. Springs beside far larger dampers are drowned by c
- * times these: solutions creep, less so nearer. */
+ * more than rounding of forces, farther out. Of trees springs beside far larger dampers are drowned
+ * by c times these: solutions creep, less so nearer. */
 static int solve_by_turns(mbsr_completion *w, bool exactly, double *loaded)
 {
     enum { WAYS = 4 };
@@ -330,11 +330,11 @@ static int solve_by_turns(mbsr_completion *w, bool exactly, double *loaded)
         double c, decays;
     } closed[WAYS] = {{1e2, 1e-5}, {1e4, 1e-5}, {1e2, 1e-3}, {1.0, 1e-3}};
     const double c = w->solver.c;
-    const bool elastic = w->kind.elastic, some = elastic || (w->m->rows > 0 && w->kind.deficient);
+    const bool tree = w->m->rows == 0, some = w->kind.deficient && w->kind.elastic == tree;
     int status = MBSR_NO_CONVERGENCE;
     for (int k = some ? 0 : WAYS - 1; k < WAYS && status > 0; ++k) {
-        w->solver.c = c * (elastic ? pow(0.1, k) : closed[k].c);
-        status = solve_rates(w, exactly, elastic ? 1e-3 : closed[k].decays, loaded);
+        w->solver.c = c * (tree && some ? pow(0.1, k) : closed[k].c);
+        status = solve_rates(w, exactly, closed[k].decays, loaded);
         w->solver.c = c;
     }
     return status;

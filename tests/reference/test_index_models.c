@@ -445,10 +445,55 @@ static void verdicts_and_starts_are_those_of_reasoning(void **state)
     assert_int_equal(count, 0);
 }
 
+/* Accelerations of a start, over the unit of length in which it is computed. */
+static void accelerate(realisation kind, int seed, double length, double *udot)
+{
+    const units in = {"some length, kg, s", length, 1.0, 1.0};
+    scene s = {.in = &in, .rng = test_seed((uint64_t)(1000 * (int)kind + seed))};
+    double y[4 * MOST], yp[4 * MOST];
+    assert_int_equal(mbsr_model_create(NULL, &s.model, NULL), MBSR_OK);
+    assert_int_equal(make_network(&s, kind).undetermined, 0);
+    assert_ok(mbsr_model_finish(s.model), mbsr_model_error(s.model));
+    assert_int_equal(mbsr_data_create(s.model, &s.data, NULL), MBSR_OK);
+    assert_true(mbsr_dae_size(s.model, MBSR_DAE_MOMENTUM) <= 4 * MOST);
+    assert_ok(mbsr_dae_pack(s.model, s.data, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y),
+              mbsr_data_error(s.data));
+    assert_ok(mbsr_dae_consistent(s.model, s.data, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+              mbsr_data_error(s.data));
+    const int nu = mbsr_model_nu(s.model);
+    for (int k = 0; k < nu; ++k) udot[k] = yp[2 * nu + k] / length;
+    for (int k = nu; k < MOST; ++k) udot[k] = 0.0;
+    mbsr_data_destroy(s.data);
+    mbsr_model_destroy(s.model);
+}
+
+/* Springs and dampers of very different sizes along one line: the equations are linear, so that
+ * motions are as large as the unit of length is small. */
+static void lengths_do_not_matter(void **state)
+{
+    (void)state;
+    static const struct {
+        realisation kind;
+        int seed;
+    } draw[] = {{ABSOLUTE, 158}, {RELATIVE, 14},  {RELATIVE, 134},
+                {RELATIVE, 503}, {RELATIVE, 753}, {RELATIVE, 993}};
+    static const double length[] = {1e-2, 3.162277, 78.0, 100.0};
+    for (size_t l = 0; l < sizeof draw / sizeof draw[0]; ++l) {
+        double expected[MOST], udot[MOST], largest = 0.0;
+        accelerate(draw[l].kind, draw[l].seed, 1.0, expected);
+        for (int k = 0; k < MOST; ++k) largest = fmax(largest, fabs(expected[k]));
+        for (size_t j = 0; j < sizeof length / sizeof length[0]; ++j) {
+            accelerate(draw[l].kind, draw[l].seed, length[j], udot);
+            for (int k = 0; k < MOST; ++k) assert_close(udot[k], expected[k], 1e-6 * largest);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(verdicts_and_starts_are_those_of_reasoning),
+        cmocka_unit_test(lengths_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
