@@ -310,12 +310,12 @@ static void take_longest(const mbsr_completion *w, const double *longer, const d
 }
 
 /* r = (0, 0, d^2F_u/dt^2). Far along the motion F may be known no more. */
-static int differentiate_twice(mbsr_completion *w)
+static int differentiate_twice(mbsr_completion *w, bool exactly)
 {
     const double time = mbsri_completion_time(w);
     const mbsr_error before = w->d->error;
     int status = differentiate(w, true, share_of_time[0] * time, w->r);
-    if (status) return status;
+    if (status || !exactly) return status;
     status = differentiate(w, true, share_of_time[1] * time, w->x);
     if (!status) status = differentiate(w, true, share_of_time[2] * time, w->other);
     if (!status) take_longest(w, w->x, w->other, w->r);
@@ -344,25 +344,38 @@ static int leave_to_springs(mbsr_completion *w)
     return MBSR_OK;
 }
 
-/* The parts a and b of the solution for the derivative of that order; *change: of what size b is. F
- * stays that at the state. */
-static int balance(mbsr_completion *w, bool twice, double *change)
+/* The parts a and b of the solution for r, from where F is that in w->further, which it becomes
+ * again; *change: of what size b is. */
+static int balance(mbsr_completion *w, double *change)
 {
-    mbsri_copy((size_t)w->size, w->F, w->further);
-    int status = twice ? differentiate_twice(w)
-                       : differentiate(w, false, share_of_time[0] * mbsri_completion_time(w), w->r);
-    if (!status && twice) status = mbsri_completion_split(w, w->r);
-    if (!status && twice) status = leave_to_springs(w);
     mbsri_copy((size_t)w->size, w->further, w->F);
-    if (!status) status = mbsri_completion_split(w, w->r);
+    const int status = mbsri_completion_split(w, w->r);
     *change = status ? 0.0 : mbsri_completion_speed(w, w->other + w->rates);
     return status;
+}
+
+/* For the first derivative. F stays that at the state, as in the next. */
+static int balance_rates(mbsr_completion *w, double *change)
+{
+    mbsri_copy((size_t)w->size, w->F, w->further);
+    const int status = differentiate(w, false, share_of_time[0] * mbsri_completion_time(w), w->r);
+    return status ? status : balance(w, change);
+}
+
+/* For what springs take of the second. */
+static int balance_accelerations(mbsr_completion *w, bool exactly, double *change)
+{
+    mbsri_copy((size_t)w->size, w->F, w->further);
+    int status = differentiate_twice(w, exactly);
+    if (!status) status = mbsri_completion_split(w, w->r);
+    if (!status) status = leave_to_springs(w);
+    return status ? status : balance(w, change);
 }
 
 int mbsri_completion_drift(mbsr_completion *w, double *change)
 {
     double *u = w->y + w->rates, *udot = w->rate + w->rates;
-    const int status = balance(w, false, change);
+    const int status = balance_rates(w, change);
     for (int k = 0; k < w->m->nu && !status; ++k) {
         u[k] -= w->other[w->rates + k];
         udot[k] -= w->x[w->rates + k];
@@ -377,12 +390,12 @@ static int renew_force_rates(mbsr_completion *w)
 {
     double change;
     if (w->m->rows == 0) return MBSR_OK;
-    const int status = balance(w, false, &change);
+    const int status = balance_rates(w, &change);
     for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
     return status;
 }
 
-int mbsri_completion_accelerate(mbsr_completion *w)
+int mbsri_completion_accelerate(mbsr_completion *w, bool exactly)
 {
     enum { MOST = 6 };
     static const double enough = 1e-9; /* a correction of that size leaves far less */
@@ -390,7 +403,7 @@ int mbsri_completion_accelerate(mbsr_completion *w)
     int status = renew_force_rates(w);
     for (int step = 0; step < MOST && !status; ++step) {
         double change = 0.0;
-        status = balance(w, true, &change);
+        status = balance_accelerations(w, exactly, &change);
         for (int k = 0; k < w->m->nu && !status; ++k) udot[k] -= w->other[w->rates + k];
         if (status || change <= enough * mbsri_completion_speed(w, udot)) return status;
         if (!(change < 0.5 * last)) return MBSR_OK;

@@ -33,7 +33,8 @@ int mbsri_completion_find_growth(mbsr_completion *w);
  * balancing: the part of dF_u/dt that they take falls with 1/c alone. */
 int mbsri_completion_drift(mbsr_completion *w, double *change);
 
-/* Their accelerations: w->rate changes until d^2F_u/dt^2 = 0. */
-int mbsri_completion_accelerate(mbsr_completion *w);
+/* Their accelerations: w->rate changes until d^2F_u/dt^2 = 0; `exactly`: as nearly as quotients
+ * over several steps can tell, at three times the residuals. */
+int mbsri_completion_accelerate(mbsr_completion *w, bool exactly);
 
 #endif

@@ -367,6 +367,6 @@ int mbsri_completion_rates(mbsr_completion *w, bool exactly)
     status = MBSR_OK;
     for (int turn = 0; turn < TURNS && loaded > known && !status; ++turn)
         status = solve_by_turns(w, exactly, &loaded);
-    if (!status && w->kind.elastic) status = mbsri_completion_accelerate(w);
+    if (!status && w->kind.elastic) status = mbsri_completion_accelerate(w, exactly);
     return status ? status : take_forward(w);
 }
