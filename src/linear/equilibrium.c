@@ -34,7 +34,7 @@ typedef struct rest {
     double t, length, rate; /* typical of the model: m, 1/s */
     double force;           /* that a displacement of 1 makes, over the root of its mass */
     int nq, nu, rows, size;
-    double *y, *yp, *F, *delta, *new_y, *new_yp, *mass, *span;
+    double *y, *yp, *F, *delta, *new_y, *new_yp, *mass, *span, *rate_span;
     bool *sprung; /* rows: y has the force itself, of springs of stiff rows; else y' has it */
     mbsr_equilibrium_info info;
 } rest;
@@ -77,10 +77,23 @@ static int residual(const rest *w, const double *y, const double *yp, double *F)
 static void find_units(rest *w)
 {
     for (int i = 0; i < mbsr_model_bodies(w->m); ++i) {
-        int at;
-        mbsr_body_coordinates(w->m, i, &at, NULL, NULL, NULL);
-        mbsri_linear_spans(w->m, i, false, w->length, w->span + at);
+        int q, u;
+        mbsr_body_coordinates(w->m, i, &q, NULL, &u, NULL);
+        mbsri_linear_spans(w->m, i, false, w->length, w->span + q);
+        mbsri_linear_spans(w->m, i, true, w->length, w->rate_span + u);
     }
+}
+
+/* What accelerations by F are beside spans, 1/s^2. */
+static double largest_acceleration(const rest *w, const double *F)
+{
+    double most = 0.0;
+    for (int k = 0; k < w->nu; ++k) {
+        const double span = w->rate_span[k] > 0.0 ? w->rate_span[k] : 1.0,
+                     force = fmax(fabs(F[w->nq + k]), fabs(F[w->nq + w->nu + k]));
+        most = fmax(most, force / (w->mass[k] * span));
+    }
+    return most;
 }
 
 /* Length, masses, and what a small displacement makes of the forces. */
@@ -105,20 +118,9 @@ static int find_scales(rest *w)
         status = mbsr_normalise(w->m, w->d, w->new_y);
         if (!status) status = residual(w, w->new_y, w->yp, w->delta);
         if (status) return status;
-        double fastest = 0.0;
         for (int k = 0; k < w->size; ++k) w->delta[k] -= w->F[k];
         w->force = imbalance(w, w->delta, NULL) / step;
-        for (int i = 0; i < mbsr_model_bodies(w->m); ++i) {
-            int qi, ui, n;
-            mbsr_body_coordinates(w->m, i, &qi, NULL, &ui, &n);
-            for (int k = 0; k < n; ++k) {
-                const double span = w->span[qi + k] > 0.0 ? w->span[qi + k] : 1.0,
-                             force = fmax(fabs(w->delta[w->nq + ui + k]),
-                                          fabs(w->delta[w->nq + w->nu + ui + k]));
-                fastest = fmax(fastest, force / (w->mass[ui + k] * span * step));
-            }
-        }
-        w->rate = sqrt(fastest);
+        w->rate = sqrt(largest_acceleration(w, w->delta) / step);
         if (w->length > 0.0) break;
         /* all origins in one point: what the forces there move at this rate */
         for (int k = 0; k < w->nu && w->rate > 0.0; ++k)
@@ -126,22 +128,6 @@ static int find_scales(rest *w)
         if (!(w->length > 0.0)) w->length = 1.0;
     }
     return MBSR_OK;
-}
-
-/* What accelerations at y are beside spans, 1/s^2. */
-static double largest_acceleration(const rest *w)
-{
-    double most = 0.0;
-    for (int i = 0; i < mbsr_model_bodies(w->m); ++i) {
-        int qi, ui, n;
-        mbsr_body_coordinates(w->m, i, &qi, NULL, &ui, &n);
-        for (int k = 0; k < n; ++k) {
-            const double force =
-                fmax(fabs(w->F[w->nq + ui + k]), fabs(w->F[w->nq + w->nu + ui + k]));
-            most = fmax(most, force / (w->mass[ui + k] * w->span[qi + k]));
-        }
-    }
-    return most;
 }
 
 /* y - delta at rest, and loop forces; the length of the step. */
@@ -217,7 +203,8 @@ static int refuse_unbalanced(rest *w, mbsr_error *error)
 /* The steps. */
 static int settle_balance(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
 {
-    const double falling = largest_acceleration(w); /* before anything that holds may be near */
+    const double falling =
+        largest_acceleration(w, w->F); /* before anything that holds may be near */
     w->rate = fmax(w->rate, sqrt(falling));
     const double least = 1e-5 * w->rate;
     double c = fmax(sqrt(falling / longest), 1e-3 * w->rate), force = imbalance(w, w->F, NULL);
@@ -261,6 +248,7 @@ static bool take_memory(rest *w, mbsri_arena *arena)
         *of_size[k] = mbsri_arena_take(arena, ((size_t)w->size + 1) * sizeof(double));
     w->mass = mbsri_arena_take(arena, ((size_t)w->nu + 1) * sizeof(double));
     w->span = mbsri_arena_take(arena, ((size_t)w->nq + 1) * sizeof(double));
+    w->rate_span = mbsri_arena_take(arena, ((size_t)w->nu + 1) * sizeof(double));
     w->sprung = mbsri_arena_take(arena, ((size_t)w->rows + 1) * sizeof *w->sprung);
     return !arena->failed;
 }

@@ -9,6 +9,7 @@
 #include <mbsrank/flex.h>
 #include <mbsrank/linear.h>
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -38,6 +39,43 @@ static void a_pendulum_on_a_spring(void **state)
     assert_close(q, found, 1e-14);
     assert_int_equal(info.iterations, 1);
     free_both(m, d);
+}
+
+/* Steps in which a box comes to rest on four springs; unit of length: 2^exponent. */
+static int steps_of_a_box(int exponent, double q[7])
+{
+    const double L = ldexp(1.0, exponent), com[3] = {0.02 * L, 0.01 * L, 0.03 * L},
+                 tensor[6] = {0.02 * L * L, 0.03 * L * L, 0.04 * L * L};
+    const double start[7] = {0.8, 0.0, 0.6, 0.0, 0.1 * L, 0.2 * L, 0.5 * L};
+    mbsr_model *m = empty();
+    mbsr_equilibrium_info info;
+    mbsr_error error;
+    add_body(m, MBSR_GROUND, "box", mbsr_joint_free(NULL, NULL),
+             mbsr_inertia_rigid(2.0, com, tensor));
+    add_force(m, mbsr_force_gravity(0, 0, -9.81 * L));
+    for (int k = 0; k < 4; ++k) {
+        const double x = k % 2 ? 0.2 * L : -0.3 * L, y = k / 2 ? 0.25 * L : -0.2 * L,
+                     corner[3] = {x, y, 0.0}, foot[3] = {1.5 * x, 2.0 * y, -0.4 * L};
+        add_force(m, mbsr_force_point_spring(0, corner, MBSR_GROUND, foot, 400.0 + 50.0 * k, 1.0,
+                                             0.5 * L));
+    }
+    mbsr_data *d = finish(m);
+    assert_ok(mbsr_equilibrium(m, d, 0.0, start, NULL, q, NULL, &info, &error), &error);
+    free_both(m, d);
+    for (int k = 4; k < 7; ++k) q[k] /= L;
+    return info.iterations;
+}
+
+/* Joint rates are other in number and kind than the quaternion's coordinates. */
+static void a_box_comes_to_rest_alike_in_all_units(void **state)
+{
+    (void)state;
+    double expected[7], q[7];
+    const int steps = steps_of_a_box(0, expected);
+    for (int exponent = -12; exponent <= 12; exponent += 6) {
+        assert_int_equal(steps_of_a_box(exponent, q), steps);
+        for (int k = 0; k < 7; ++k) assert_close(q[k], expected[k], 1e-13);
+    }
 }
 
 /* A chain of twenty rods lets itself hang, from lying flat. */
@@ -389,6 +427,7 @@ int main(void)
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_falls_into_a_slack_cable),
                                        cmocka_unit_test(a_pendulum_on_a_spring),
                                        cmocka_unit_test(a_beam_sags_in_any_units),
+                                       cmocka_unit_test(a_box_comes_to_rest_alike_in_all_units),
                                        cmocka_unit_test(a_chain),
                                        cmocka_unit_test(a_rod_and_a_spring),
                                        cmocka_unit_test(what_nothing_holds_is_named),
