@@ -243,14 +243,14 @@ static void leave_out_momenta(mbsr_completion *w)
     }
 }
 
-/* F_u at the time t + s on the path, with velocities u + s u' and loop forces lambda + s lambda'.
- * The momenta there are those of the velocities, unless no equation of forces knows of them. */
-static int look_along(mbsr_completion *w, double s, const double *udot, bool apart)
+/* F_u at the time t + s with the positions and velocities of w->form and loop forces lambda + s
+ * lambda'. The momenta there are those of the velocities, unless no equation of forces knows of
+ * them (apart). */
+static int look_beside(mbsr_completion *w, double s, bool apart)
 {
     const mbsr_model *m = w->m;
-    int status = go_along(w, s, udot);
-    for (int k = 0; k < m->nu; ++k) w->form.u[k] = w->y[w->rates + k] + s * udot[k];
-    if (!status && !apart)
+    int status = MBSR_OK;
+    if (!apart)
         status =
             mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->form.q, w->form.u, w->ahead.y);
     if (status) {
@@ -270,6 +270,16 @@ static int look_along(mbsr_completion *w, double s, const double *udot, bool apa
     return status;
 }
 
+/* On the path, with velocities u + s u'. */
+static int look_along(mbsr_completion *w, double s, bool apart)
+{
+    const double *udot = w->rate + w->rates;
+    const int status = go_along(w, s, udot);
+    if (status) w->error = w->d->error;
+    for (int k = 0; k < w->m->nu; ++k) w->form.u[k] = w->y[w->rates + k] + s * udot[k];
+    return status ? status : look_beside(w, s, apart);
+}
+
 /* Weights of F at -2h .. 2h for the first derivative, times 12 h, and for the second, times 12 h^2.
  */
 static const double first_weight[5] = {1.0, -8.0, 0.0, 8.0, -1.0},
@@ -279,7 +289,7 @@ static const double first_weight[5] = {1.0, -8.0, 0.0, 8.0, -1.0},
  * w->further. */
 static int differentiate(mbsr_completion *w, bool twice, double h, double *r)
 {
-    const double over = 1.0 / (12.0 * h * (twice ? h : 1.0)), *udot = w->rate + w->rates,
+    const double over = 1.0 / (12.0 * h * (twice ? h : 1.0)),
                  *weight = twice ? second_weight : first_weight;
     const bool apart = separates(w);
     mbsri_zero((size_t)w->size, r);
@@ -290,35 +300,58 @@ static int differentiate(mbsr_completion *w, bool twice, double h, double *r)
         if (l == 2 && apart)
             leave_out_momenta(w);
         else
-            status = look_along(w, (l - 2) * h, udot, apart);
+            status = look_along(w, (l - 2) * h, apart);
         if (status) return status;
         for (int k = w->rates; k < w->loops; ++k) r[k] += over * weight[l] * w->F[k];
     }
     return MBSR_OK;
 }
 
-/* Takes for each row of r the quotient of the longest steps where two quotients have come nearer to
- * each other with them: rounding falls with the square of the step. What bends or breaks along the
- * way, as contacts and friction do, is another at each step. */
-static void take_longest(const mbsr_completion *w, const double *longer, const double *longest,
-                         double *r)
+/* What rounding of positions and velocities makes of F_u at the most, into w->time (nu): of a
+ * change by 2^-40 of each, 1024 roundings. F at the state is in w->further. */
+static int find_noise(mbsr_completion *w)
 {
-    static const double much = 0.5;
+    static const double little = 0x1p-40, most = 1024.0 * 0x1p-52;
+    const mbsr_model *m = w->m;
+    const bool apart = separates(w);
+    for (int k = 0; k < m->nq; ++k)
+        w->form.q[k] = w->y[k] * (1.0 + little * sin(12.9898 * (k + 1)));
+    for (int k = 0; k < m->nu; ++k)
+        w->form.u[k] = w->y[w->rates + k] * (1.0 + little * sin(78.233 * (k + 1)));
+    const int status = look_beside(w, 0.0, apart);
+    for (int k = 0; k < m->nu && !status; ++k) {
+        const int row = w->rates + k;
+        w->time[k] = most / little * fabs(w->F[row] - w->further[row]);
+    }
+    return status;
+}
+
+/* Takes for each row of r, by the shortest steps h, the quotient by longer ones where it differs by
+ * rounding, and by the longest where that is nearer to it: what steps are too long for grows with
+ * their fourth power, 4096 from the one to the other. */
+static void take_longest(const mbsr_completion *w, double h, const double *longer,
+                         const double *longest, double *r)
+{
+    static const double nearer = 0.5, grows = 512.0;
     for (int k = w->rates; k < w->loops; ++k) {
-        if (fabs(longest[k] - longer[k]) <= much * fabs(longer[k] - r[k])) r[k] = longest[k];
+        const double first = fabs(longer[k] - r[k]), second = fabs(longest[k] - longer[k]);
+        if (h * h * first <= w->time[k - w->rates] && second <= grows * first)
+            r[k] = second <= nearer * first ? longest[k] : longer[k];
     }
 }
 
-/* r = (0, 0, d^2F_u/dt^2). Far along the motion F may be known no more. */
+/* r = (0, 0, d^2F_u/dt^2). Far along the motion F may be
+ * known no more. */
 static int differentiate_twice(mbsr_completion *w, bool exactly)
 {
-    const double time = mbsri_completion_time(w);
+    const double time = mbsri_completion_time(w), h = share_of_time[0] * time;
     const mbsr_error before = w->d->error;
-    int status = differentiate(w, true, share_of_time[0] * time, w->r);
+    int status = differentiate(w, true, h, w->r);
     if (status || !exactly) return status;
-    status = differentiate(w, true, share_of_time[1] * time, w->x);
+    status = find_noise(w);
+    if (!status) status = differentiate(w, true, share_of_time[1] * time, w->x);
     if (!status) status = differentiate(w, true, share_of_time[2] * time, w->other);
-    if (!status) take_longest(w, w->x, w->other, w->r);
+    if (!status) take_longest(w, h, w->x, w->other, w->r);
     w->d->error = before;
     return MBSR_OK;
 }
@@ -385,7 +418,8 @@ int mbsri_completion_drift(mbsr_completion *w, double *change)
 }
 
 /* Rates of loop forces. Those that velocities were found with belong to loop forces that masses had
- * no share in yet: velocities do not see that share, accelerations do by its turning. */
+ * no share in yet: velocities do not see that share, accelerations do by its turning. Dampers
+ * beside loops make them depend on accelerations. */
 static int renew_force_rates(mbsr_completion *w)
 {
     double change;
@@ -397,17 +431,20 @@ static int renew_force_rates(mbsr_completion *w)
 
 int mbsri_completion_accelerate(mbsr_completion *w, bool exactly)
 {
-    enum { MOST = 6 };
-    static const double enough = 1e-9; /* a correction of that size leaves far less */
-    double *udot = w->rate + w->rates, last = INFINITY;
-    int status = renew_force_rates(w);
-    for (int step = 0; step < MOST && !status; ++step) {
-        double change = 0.0;
-        status = balance_accelerations(w, exactly, &change);
+    enum { MOST = 8 };
+    static const double enough = 1e-9, /* a correction of that size leaves far less */
+        near = 1e-5;
+    const int lag = w->m->rows > 0; /* rates of loop forces follow the last accelerations */
+    double *udot = w->rate + w->rates, last = INFINITY, change = INFINITY;
+    bool falls = true;
+    for (int step = 0; step < MOST && falls; ++step, last = change) {
+        int status = renew_force_rates(w);
+        if (!status) status = balance_accelerations(w, exactly, &change);
         for (int k = 0; k < w->m->nu && !status; ++k) udot[k] -= w->other[w->rates + k];
         if (status || change <= enough * mbsri_completion_speed(w, udot)) return status;
-        if (!(change < 0.5 * last)) return MBSR_OK;
-        last = change;
+        falls = step <= lag || change < 0.5 * last;
     }
-    return status;
+    if (!exactly || change <= near * mbsri_completion_size(w, udot)) return MBSR_OK;
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE,
+                                 "accelerations that springs leave were not found");
 }

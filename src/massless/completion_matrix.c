@@ -33,6 +33,12 @@ double mbsri_completion_time(const mbsr_completion *w)
     return w->times.scale > 0.0 ? fmin(w->times.scale, own) : own;
 }
 
+double mbsri_completion_size(const mbsr_completion *w, const double *udot)
+{
+    const double time = mbsri_completion_time(w);
+    return mbsri_completion_speed(w, udot) + 1e-3 / (time * time);
+}
+
 int mbsri_completion_residual(mbsr_completion *w, double t, const double *y, const double *yp)
 {
     ++w->info.residuals;

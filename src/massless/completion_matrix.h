@@ -91,6 +91,9 @@ double mbsri_completion_speed(const mbsr_completion *w, const double *x);
 /* A time in which the state changes much, s. */
 double mbsri_completion_time(const mbsr_completion *w);
 
+/* Of accelerations udot (nu), 1/s^2, for what is relative to it: at rest they are rounding. */
+double mbsri_completion_size(const mbsr_completion *w, const double *udot);
+
 /* Whether corrections of these sizes, relative to what is corrected, are followed by none that
  * counts: above `enough`, or at rounding, which is below `near`. */
 bool mbsri_completion_converged(double change, double last, double enough, double near);

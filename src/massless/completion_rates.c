@@ -113,20 +113,13 @@ static double add_forces(mbsr_completion *w)
     return change > 0.0 ? change / size : 0.0;
 }
 
-/* Of u', 1/s^2, for what is relative to it: at rest accelerations are rounding. */
-static double size_of(const mbsr_completion *w, const double *udot)
-{
-    const double time = mbsri_completion_time(w);
-    return mbsri_completion_speed(w, udot) + 1e-3 / (time * time);
-}
-
 /* x[0] becomes the limit of the solutions as c grows: of velocities without those of elastic
  * directions, which grow with it. What it has been taken off is the size of the part that decays.
  */
 static double join(const mbsr_completion *w, double *const *x)
 {
     const double c[2] = {mbsri_completion_c(w, MBSRI_NEAR), mbsri_completion_c(w, MBSRI_FAR)};
-    const double slope = 1.0 / (c[1] - c[0]), size = size_of(w, x[1] + w->rates);
+    const double slope = 1.0 / (c[1] - c[0]), size = mbsri_completion_size(w, x[1] + w->rates);
     double *u[2] = {x[0] + w->rates, x[1] + w->rates};
     for (int k = w->loops; k < w->places; ++k) x[0][k] = slope * (c[1] * x[1][k] - c[0] * x[0][k]);
     for (int k = 0; k < w->m->nu; ++k) {
@@ -150,7 +143,7 @@ static double take_up(mbsr_completion *w, const double *x, double *forces)
     const double change = mbsri_completion_speed(w, udot);
     mbsri_copy((size_t)nu, x + w->rates, udot);
     *forces = add_forces(w);
-    return change / size_of(w, udot);
+    return change / mbsri_completion_size(w, udot);
 }
 
 /* Whether what loop forces have changed by at last, in w->x, is nothing beside what all forces

@@ -475,8 +475,7 @@ static void lengths_do_not_matter(void **state)
     static const struct {
         realisation kind;
         int seed;
-    } draw[] = {{ABSOLUTE, 158}, {RELATIVE, 14},  {RELATIVE, 134},
-                {RELATIVE, 503}, {RELATIVE, 753}, {RELATIVE, 993}};
+    } draw[] = {{ABSOLUTE, 158}, {RELATIVE, 14}, {RELATIVE, 993}};
     static const double length[] = {1e-2, 3.162277, 78.0, 100.0};
     for (size_t l = 0; l < sizeof draw / sizeof draw[0]; ++l) {
         double expected[MOST], udot[MOST], largest = 0.0;
