@@ -12,6 +12,7 @@
 #include "recursion/rates.h"
 #include "sweeps/loops.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -101,6 +102,15 @@ void mbsri_sweeps_own_origin(const mbsri_sweeps *tree, const mbsr_model *m, int 
     memcpy(x, own.x, sizeof own.x);
 }
 
+/* A difference of places of that size: what is but their rounding is zero. Else it would be all the
+ * lever arm of a point on an axis, and pass for inertia. */
+static void drop_rounding(double size, double x[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        if (fabs(x[k]) <= 8.0 * DBL_EPSILON * size) x[k] = 0.0;
+    }
+}
+
 /* The body's frame at q = 0 in its predecessor's own frame. */
 static mbsr_frame frame_at_rest(const mbsri_joint *joint, const mbsr_frame *in_body)
 {
@@ -138,7 +148,11 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
                           mbsri_sweep_body *b)
 {
     const mbsr_frame body = mbsr_frame_inverse(in_body);
-    const mbsr_inertia inertia = mbsr_inertia_in_frame(&body, *given);
+    mbsr_inertia inertia = mbsr_inertia_in_frame(&body, *given);
+    drop_rounding(mbsri_norm3(given->com) + mbsri_norm3(in_body->x), inertia.com);
+    for (int k = 0; k < 3; ++k) {
+        if (inertia.com[k] == 0.0) inertia.com_rest[k] = 0.0;
+    }
     /* about the frame's origin: there a moment of next to nothing about z is what it is */
     mbsri_exact about = mbsri_exact_of(&inertia);
     mbsri_exact_parallel_axes(about.mass, about.com, about.tensor);
@@ -216,7 +230,10 @@ static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
     pred = mbsr_frame_inverse(&pred);
     if (simple) {
         const mbsr_frame rest = frame_at_rest(joint, &in_body);
-        const mbsr_frame frame = mbsr_frame_product(&pred, &rest);
+        mbsr_frame frame = mbsr_frame_product(&pred, &rest);
+        drop_rounding(mbsri_norm3(pred.x) + mbsri_norm3(joint->param + MBSRI_A) +
+                          mbsri_norm3(joint->param + MBSRI_B),
+                      frame.x);
         pad(3, frame.R, b->A);
         pad(1, frame.x, b->x);
         if (kind == MBSRI_ROTATION || kind == MBSRI_SCREW) b->flags |= MBSRI_TURNS;
