@@ -368,8 +368,8 @@ static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
     return kept + dropped == n;
 }
 
-/* The rank, with S of W in place. Where errors of turned tensors leave fewer eigenvalues, X and
- * lambda are with the S that has these, in scratch, and so is *s: those kept need be no
+/* The rank, with S of W in place. Where errors of turned tensors are larger and the rank is not
+ * full, X and lambda are with the S that has these, in scratch, and so is *s: those kept need be no
  * eigenvectors with the other one, in which rounding counts as much as they do. */
 static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double noise, bool rough,
                   int *rank, const double **s)
@@ -392,8 +392,8 @@ static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, doubl
     while (*rank < n && mbsri_is_inertia(&rule, lambda[*rank], noise)) ++*rank;
     if (turned > 100.0 && *rank > 0) {
         const int sure = count_above(m, n, d->D + m->body[i].nn, strict, tolerance, strict + n);
-        if (sure < *rank) {
-            *rank = sure;
+        if (sure < *rank) *rank = sure;
+        if (*rank < n) {
             *s = strict;
             scale_block(m, d, g, strict, tolerance);
             if (decompose(m, d, g)) return not_converged(m, d, i);
