@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "recursion/closures.h"
+#include "recursion/rounding.h"
 
 #include <math.h>
 
@@ -30,7 +31,7 @@ static void read_joint(mbsri_fronts *w, int i, int count, const int *id, double 
             for (int k = 0; k < c->rows; ++k) {
                 const int column = w->slot[c->row + k];
                 if (column < 0) continue;
-                mbsri_share(fabs(C[k]), 0.0, 0.0, w->share + c->row + k);
+                mbsri_share_of_joint(w->m, b, j, C[k], w->share + c->row + k);
                 X[column * b->n + j] -= C[k];
                 parts[column * b->n + j] += fabs(C[k]);
             }

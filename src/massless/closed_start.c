@@ -63,10 +63,15 @@ static void find_lengths(const mbsri_closed_start *s)
     mbsri_zero((size_t)m->rows, s->length);
     for (size_t id = 0; id < m->closures.count; ++id, ++c) {
         for (int l = 0; l < c->bodies; ++l) {
+            const mbsri_body *b = m->body + c->body[l];
+            const int rates = mbsri_reads_joints(c) ? b->n : 0;
+            const double *C = s->d->closure_C + c->at + (size_t)((c->column[l] + b->d) * c->rows);
             for (int k = 0; k < c->rows; ++k) {
-                double turn, move;
+                double turn, move, *length = s->length + c->row + k;
                 mbsri_row_parts(m, s->d, c, l, k, &turn, &move);
-                mbsri_share(turn, move, m->typical.length, s->length + c->row + k);
+                mbsri_share(turn, move, m->typical.length, length);
+                for (int j = 0; j < rates; ++j)
+                    mbsri_share_of_joint(m, b, j, C[j * c->rows + k], length);
             }
         }
     }

@@ -3,6 +3,7 @@
 #include "recursion/rounding.h"
 
 #include "algebra/dense.h"
+#include "algebra/pivots.h"
 #include "inertias/exact.h"
 #include "model/query.h"
 #include "recursion/closures.h"
@@ -27,6 +28,12 @@ void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closur
     }
     *move = sqrt(square[0]);
     *turn = sqrt(square[1]);
+}
+
+void mbsri_share_of_joint(const mbsr_model *m, const mbsri_body *b, int j, double C, double *share)
+{
+    const bool slides = mbsri_coordinate_kind(b, true, j) == MBSR_COORDINATE_TRANSLATION;
+    mbsri_share(slides ? 0.0 : fabs(C), slides ? fabs(C) : 0.0, m->typical.length, share);
 }
 
 mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,

@@ -20,6 +20,9 @@ void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closur
 mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
                                     int k);
 
+/* *share (algebra/pivots.h) of a row that has C on joint rate j of body b. */
+void mbsri_share_of_joint(const mbsr_model *m, const mbsri_body *b, int j, double C, double *share);
+
 /* Below this share of what is added up in it an entry of row k of closure c is rounding. */
 double mbsri_row_rounding(const mbsri_closure *c);
 

@@ -3,6 +3,7 @@
 #include "sweeps/loops.h"
 
 #include "algebra/space3.h"
+#include "recursion/rounding.h"
 
 #include <math.h>
 #include <string.h>
@@ -117,6 +118,7 @@ void mbsri_open_loops_couple(mbsri_loop_run *w, int i)
 void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,
                                  double *sizes)
 {
+    const mbsri_body *b = w->run->model->body + i;
     for (int k = 0; k < open->count; ++k) w->slot[open->id[k]] = k;
     for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
         const mbsri_sweep_loop_end *e = w->loops->end + at;
@@ -125,7 +127,7 @@ void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *ope
             for (int k = 0; k < e->rows; ++k) {
                 const int column = w->slot[e->row + k];
                 if (column < 0) continue;
-                mbsri_share(fabs(C[k]), 0.0, 0.0, w->share + e->row + k);
+                mbsri_share_of_joint(w->run->model, b, j, C[k], w->share + e->row + k);
                 X[column * e->n + j] += C[k];
                 sizes[column * e->n + j] += fabs(C[k]);
             }
