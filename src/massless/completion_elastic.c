@@ -187,8 +187,7 @@ int mbsri_completion_find_growth(mbsr_completion *w)
     return status ? status : ask_growth(w, &w->kind.elastic);
 }
 
-/* q' = G(q) u. */
-static int rates_at(mbsr_completion *w, const double *q, const double *u, double *qdot)
+int mbsri_completion_moves(mbsr_completion *w, const double *q, const double *u, double *qdot)
 {
     int status = mbsri_positions(w->m, w->d, w->t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
@@ -214,9 +213,9 @@ static int go_along(mbsr_completion *w, double s, const double *udot)
     if (moves_plainly(m)) {
         mbsri_copy((size_t)m->nu, u, qdot);
     } else {
-        status = rates_at(w, w->y, u, qdot);
+        status = mbsri_completion_moves(w, w->y, u, qdot);
         for (int k = 0; k < m->nq; ++k) q[k] = w->y[k] + 0.5 * s * qdot[k];
-        if (!status) status = rates_at(w, q, u, qdot);
+        if (!status) status = mbsri_completion_moves(w, q, u, qdot);
     }
     for (int k = 0; k < m->nq; ++k) w->form.q[k] = w->y[k] + s * qdot[k];
     return status;
@@ -405,6 +404,12 @@ static int balance_accelerations(mbsr_completion *w, bool exactly, double *chang
     return status ? status : balance(w, change);
 }
 
+/* Loop forces change with what the motion balances. */
+static void take_force_rates(mbsr_completion *w)
+{
+    for (int k = 0; k < w->m->rows; ++k) w->force_rate[k] -= w->other[w->loops + k];
+}
+
 int mbsri_completion_drift(mbsr_completion *w, double *change)
 {
     double *u = w->y + w->rates, *udot = w->rate + w->rates;
@@ -413,7 +418,7 @@ int mbsri_completion_drift(mbsr_completion *w, double *change)
         u[k] -= w->other[w->rates + k];
         udot[k] -= w->x[w->rates + k];
     }
-    for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
+    if (!status) take_force_rates(w);
     return status;
 }
 
@@ -425,7 +430,7 @@ static int renew_force_rates(mbsr_completion *w)
     double change;
     if (w->m->rows == 0) return MBSR_OK;
     const int status = balance_rates(w, &change);
-    for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
+    if (!status) take_force_rates(w);
     return status;
 }
 

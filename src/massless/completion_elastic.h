@@ -28,6 +28,9 @@ int mbsri_completion_find_elastic(mbsr_completion *w);
  * without mass. */
 int mbsri_completion_find_growth(mbsr_completion *w);
 
+/* q' = G(q) u. */
+int mbsri_completion_moves(mbsr_completion *w, const double *q, const double *u, double *qdot);
+
 /* Velocities of elastic directions: u changes towards dF_u/dt = 0, by *change in the measure of
  * mbsri_completion_speed. The u' of w->rate, zero at first, becomes that with which dampers keep
  * balancing: the part of dF_u/dt that they take falls with 1/c alone. */

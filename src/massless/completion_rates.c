@@ -147,9 +147,9 @@ static double take_up(mbsr_completion *w, const double *x, double *forces)
 }
 
 /* Whether what loop forces have changed by at last, in w->x, is nothing beside what all forces
- * change by while the motion does, or a slow one where nothing moves: where no forces act, or each
- * element balances itself, there are no others to tell rounding by. F is that at the state, and is
- * again. */
+ * change by while the motion does and goes on for the time, or a slow one where nothing moves:
+ * where no forces act, or each element balances itself, there are no others to tell rounding by. F
+ * is that at the state, and is again. */
 static int ask_rounding(mbsr_completion *w, bool *rounding)
 {
     static const double share = 1e-3, nothing = 1e-10;
@@ -164,9 +164,12 @@ static int ask_rounding(mbsr_completion *w, bool *rounding)
     mbsri_copy((size_t)w->size, w->F, w->other);
     for (int k = 0; k < m->nu; ++k) {
         const double slow = (1.0 + 0.5 * sin(12.9898 * k)) * least / w->span.per[k];
-        w->ahead.y[w->rates + k] += share * time * (moves ? udot[k] : slow);
+        w->form.u[k] = share * time * (moves ? udot[k] : slow);
+        w->ahead.y[w->rates + k] += w->form.u[k];
     }
-    int status = mbsri_completion_residual(w, w->t, w->ahead.y, w->yp);
+    int status = mbsri_completion_moves(w, w->y, w->form.u, w->form.q);
+    for (int k = 0; k < m->nq; ++k) w->ahead.y[k] += time * w->form.q[k];
+    if (!status) status = mbsri_completion_residual(w, w->t, w->ahead.y, w->yp);
     for (int k = w->rates; k < w->loops; ++k)
         most = fmax(most, fabs(w->F[k] - w->other[k]) / (share * w->span.per[k - w->rates]));
     *rounding = !status && left <= nothing * most;

@@ -12,7 +12,6 @@
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 
-#include <float.h>
 #include <math.h>
 
 /* Of velocities, and of loop forces: corrections that need not be followed by others. */
@@ -114,8 +113,7 @@ static bool settled(const mbsr_completion *w, corrections now, corrections last,
  * rounding, and loop forces over and over by as little. */
 static bool stands(const mbsr_completion *w, corrections now, corrections last, bool fresh)
 {
-    static const double rounding = 64.0 * DBL_EPSILON;
-    return w->m->rows > 0 && fresh && fmax(now.speed, last.speed) <= rounding && now.force < 1.0 &&
+    return w->m->rows > 0 && fresh && fmax(now.speed, last.speed) <= tiny && now.force < 1.0 &&
            now.force >= 0.5 * last.force;
 }
 
