@@ -49,7 +49,8 @@ static bool allocate_vectors(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
     const size_t size = (size_t)w->size, nq = (size_t)m->nq, nu = (size_t)m->nu,
-                 rows = (size_t)m->rows, dense = w->solver.matrix[MBSRI_NEAR].newton ? 0 : size,
+                 rows = (size_t)m->rows, gaps = (size_t)m->position_rows,
+                 dense = w->solver.matrix[MBSRI_NEAR].newton ? 0 : size,
                  far = w->solver.pair ? dense : 0;
     const struct {
         double **at;
@@ -68,6 +69,7 @@ static bool allocate_vectors(mbsr_completion *w)
         {&w->ahead.yp, size},
         {&w->further, size},
         {&w->force_rate, rows},
+        {&w->ahead.errors, 2 * (rows + gaps)},
         {&w->span.per, nu},
         {&w->form.q, nq},
         {&w->form.u, nu},
@@ -452,11 +454,10 @@ int mbsr_completion_dynamics(mbsr_completion *completion, mbsr_data *data, doubl
     mbsri_zero((size_t)m->rows, w->given + w->size);
     if (status) return take_data_error(w, status);
     status = m->rows > 0 ? find_dynamics(w) : search(w, false);
-    if (!status) {
-        mbsri_copy((size_t)m->nu, w->rate + w->rates, udot);
-        if (lambda) mbsri_copy((size_t)m->rows, w->yp + w->loops, lambda);
-    }
-    return conclude(w, status);
+    if (!status) mbsri_copy((size_t)m->nu, w->rate + w->rates, udot);
+    status = conclude(w, status);
+    if (!status && lambda) mbsri_copy((size_t)m->rows, data->loop_lambda, lambda);
+    return status;
 }
 
 /* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. Where a one-sided

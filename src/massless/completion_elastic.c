@@ -18,6 +18,7 @@
 #include "algebra/numbers.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "loops/row_fronts.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
@@ -242,6 +243,40 @@ static void leave_out_momenta(mbsr_completion *w)
     }
 }
 
+/* C u + g_t and g of all rows into `errors` (rows, position rows). */
+static int find_errors(mbsr_completion *w, double t, const double *q, const double *u,
+                       double *errors)
+{
+    const mbsr_model *m = w->m;
+    int status = mbsri_positions(m, w->d, t, q);
+    if (!status) status = mbsri_velocities(m, w->d, u);
+    if (!status) status = mbsri_closure_jacobians(m, w->d);
+    if (!status) status = mbsri_closure_errors(m, w->d, errors, errors + m->rows);
+    if (status) w->error = w->d->error;
+    return status;
+}
+
+/* s and s' of stiff rows in w->ahead, by what gaps and rates are there more than at the state. */
+static int follow_springs(mbsr_completion *w, double s)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_closure *c = m->closures.data;
+    const double *here = w->ahead.errors, *gap_here = here + m->rows;
+    double *there = w->ahead.errors + m->rows + m->position_rows, *gap_there = there + m->rows;
+    const int status = find_errors(w, w->t + s, w->form.q, w->form.u, there);
+    for (size_t id = 0; id < m->closures.count && !status; ++id, ++c) {
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int row = c->row + k, gap = c->position_row + k;
+            const double stiffness = c->def.stiffness[k];
+            if (!mbsri_is_stiff(c, k)) continue;
+            w->ahead.y[w->loops + row] += stiffness * (gap_there[gap] - gap_here[gap]);
+            w->ahead.yp[w->loops + row] =
+                w->yp[w->loops + row] + stiffness * (there[row] - here[row]);
+        }
+    }
+    return status;
+}
+
 /* F_u at the time t + s with the positions and velocities of w->form and loop forces lambda + s
  * lambda'. The momenta there are those of the velocities, unless no equation of forces knows of
  * them (apart). */
@@ -264,6 +299,8 @@ static int look_beside(mbsr_completion *w, double s, bool apart)
     mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, w->ahead.y + w->loops);
     mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
     for (int k = 0; k < m->rows; ++k) w->ahead.yp[w->loops + k] += s * w->force_rate[k];
+    if (mbsri_any_stiff(m)) status = follow_springs(w, s);
+    if (status) return status;
     status = mbsri_completion_residual(w, w->t + s, w->ahead.y, w->ahead.yp);
     if (!status && apart) leave_out_momenta(w);
     return status;
@@ -291,6 +328,10 @@ static int differentiate(mbsr_completion *w, bool twice, double h, double *r)
     const double over = 1.0 / (12.0 * h * (twice ? h : 1.0)),
                  *weight = twice ? second_weight : first_weight;
     const bool apart = separates(w);
+    const int failed = mbsri_any_stiff(w->m)
+                           ? find_errors(w, w->t, w->y, w->y + w->rates, w->ahead.errors)
+                           : MBSR_OK;
+    if (failed) return failed;
     mbsri_zero((size_t)w->size, r);
     for (int l = 0; l < 5; ++l) {
         if (weight[l] == 0.0) continue;

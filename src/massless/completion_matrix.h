@@ -37,7 +37,8 @@ struct mbsr_completion {
     } solver;
     struct {
         double *y, *yp;
-    } ahead; /* size: y, y' that are differenced; also along a path */
+        double *errors; /* twice rows and position rows: C u + g_t and g, at the state and there */
+    } ahead;            /* size: y, y' that are differenced; also along a path */
 
     double *y, *yp, *F;    /* size: the state, y' = (0, 0, 0, lambda, 0), the residual there */
     double *r, *x, *other; /* size: a right side, solutions for c and for the factor of MBSRI_FAR */

@@ -3,6 +3,7 @@
 #include "massless/completion_rates.h"
 
 #include "massless/completion_elastic.h"
+#include "massless/completion_velocities.h"
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
@@ -199,6 +200,37 @@ static int keep_balance(mbsr_completion *w)
     return status;
 }
 
+/* r += share F_u over the time. */
+static void add_forces_of_rates(const mbsr_completion *w, double share, double *r)
+{
+    const double by = share / mbsri_completion_time(w);
+    for (int k = w->rates; k < w->loops; ++k) r[k] += by * w->F[k];
+}
+
+/* The s of stiff rows are aimed as positions are; their rates are part of the right side, and so
+ * is what their dampers do by the s'' found so far. F is that at the state, and is again. */
+static int aim_springs(mbsr_completion *w, double c, const double *solution, double *r)
+{
+    const mbsri_closure *closure = w->m->closures.data;
+    const double time = mbsri_completion_time(w);
+    bool damped = false;
+    mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
+    for (size_t id = 0; id < w->m->closures.count; ++id, ++closure) {
+        for (int k = 0; k < closure->rows; ++k) {
+            const int at = w->loops + closure->row + k;
+            if (!mbsri_is_stiff(closure, k)) continue;
+            r[at] -= c * solution[at] / closure->def.stiffness[k];
+            w->ahead.yp[at] += time * c * solution[at];
+            damped = damped || closure->def.damping[k] > 0.0;
+        }
+    }
+    if (!damped) return MBSR_OK;
+    add_forces_of_rates(w, 1.0, r);
+    const int status = mbsri_completion_residual(w, w->t, w->y, w->ahead.yp);
+    add_forces_of_rates(w, -1.0, r);
+    return status ? status : here(w);
+}
+
 /* u' into w->rate, loop forces into w->yp, by Newton systems at the state. Without loops, and where
  * springs alone hold directions, solutions aim further until x_q and x_p are the rates. Positions
  * that loops hold let x_q be no other: two solutions tell the part that decays as c grows; not the
@@ -256,6 +288,7 @@ static int solve_rates(mbsr_completion *w, bool exactly, double decays, double *
                 r[j][k] +=
                     mbsri_completion_c(w, j) * (aims ? more + w->rate[k] - solution[k] : more);
             }
+            if (aims && !status) status = aim_springs(w, mbsri_completion_c(w, j), solution, r[j]);
         }
     }
     return status ? status : too_fast(w);
@@ -357,7 +390,8 @@ int mbsri_completion_rates(mbsr_completion *w, bool exactly)
 {
     enum { TURNS = 4 };
     static const double known = 1e-8; /* of loop forces, whose work changes with the directions */
-    int status = mbsri_completion_forward(w);
+    int status = mbsri_completion_spring_rates(w);
+    if (!status) status = mbsri_completion_forward(w);
     if (status != MBSR_UNDETERMINED) return status;
     double loaded = INFINITY;
     status = MBSR_OK;

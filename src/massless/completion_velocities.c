@@ -117,6 +117,21 @@ static bool stands(const mbsr_completion *w, corrections now, corrections last, 
            now.force >= 0.5 * last.force;
 }
 
+int mbsri_completion_spring_rates(mbsr_completion *w)
+{
+    const mbsri_closure *closure = w->m->closures.data;
+    bool any = false;
+    for (size_t id = 0; id < w->m->closures.count; ++id, ++closure) {
+        for (int k = 0; k < closure->rows; ++k) {
+            const int at = w->loops + closure->row + k;
+            if (!mbsri_is_stiff(closure, k) || w->F[at] == 0.0) continue;
+            w->yp[at] -= closure->def.stiffness[k] * w->F[at];
+            any = true;
+        }
+    }
+    return any ? mbsri_completion_residual(w, w->t, w->y, w->yp) : MBSR_OK;
+}
+
 static int settle_velocities(mbsr_completion *w)
 {
     enum { MOST = 30 };
@@ -131,6 +146,7 @@ static int settle_velocities(mbsr_completion *w)
         int status = MBSR_OK;
         if (again) status = mbsri_completion_factor(w, which);
         if (again && !status && w->kind.elastic) status = mbsri_completion_factor(w, MBSRI_FAR);
+        if (!status) status = mbsri_completion_spring_rates(w);
         mbsri_zero((size_t)w->rates, w->r);
         mbsri_copy((size_t)(w->size - w->rates), w->F + w->rates, w->r + w->rates);
         if (!status) status = correct(w, which);

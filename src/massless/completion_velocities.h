@@ -9,4 +9,7 @@
  * closed, positions and momenta too. The residual is that of the state found. */
 int mbsri_completion_velocities(mbsr_completion *w);
 
+/* s' = k (C u + g_t) of stiff rows into w->yp, with the residual there. */
+int mbsri_completion_spring_rates(mbsr_completion *w);
+
 #endif

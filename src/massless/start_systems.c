@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "recursion/closures.h"
 #include "recursion/spans.h"
 
 #include <math.h>
@@ -80,6 +81,18 @@ void mbsri_start_close(mbsri_start *s)
 
 /* ---- Newton systems ---- */
 
+/* Springs that are taken as they are have the force s of their gaps. */
+static void take_springs(mbsr_completion *w)
+{
+    const mbsri_closure *c = w->m->closures.data;
+    for (size_t id = 0; id < w->m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->position_rows; ++k) {
+            const int at = w->loops + c->row + k;
+            if (mbsri_is_stiff(c, k)) w->y[at] = w->ahead.y[at];
+        }
+    }
+}
+
 int mbsri_start_evaluate(mbsri_start *s, bool own)
 {
     mbsr_completion *w = s->w;
@@ -89,6 +102,7 @@ int mbsri_start_evaluate(mbsri_start *s, bool own)
         status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t, w->y, w->y + w->rates, w->ahead.y);
         if (status) w->error = w->d->error;
         mbsri_copy((size_t)m->nu, w->ahead.y + m->nq, w->y + m->nq);
+        if (!status) take_springs(w);
     }
     return status ? status : mbsri_completion_residual(w, w->t, w->y, w->yp);
 }

@@ -8,6 +8,7 @@
  * velocities, so that rounding of M u is not multiplied by the inverse of M, and joints that carry
  * mass keep their rates to the last digit. */
 #include "massless/completion_elastic.h"
+#include "massless/completion_velocities.h"
 #include "massless/start_velocities.h"
 
 #include "algebra/dense.h"
@@ -74,6 +75,7 @@ static int aim(mbsri_start *s, bool fresh)
 {
     int status = compare(s);
     if (!status) status = mbsri_start_evaluate(s, false);
+    if (!status) status = mbsri_completion_spring_rates(s->w);
     if (!status && fresh) status = mbsri_start_factor(s);
     mbsri_start_rows(s, true, true, false);
     return status ? status : mbsri_start_solve(s, s->missing);
