@@ -230,9 +230,9 @@ static void add_force(model *t, mbsr_force_def force)
 }
 
 /* The frame of a bushing and of a loop on body a or b. */
-static mbsr_frame frame_on(const model *t, int part, mbsr_frame f)
+static mbsr_frame frame_on(const model *t, int i, mbsr_frame f)
 {
-    return in_units(t, part < 0 ? f : product(t->seat[part], f));
+    return in_units(t, i < 0 ? f : product(t->seat[i], f));
 }
 
 static void tell_elements(model *t)
