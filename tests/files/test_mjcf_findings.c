@@ -75,6 +75,21 @@ static void rare_findings(void **state)
     mbsr_file_destroy(file);
 }
 
+/* What holds a body of a soft flex is left out with it; a rigid flex has no bodies. */
+static void bodies_of_a_flex(void **state)
+{
+#define HELD(rigid)                                                                                \
+    MUJOCO("<worldbody><body name='b'><joint/><geom size='1'/></body>"                             \
+           "<flexcomp name='cloth' type='grid' rigid='" rigid "'/></worldbody>"                    \
+           "<equality><weld name='w' body1='b' body2='cloth_0'/></equality>")
+    (void)state;
+    mbsr_file *file = read_small(HELD("false"), NULL);
+    assert_found(file, "weld 'w'", "left out with the soft body");
+    mbsr_file_destroy(file);
+    assert_file_refused(HELD("true"), NULL, "'cloth_0' is no body");
+#undef HELD
+}
+
 /* Actuators with a state that only filters, ranges of tendons, tensors that MuJoCo would repair;
  * without any of them nothing is found. */
 static void findings_of_actuators(void **state)
@@ -308,6 +323,7 @@ int main(void)
         cmocka_unit_test(findings),
         cmocka_unit_test(more_findings),
         cmocka_unit_test(rare_findings),
+        cmocka_unit_test(bodies_of_a_flex),
         cmocka_unit_test(findings_of_actuators),
         cmocka_unit_test(flags),
         cmocka_unit_test(folders_of_meshes),

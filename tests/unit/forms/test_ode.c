@@ -139,6 +139,43 @@ static void a_chain_is_one_group(void **unused)
     mbsr_model_destroy(m);
 }
 
+/* A mass between two massless points of a chain keeps them apart: each damped against the ground.
+ */
+static void a_mass_ends_a_group(void **unused)
+{
+    (void)unused;
+    mbsr_model *m;
+    mbsr_data *d;
+    mbsr_ode *ode;
+    const double q[3] = {1.0, 2.0, 3.0}, u[3] = {0.0};
+    double x[6], xdot[6];
+    long steps, evaluations;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), MBSR_OK);
+    for (int k = 0; k < 3; ++k) {
+        const mbsr_force_def damper = mbsr_force_axis_spring(k, MBSR_GROUND, 0, 2.0, 0.5, 0.0);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = k - 1;
+        body.joint = mbsr_joint_point((mbsr_planar_frame){0}, MBSR_X, 0, NULL, NULL);
+        if (k == 1) body.inertia = mbsr_inertia_particle(1.0);
+        assert_int_equal(mbsr_model_add_body(m, &body, NULL), MBSR_OK);
+        assert_int_equal(mbsr_model_add_force(m, &damper, NULL), MBSR_OK);
+    }
+    assert_int_equal(mbsr_model_finish(m), MBSR_OK);
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+    assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+    assert_ok(mbsr_ode_rhs(ode, 0.0, x, xdot), mbsr_data_error(d));
+    /* 0 = -2 s - 0.5 s' of what has no mass, at 1 and 6 */
+    assert_close(xdot[0], -4.0, 1e-9);
+    assert_close(xdot[1] + xdot[0], 0.0, 1e-9);
+    assert_close(xdot[2], -24.0, 1e-8);
+    assert_int_equal(mbsr_ode_stats(ode, &steps, &evaluations), MBSR_OK);
+    assert_int_equal(evaluations, 2 * steps); /* one for gamma, one for the slopes of both groups */
+    mbsr_ode_destroy(ode);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 static void an_undamped_direction_is_refused_and_named(void **unused)
 {
     (void)unused;
@@ -248,6 +285,7 @@ int main(void)
         cmocka_unit_test(rhs_is_that_of_the_momentum_form),
         cmocka_unit_test(isolated_bodies_share_their_differences),
         cmocka_unit_test(a_chain_is_one_group),
+        cmocka_unit_test(a_mass_ends_a_group),
         cmocka_unit_test(an_undamped_direction_is_refused_and_named),
         cmocka_unit_test(directions_that_are_damped_together_alone_are_refused),
         cmocka_unit_test(a_speed_in_any_units),

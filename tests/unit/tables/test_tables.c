@@ -312,6 +312,9 @@ static void questions_that_make_no_sense_are_refused(void **state)
     assert_int_equal(mbsr_table_value(NULL, 0.0, value, NULL, NULL), MBSR_ERR_NULL);
     assert_int_equal(mbsr_table_value(table, NAN, value, NULL, NULL), MBSR_NOT_FINITE);
     assert_int_equal(mbsr_table_value(table, INFINITY, value, NULL, NULL), MBSR_NOT_FINITE);
+    mbsr_table_destroy(table);
+    table = make(MBSR_TABLE_LINEAR, MBSR_TABLE_STRAIGHT); /* the value alone overflows */
+    assert_int_equal(mbsr_table_value(table, DBL_MAX, value, NULL, NULL), MBSR_NOT_FINITE);
     assert_int_equal(mbsr_table_kink(NULL, 0.0, 1, &next, &derivative), MBSR_ERR_NULL);
     assert_int_equal(mbsr_table_kink(table, 0.0, 1, NULL, &derivative), MBSR_ERR_NULL);
     assert_int_equal(mbsr_table_kink(table, 0.0, 1, &next, NULL), MBSR_ERR_NULL);
