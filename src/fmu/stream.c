@@ -145,11 +145,12 @@ void mbsri_pass_records(mbsri_stream *s, int *count, void **records, size_t size
 
 uint32_t mbsri_crc32(const unsigned char *data, size_t size)
 {
-    uint32_t crc = UINT32_MAX;
-    for (size_t k = 0; k < size; ++k) {
-        crc ^= data[k];
-        for (int bit = 0; bit < 8; ++bit)
-            crc = crc >> 1 ^ (UINT32_C(0xedb88320) & (0u - (crc & 1u)));
+    uint32_t of_byte[256], crc = UINT32_MAX;
+    for (uint32_t byte = 0; byte < 256; ++byte) {
+        uint32_t x = byte;
+        for (int bit = 0; bit < 8; ++bit) x = x >> 1 ^ (UINT32_C(0xedb88320) & (0u - (x & 1u)));
+        of_byte[byte] = x;
     }
+    for (size_t k = 0; k < size; ++k) crc = crc >> 8 ^ of_byte[(crc ^ data[k]) & 255u];
     return ~crc;
 }
