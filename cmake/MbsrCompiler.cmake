@@ -40,11 +40,6 @@ if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
     endif()
 endif()
 
-set(mbsr_unity OFF)
-if(MBSR_UNITY AND NOT MBSR_UNITY STREQUAL "TESTS")
-    set(mbsr_unity ON)
-endif()
-
 function(mbsr_set_warnings target)
     if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
         target_compile_options(${target} PRIVATE
@@ -53,7 +48,7 @@ function(mbsr_set_warnings target)
         if(MINGW) # isfinite of its header has a branch for float, by size
             target_compile_options(${target} PRIVATE -Wno-float-conversion)
         endif()
-        if(mbsr_unity) # names of the files before
+        if(MBSR_UNITY) # names of the files before
             target_compile_options(${target} PRIVATE -Wno-shadow)
         endif()
         if(MBSR_WERROR)
@@ -96,11 +91,25 @@ endfunction()
 
 # mbsr_group_sources(source...): the groups of the sources of targets of this folder, where libraries are compiled so.
 function(mbsr_group_sources)
-    if(NOT mbsr_unity)
+    if(NOT MBSR_UNITY)
         return()
     endif()
     mbsr_groups_of_sources(lines "" ${ARGN})
     mbsr_set_groups(${lines})
     set(CMAKE_UNITY_BUILD ON PARENT_SCOPE)
     set(CMAKE_UNITY_BUILD_MODE GROUP PARENT_SCOPE)
+endfunction()
+
+# mbsr_read_alone(target source...): where sources of the target are compiled together, what one of them does not include and
+# which of its names hide others is seen when it is read alone, with all warnings.
+function(mbsr_read_alone target)
+    if(NOT MBSR_UNITY STREQUAL "CHECKED")
+        return()
+    endif()
+    add_library(${target}_alone OBJECT ${ARGN})
+    set_target_properties(${target}_alone PROPERTIES UNITY_BUILD OFF)
+    target_include_directories(${target}_alone PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
+    target_compile_definitions(${target}_alone PRIVATE $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>)
+    target_compile_options(${target}_alone PRIVATE
+                           $<FILTER:$<TARGET_PROPERTY:${target},COMPILE_OPTIONS>,EXCLUDE,-Wno-shadow> -fsyntax-only)
 endfunction()
