@@ -237,8 +237,43 @@ static void random_trees(void **unused)
     assert_true(n.bodies > trees / 5 && n.zero > trees / 250);
 }
 
+/* Behind a joint of n coordinates errors are multiplied by ||J G^T||^2 at most; of one, by that. */
+static void blocks_bound_what_they_transport(void **unused)
+{
+    (void)unused;
+    const mbsri_sweeps tree = {.length = 0.7};
+    test_rng rng = test_seed(12);
+    for (int k = 0; k < 12; ++k) {
+        const int d = k % 2 ? 3 : 6, n = 1 + k / 2 % 3;
+        double J[18], G[18], armature[3] = {0.0}, A[36] = {0.0}, lambda[6];
+        mbsri_body body[2] = {{.d = 0}};
+        body[1].mass.armature = armature;
+        const mbsr_model model = {.body = body};
+        mbsr_data data = {.J = J, .G = G};
+        const mbsri_sweep_run run = {.model = &model, .data = &data, .tree = &tree};
+        test_fill(&rng, 18, J);
+        test_fill(&rng, 18, G);
+        double scale[6], T[36] = {0.0};
+        for (int r = 0; r < d; ++r) scale[r] = (d == 6 ? r < 3 : r == 2) ? tree.length : 1.0;
+        for (int r = 0; r < d; ++r) {
+            for (int c = 0; c < d; ++c) {
+                for (int l = 0; l < n; ++l)
+                    T[d * c + r] += scale[r] * J[d * l + r] * G[d * l + c] / scale[c];
+            }
+        }
+        mbsri_atb(d, d, d, 1.0, T, T, A);
+        assert_int_equal(mbsri_jacobi(d, A, lambda), 0);
+        const double bound = transport_of(&run, 1, d, n);
+        assert_true(bound >= lambda[0] * (1.0 - 1e-12));
+        if (n == 1) assert_close(bound, lambda[0], 1e-12 * bound);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(random_trees)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_trees),
+        cmocka_unit_test(blocks_bound_what_they_transport),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
