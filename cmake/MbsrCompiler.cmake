@@ -101,12 +101,21 @@ function(mbsr_group_sources)
 endfunction()
 
 # mbsr_read_alone(target source...): where sources of the target are compiled together, what one of them does not include and
-# which of its names hide others is seen when it is read alone, with all warnings.
+# which of its names hide others is seen when it is read alone, with all warnings. Those with options of their own are compiled so.
 function(mbsr_read_alone target)
     if(NOT MBSR_UNITY STREQUAL "CHECKED")
         return()
     endif()
-    add_library(${target}_alone OBJECT ${ARGN})
+    set(together "")
+    foreach(source IN LISTS ARGN)
+        get_source_file_property(options "${source}" COMPILE_OPTIONS)
+        if(options)
+            set_property(SOURCE "${source}" APPEND PROPERTY COMPILE_OPTIONS -Wshadow)
+        else()
+            list(APPEND together "${source}")
+        endif()
+    endforeach()
+    add_library(${target}_alone OBJECT ${together})
     set_target_properties(${target}_alone PROPERTIES UNITY_BUILD OFF)
     target_include_directories(${target}_alone PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
     target_compile_definitions(${target}_alone PRIVATE $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>)
