@@ -65,7 +65,9 @@ static void find_lengths(const mbsri_closed_start *s)
         for (int l = 0; l < c->bodies; ++l) {
             const mbsri_body *b = m->body + c->body[l];
             const int rates = mbsri_reads_joints(c) ? b->n : 0;
-            const double *C = s->d->closure_C + c->at + (size_t)((c->column[l] + b->d) * c->rows);
+            const double *C =
+                rates > 0 ? s->d->closure_C + c->at + (size_t)((c->column[l] + b->d) * c->rows)
+                          : NULL;
             for (int k = 0; k < c->rows; ++k) {
                 double turn, move, *length = s->length + c->row + k;
                 mbsri_row_parts(m, s->d, c, l, k, &turn, &move);

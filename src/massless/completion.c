@@ -240,11 +240,12 @@ static int return_to_given(mbsr_completion *w)
     return here(w);
 }
 
-/* u and all rates from w->y, whose residual is known, and loop forces in w->yp. */
+/* u and all rates from w->y, whose residual is known, and loop forces in w->yp. Rates alone are
+ * what dynamics asks for, exactly. */
 static int attempt(mbsr_completion *w, bool velocities)
 {
     const int status = velocities ? mbsri_completion_velocities(w) : MBSR_OK;
-    return status ? status : mbsri_completion_rates(w, false);
+    return status ? status : mbsri_completion_rates(w, !velocities);
 }
 
 /* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of

@@ -19,11 +19,13 @@
 #include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "loops/row_fronts.h"
+#include "massless/imbalance.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
 #include "recursion/rank.h"
 
+#include <float.h>
 #include <math.h>
 
 static const double ratio = MBSRI_COMPLETION_RATIO;
@@ -347,11 +349,11 @@ static int differentiate(mbsr_completion *w, bool twice, double h, double *r)
     return MBSR_OK;
 }
 
-/* What rounding of positions and velocities makes of F_u at the most, into w->time (nu): of a
- * change by 2^-40 of each, 1024 roundings. F at the state is in w->further. */
+/* What rounding makes of F_u at the most, into w->time (nu): of positions and velocities, by a
+ * change of each by 2^-40, and of all forces that act. F at the state is in w->further. */
 static int find_noise(mbsr_completion *w)
 {
-    static const double little = 0x1p-40, most = 1024.0 * 0x1p-52;
+    static const double little = 0x1p-40, most = 1024.0 * DBL_EPSILON, share = 64.0 * DBL_EPSILON;
     const mbsr_model *m = w->m;
     const bool apart = separates(w);
     for (int k = 0; k < m->nq; ++k)
@@ -359,9 +361,11 @@ static int find_noise(mbsr_completion *w)
     for (int k = 0; k < m->nu; ++k)
         w->form.u[k] = w->y[w->rates + k] * (1.0 + little * sin(78.233 * (k + 1)));
     const int status = look_beside(w, 0.0, apart);
+    const double work = status ? 0.0 : mbsri_work_of_forces(m, w->d);
     for (int k = 0; k < m->nu && !status; ++k) {
         const int row = w->rates + k;
-        w->time[k] = most / little * fabs(w->F[row] - w->further[row]);
+        w->time[k] =
+            most / little * fabs(w->F[row] - w->further[row]) + share * work * w->span.per[k];
     }
     return status;
 }
