@@ -285,25 +285,23 @@ static int follow_springs(mbsr_completion *w, double s)
 static int look_beside(mbsr_completion *w, double s, bool apart)
 {
     const mbsr_model *m = w->m;
+    double *y = w->ahead.y;
     int status = MBSR_OK;
-    if (!apart)
-        status =
-            mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->form.q, w->form.u, w->ahead.y);
-    if (status) {
-        w->error = w->d->error;
-        return status;
-    }
     if (apart) {
-        mbsri_copy((size_t)m->nq, w->form.q, w->ahead.y);
-        mbsri_copy((size_t)m->nu, w->y + m->nq, w->ahead.y + m->nq);
-        mbsri_copy((size_t)m->nu, w->form.u, w->ahead.y + w->rates);
+        mbsri_copy((size_t)m->nq, w->form.q, y);
+        mbsri_copy((size_t)m->nu, w->y + m->nq, y + m->nq);
+        mbsri_copy((size_t)m->nu, w->form.u, y + w->rates);
+    } else {
+        status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->form.q, w->form.u, y);
+        if (status) w->error = w->d->error;
     }
-    mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, w->ahead.y + w->loops);
+    if (status) return status;
+    mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, y + w->loops);
     mbsri_copy((size_t)w->size, w->yp, w->ahead.yp);
     for (int k = 0; k < m->rows; ++k) w->ahead.yp[w->loops + k] += s * w->force_rate[k];
     if (mbsri_any_stiff(m)) status = follow_springs(w, s);
     if (status) return status;
-    status = mbsri_completion_residual(w, w->t + s, w->ahead.y, w->ahead.yp);
+    status = mbsri_completion_residual(w, w->t + s, y, w->ahead.yp);
     if (!status && apart) leave_out_momenta(w);
     return status;
 }
