@@ -382,6 +382,40 @@ void bench_make_crowd(bench_model *tree, bench_crowd kind, int count)
     if (kind == BENCH_CARRIER) tree->q[0] = 0.2, tree->u[0] = 0.1;
 }
 
+static int add_slide(mbsr_model *model, int parent, double x)
+{
+    const mbsr_planar_frame at = {x, 0.0, 0.0}, none = {0.0, 0.0, 0.0};
+    const int slide =
+        add(model, parent, mbsr_joint_planar_prismatic(at, none), mbsr_inertia_zero());
+    const mbsr_force_def spring = mbsr_force_joint_spring(slide, 0, 1e3 + 500.0 * x, 0.0, 0.0);
+    if (mbsr_model_add_force(model, &spring, NULL) != MBSR_OK)
+        fail(mbsr_model_error(model)->text, "spring");
+    return slide;
+}
+
+void bench_make_sprung_cranks(bench_model *tree, int count)
+{
+    const double crank = 0.3, rod = -0.8;
+    begin_plane(tree);
+    for (int k = 0; k < count; ++k) {
+        mbsr_model *m = tree->model;
+        const double x = 3.0 * k;
+        const int slide = add_slide(m, add_rod(m, MBSR_GROUND, x, 0.0, 1.0, 1.0), 1.0),
+                  tip = add_rod(m, add_slide(m, slide, 0.0), 0.0, 0.0, 1.0, 1.0);
+        const double at[3] = {x + cos(crank) + cos(crank + rod) - 0.7,
+                              sin(crank) + sin(crank + rod) - 1.0, 0.0};
+        const mbsr_closure_def stay = mbsr_closure_distance(tip, (double[3]){1.0, 0.0, 0.0},
+                                                            MBSR_GROUND, at, hypot(0.7, 1.0));
+        if (mbsr_model_add_closure(m, &stay, NULL) != MBSR_OK)
+            fail(mbsr_model_error(m)->text, "distance");
+    }
+    finish_plane(tree);
+    for (int k = 0; k < tree->nq; ++k) {
+        tree->q[k] = k % 4 == 0 ? crank : k % 4 == 3 ? rod : 0.0;
+        tree->u[k] = k % 4 == 0 ? 0.1 : 0.0;
+    }
+}
+
 /* sum of a_k q of these bodies is zero; loop: as that of a pin. */
 static void add_coupling(mbsr_model *model, int terms, const int *body, const double *a,
                          bench_loop loop)

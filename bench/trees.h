@@ -52,6 +52,10 @@ void bench_make_ring(bench_model *tree, int links, int closed);
 typedef enum bench_crowd { BENCH_BARS, BENCH_CARRIER, BENCH_LEGS } bench_crowd;
 void bench_make_crowd(bench_model *tree, bench_crowd kind, int count);
 
+/* Cranks on the ground; from the tip of each two slides without mass on springs in a row, and a rod
+ * on them, whose tip stays at a distance from a point: one elastic direction a crank. */
+void bench_make_sprung_cranks(bench_model *tree, int count);
+
 /* Couplings of joint coordinates: `gears`, a chain of rods, each turning against the one before;
  * `hands`, a chain of them, whose five fingers have three joints each, two of which follow the
  * first; `differentials`, a chain of rods with a cage and two wheels on each; `train`, wheels on

@@ -77,7 +77,6 @@ int mbsri_fronts_factor(mbsri_fronts *w, const double *armature, const char *fun
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     d->single = true;
     d->armature = armature;
-    w->free = -1;
     w->frees = 0;
     const int status = eliminate(w);
     d->single = single;
@@ -87,15 +86,29 @@ int mbsri_fronts_factor(mbsri_fronts *w, const double *armature, const char *fun
                       "%s: no memory for the loops that are open at once", function);
 }
 
+/* The body whose joint has this rate. */
+static int carrier_of(const mbsri_fronts *w, int rate)
+{
+    int i = 1;
+    while (rate >= w->m->body[i].iu + w->m->body[i].n || rate < w->m->body[i].iu) ++i;
+    return i;
+}
+
 int mbsri_fronts_free_rate(const mbsri_fronts *w)
 {
-    int i = 1, most = 0;
-    while (w->free >= w->m->body[i].iu + w->m->body[i].n || w->free < w->m->body[i].iu) ++i;
-    const mbsri_body *b = w->m->body + i;
-    const double *x = w->d->X + b->nn + (size_t)((w->free - b->iu) * b->n),
-                 *s = w->d->s + b->group.iu;
+    const int rate = w->free[w->frees - 1];
+    const mbsri_body *b = w->m->body + carrier_of(w, rate);
+    const double *x = w->d->X + b->nn + (size_t)((rate - b->iu) * b->n), *s = w->d->s + b->group.iu;
+    int most = 0;
     for (int k = 0; k < b->n; ++k) {
         if (fabs(s[k] * x[k]) > fabs(s[most] * x[most])) most = k;
     }
     return b->u + most;
+}
+
+void mbsri_fronts_free_seed(const mbsri_fronts *w, int l, double *x)
+{
+    const int i = carrier_of(w, w->free[l]), first = w->m->body[i].iu;
+    mbsri_zero((size_t)w->m->nu, x);
+    mbsri_fronts_null_column(w, i, w->free[l] - first, x + first);
 }

@@ -48,8 +48,7 @@ typedef struct mbsri_fronts {
     double *e;                  /* nu: joint forces, then rates */
     double *share;              /* rows: scale of its lambda in norms (algebra/pivots.h) */
     double lever;               /* the longest lever of the mechanism, m */
-    int free;                   /* index of a joint rate that nothing determines; -1: none */
-    int frees;                  /* how many motions nothing determines */
+    int *free, frees;           /* joint rates that have most of motions nothing determines */
     struct mbsri_idle *idle;    /* of redundant rows (idle.h); NULL: none that matters */
     struct mbsri_chunk *chunks; /* blocks of memory, the last first */
     struct mbsri_chunk *kept;   /* the last one that had been taken from before a factorisation */
@@ -109,13 +108,20 @@ void mbsri_fronts_substitute(const mbsri_pivots *f, const double *s, double *v);
  * determines. */
 static inline void mbsri_fronts_note_free(mbsri_fronts *w, int rate)
 {
-    w->free = rate;
-    ++w->frees;
+    w->free[w->frees++] = rate;
 }
 
-/* The joint rate (place in the caller's u) that has most of a motion that nothing determines;
- * `free` is not -1. */
+/* The joint rate (place in the caller's u) that has most of a motion that nothing determines; there
+ * is one. */
 int mbsri_fronts_free_rate(const mbsri_fronts *w);
+
+/* N (n): column l of the null space of the D of body i; its largest number is 1, whatever rounding
+ * there is in D. */
+void mbsri_fronts_null_column(const mbsri_fronts *w, int i, int l, double *N);
+
+/* x (nu, in the order of the sweeps): rates of one joint that move no mass there, those of motion l
+ * of the `frees`; what the equations do not determine of x is such a motion. */
+void mbsri_fronts_free_seed(const mbsri_fronts *w, int l, double *x);
 
 /* The number of the first unknown that is a rate; that is a motion of body i. */
 static inline int mbsri_rate_number(const mbsri_fronts *w, const mbsri_body *b)

@@ -110,7 +110,7 @@ static size_t array_size(const mbsr_model *m, const mbsri_plan *plan)
 {
     const size_t unknowns = unknowns_of(m), rows = (size_t)m->rows, nu = (size_t)m->nu;
     return (2 * unknowns + nu + rows) * sizeof(double) + 3 * (size_t)plan->steps * sizeof(void *) +
-           2 * unknowns * sizeof(int) + rows * sizeof(bool);
+           (2 * unknowns + nu) * sizeof(int) + rows * sizeof(bool);
 }
 
 static size_t bytes_of(const mbsr_model *m, const mbsri_plan *plan)
@@ -157,7 +157,7 @@ static void leave_springs_out(mbsri_fronts *w)
 int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool far,
                       const char *function)
 {
-    *w = (mbsri_fronts){.m = m, .d = d, .free = -1};
+    *w = (mbsri_fronts){.m = m, .d = d};
     if (!take_plan(w, far)) return no_memory_for_fronts(w, function);
     const size_t rows = (size_t)m->rows, nu = (size_t)m->nu, unknowns = unknowns_of(m),
                  steps = (size_t)w->plan->steps;
@@ -172,7 +172,8 @@ int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool f
     w->passing = (mbsri_passing **)(void *)(w->pivots + steps);
     w->slot = (int *)(void *)(w->passing + steps);
     w->set = w->slot + unknowns;
-    w->left_out = (bool *)(w->set + unknowns);
+    w->free = w->set + unknowns;
+    w->left_out = (bool *)(w->free + nu);
     for (size_t k = 0; k < unknowns; ++k) w->slot[k] = -1;
     leave_springs_out(w);
     return MBSR_OK;

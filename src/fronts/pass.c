@@ -76,9 +76,7 @@ static void project(mbsri_fronts *w, int i, const mbsri_pivots *f, int count, co
         X[k] = fabs(X[k]) <= MBSRI_PIVOTS_ROUNDING * parts[k] ? 0.0 : X[k];
 }
 
-/* Column l of N, the null space of the joint's D: its largest number is 1, whatever rounding there
- * is in D. */
-static void null_column(const mbsri_fronts *w, int i, int l, double *N)
+void mbsri_fronts_null_column(const mbsri_fronts *w, int i, int l, double *N)
 {
     const mbsri_body *b = w->m->body + i;
     const double *x = w->d->X + b->nn + (size_t)(l * b->n);
@@ -124,7 +122,7 @@ static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
     project(w, i, f, count, p->id, p->X, scratch);
     for (int l = rank; l < b->n; ++l) {
         double *N = p->N + p->nulls * b->n, *row = scratch + n * c;
-        null_column(w, i, l, N);
+        mbsri_fronts_null_column(w, i, l, N);
         if (null_row(b->n, count, N, p->X, row, row + c))
             p->id[count + p->nulls++] = mbsri_rate_number(w, b) + l;
         else

@@ -27,14 +27,20 @@
 
 #include <math.h>
 
+/* A motion over spans: rates from .. to - 1, the others are zero. */
+typedef struct free_motion {
+    int from, to;
+    double *rate;
+} free_motion;
+
 typedef struct forward {
     const mbsr_model *m;
     mbsr_data *d;
-    const char *function; /* for messages */
-    bool settled;         /* stiff rows are springs where they are left out alone */
-    const double *span;   /* nu: of joint rates; NULL: `load` is not wanted */
-    double load;          /* the largest of what acts, along it */
-    double *free;         /* motions that nothing determines, nu numbers each, over spans */
+    const char *function;     /* for messages */
+    bool settled;             /* stiff rows are springs where they are left out alone */
+    const double *span;       /* nu: of joint rates; NULL: `load` is not wanted */
+    double load;              /* the largest of what acts, along it */
+    struct free_motion *free; /* those that nothing determines */
     int frees;
     mbsri_fronts system;
     double *udot, *right, *more;                          /* nu */
@@ -119,7 +125,7 @@ static int settle_forces(forward *w)
 static int factor_loops(forward *w, const char *what)
 {
     const int status = mbsri_fronts_factor(&w->system, NULL, w->function);
-    if (status || w->settled || w->system.free < 0) return status;
+    if (status || w->settled || w->system.frees == 0) return status;
     return mbsri_refuse_motion(w->m, w->d, mbsri_fronts_free_rate(&w->system), w->function, what);
 }
 
@@ -133,50 +139,80 @@ static void find_left(forward *w)
 
 /* ---- motions that nothing determines ---- */
 
-/* N of as many motions as nothing determines, N^T N = 1. */
-static int find_free(forward *w)
+static double product_of(const free_motion *a, const double *x)
+{
+    return mbsri_dot(a->to - a->from, a->rate, x + a->from);
+}
+
+/* A motion (nu, over spans) less what it has of those before, twice, and of size 1, or nothing
+ * where it depends on them. */
+static void make_orthonormal(const forward *w, double *x)
 {
     static const double rounding = 1e-9; /* of a motion that depends on others */
+    const int nu = w->m->nu;
+    const double whole = sqrt(mbsri_dot(nu, x, x));
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int l = 0; l < w->frees; ++l) {
+            const free_motion *a = w->free + l;
+            const double part = product_of(a, x);
+            for (int j = a->from; j < a->to && part != 0.0; ++j)
+                x[j] -= part * a->rate[j - a->from];
+        }
+    }
+    const double size = sqrt(mbsri_dot(nu, x, x));
+    for (int j = 0; j < nu; ++j) x[j] = size > rounding * whole ? x[j] / size : 0.0;
+}
+
+/* Adds a motion (nu, over spans) without what is rounding in it. */
+static bool keep_motion(forward *w, const double *x)
+{
+    static const double rounding = 1e-14;
+    int from = 0, to = w->m->nu;
+    while (from < to && fabs(x[from]) <= rounding) ++from;
+    while (from < to && fabs(x[to - 1]) <= rounding) --to;
+    double *rate = mbsri_fronts_allocate(&w->system, (size_t)(to - from + 1) * sizeof *rate);
+    if (!rate) return false;
+    mbsri_copy((size_t)(to - from), x + from, rate);
+    w->free[w->frees++] = (free_motion){from, to, rate};
+    return true;
+}
+
+/* As many motions as nothing determines, each of size 1 and at right angles to the others: each
+ * begins at a joint, and most have rates near it alone. */
+static int find_free(forward *w)
+{
     const mbsr_model *m = w->m;
     const size_t nu = (size_t)m->nu, frees = (size_t)w->system.frees;
     const size_t work_size = 2 * nu + (size_t)m->rows + 2 * m->size.v;
-    double *N = mbsri_fronts_allocate(&w->system, (nu * (frees + 1) + work_size) * sizeof *N);
-    if (!N)
-        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d motions that nothing determines", w->function,
-                          w->system.frees);
-    double *x = N + frees * nu, *work = x + nu;
-    for (size_t l = 0; l < frees; ++l) {
-        double *n = N + l * nu;
-        mbsri_gather(m, w->span, n);
-        for (size_t k = 0; k < nu; ++k) n[k] *= sin(12.9898 * (double)(k + 1) * (double)(l + 1));
-        for (int pass = 0; pass < 2; ++pass) mbsri_fronts_leave_free(&w->system, n, work);
-        mbsri_scatter(m, n, x);
-        for (size_t k = 0; k < nu; ++k) n[k] = x[k] / w->span[k];
-        const double whole = sqrt(mbsri_dot(m->nu, n, n));
-        for (int pass = 0; pass < 2; ++pass) {
-            for (size_t k = 0; k < l; ++k) {
-                const double part = mbsri_dot(m->nu, N + k * nu, n);
-                for (size_t j = 0; j < nu; ++j) n[j] -= part * N[k * nu + j];
-            }
-        }
-        const double size = sqrt(mbsri_dot(m->nu, n, n));
-        for (size_t j = 0; j < nu; ++j) n[j] = size > rounding * whole ? n[j] / size : 0.0;
+    double *x = mbsri_fronts_allocate(&w->system,
+                                      (2 * nu + work_size) * sizeof *x + frees * sizeof *w->free);
+    double *seed = x ? x + nu : NULL, *work = x ? seed + nu : NULL;
+    w->free = x ? (free_motion *)(void *)(work + work_size) : NULL;
+    bool room = x != NULL;
+    for (int l = 0; l < w->system.frees && room; ++l) {
+        mbsri_fronts_free_seed(&w->system, l, seed);
+        for (int pass = 0; pass < 2; ++pass) mbsri_fronts_leave_free(&w->system, seed, work);
+        mbsri_scatter(m, seed, x);
+        for (size_t k = 0; k < nu; ++k) x[k] /= w->span[k];
+        make_orthonormal(w, x);
+        room = keep_motion(w, x);
     }
-    w->free = N;
-    w->frees = w->system.frees;
-    return MBSR_OK;
+    if (room) return MBSR_OK;
+    return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "%s: no memory for %d motions that nothing determines", w->function,
+                      w->system.frees);
 }
 
 /* Takes from `right` what acts along motions that nothing determines. */
 static void leave_free_forces(forward *w)
 {
-    const int nu = w->m->nu;
     for (int l = 0; l < w->frees; ++l) {
-        const double *n = w->free + (size_t)l * (size_t)nu;
+        const free_motion *a = w->free + l;
         double along = 0.0;
-        for (int j = 0; j < nu; ++j) along += n[j] * w->span[j] * w->right[j];
-        for (int j = 0; j < nu; ++j) w->right[j] -= along * n[j] / w->span[j];
+        for (int j = a->from; j < a->to; ++j)
+            along += a->rate[j - a->from] * w->span[j] * w->right[j];
+        for (int j = a->from; j < a->to; ++j)
+            w->right[j] -= along * a->rate[j - a->from] / w->span[j];
     }
 }
 

@@ -67,7 +67,7 @@ static int find(mobility *x, double *result, const char *function)
                           "%s: no memory for %d joint rates and %d rows of closures", function,
                           w->m->nu, w->m->rows);
     for (int k = 0; k < w->m->nu; ++k) x->out[k] = fmax(w->e[k], 0.0);
-    if (w->free >= 0) mark_undetermined(x);
+    if (w->frees > 0) mark_undetermined(x);
     status = mbsri_check_result(w->m, w->d, (size_t)w->m->nu, x->out, function);
     if (!status) mbsri_scatter(w->m, x->out, result);
     return status;

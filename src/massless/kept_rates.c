@@ -124,7 +124,7 @@ static int factor_push(push *p)
     int status = mbsri_positions(m, p->d, p->k->t, p->k->y);
     if (!status) status = mbsri_closure_jacobians(m, p->d);
     if (!status) status = mbsri_fronts_factor(&p->system, NULL, function);
-    p->massless = !status && p->system.free >= 0;
+    p->massless = !status && p->system.frees > 0;
     return status;
 }
 

@@ -114,12 +114,6 @@ int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const
 
 /* ---- what rows see of a direction ---- */
 
-/* The longest lever of the mechanism; after the derivatives of the closures. */
-static double lever_of(const mbsri_null_space *w)
-{
-    return fmax(w->size, mbsri_longest_lever(w->m, w->d));
-}
-
 /* What may be rounding, over ROUNDING, in the force of a row on a rigid body, `force` (d numbers,
  * rows apart), along V: components of a force that are zero are traces of its largest one, and
  * turns count with the longest lever. */
@@ -239,7 +233,7 @@ static double seen_of(const mbsri_null_space *w, const mbsri_closure *c, int k, 
 void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
-    const double lever = w->loads.lambda ? lever_of(w) : 0.0;
+    const double lever = w->loads.lever;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->loads.lambda; ++c) {
         for (int l = 0; l < w->k; ++l) {
             const double *twist = w->twist + (size_t)l * w->m->size.v,
@@ -365,7 +359,7 @@ static int reduce_class(mbsri_null_space *w, held_classes *s, double *T, double 
 static int find_left(mbsri_null_space *w, held_classes *s, double *T, double *dT, int *count)
 {
     const size_t k = (size_t)w->k;
-    int status = find_seen(w, lever_of(w), s);
+    int status = find_seen(w, w->loads.lever, s);
     mbsri_zero(k * k, T);
     mbsri_zero(k * k, dT);
     for (int row = 0; row < w->m->rows; ++row) s->place[row] = -1;
@@ -383,25 +377,47 @@ static int find_left(mbsri_null_space *w, held_classes *s, double *T, double *dT
     return status;
 }
 
-/* A (n x k) becomes A T, T k x count with the errors dT, without what may be rounding; error (n x
- * k, or NULL): of A, becomes that of A T; `old`: 2 n k of scratch. */
-static void combine(size_t n, int k, int count, const double *T, const double *dT, double *A,
-                    double *error, double *old)
+/* Directions that rows leave: count columns of T (k x count) and of its errors dT, and where these
+ * are not zero: row[first[l]] to before row[first[l + 1]] of column l. */
+typedef struct left_columns {
+    int k, count;
+    const double *T, *dT;
+    int *first, *row;
+} left_columns;
+
+static void list_places(left_columns *x)
 {
-    double *old_error = old + n * (size_t)k;
-    mbsri_copy(n * (size_t)k, A, old);
-    if (error) mbsri_copy(n * (size_t)k, error, old_error);
-    for (int l = 0; l < count; ++l) {
+    int found = 0;
+    for (int l = 0; l < x->count; ++l) {
+        x->first[l] = found;
+        for (int c = 0; c < x->k; ++c) {
+            const size_t at = (size_t)l * (size_t)x->k + (size_t)c;
+            if (x->T[at] != 0.0 || x->dT[at] != 0.0) x->row[found++] = c;
+        }
+    }
+    x->first[x->count] = found;
+}
+
+/* A (n x k) becomes A T, without what may be rounding; error (n x k, or NULL): of A, becomes that
+ * of A T; `old`: 2 n k of scratch. */
+static void combine(const left_columns *x, size_t n, double *A, double *error, double *old)
+{
+    const size_t k = (size_t)x->k;
+    double *old_error = old + n * k;
+    mbsri_copy(n * k, A, old);
+    if (error) mbsri_copy(n * k, error, old_error);
+    for (int l = 0; l < x->count; ++l) {
+        const double *T = x->T + (size_t)l * k, *dT = x->dT + (size_t)l * k;
         for (size_t r = 0; r < n; ++r) {
             const size_t to = (size_t)l * n + r;
             double sum = 0.0, size = 0.0, doubt = 0.0;
-            for (int c = 0; c < k; ++c) {
+            for (int at = x->first[l]; at < x->first[l + 1]; ++at) {
+                const int c = x->row[at];
                 const size_t from = (size_t)c * n + r;
-                const double weight = T[l * k + c], part = weight * old[from];
+                const double part = T[c] * old[from];
                 sum += part;
                 size += fabs(part);
-                if (error)
-                    doubt += fabs(weight) * old_error[from] + dT[l * k + c] * fabs(old[from]);
+                if (error) doubt += fabs(T[c]) * old_error[from] + dT[c] * fabs(old[from]);
             }
             const bool clear = fabs(sum) > 1e-13 * size && fabs(sum) > MBSRI_NULL_CLEAR * doubt;
             A[to] = clear ? sum : 0.0;
@@ -410,42 +426,52 @@ static void combine(size_t n, int k, int count, const double *T, const double *d
     }
 }
 
-/* A (k x k) becomes T^T A T (count x count) with its errors, those of T, dT, among them. */
-static void restrict_slopes(int k, int count, const double *T, const double *dT, double *A,
-                            double *error, double *old, double *old_error)
+/* A (k x k) becomes T^T A T (count x count) with its errors, those of T, dT, among them; old: of
+ * 2 k k + 3 k scratch. */
+static void restrict_slopes(const left_columns *x, double *A, double *error, double *old)
 {
-    mbsri_copy((size_t)k * (size_t)k, A, old);
-    mbsri_copy((size_t)k * (size_t)k, error, old_error);
+    const int k = x->k, count = x->count;
+    const size_t all = (size_t)k * (size_t)k;
+    double *old_error = old + all, *sum = old_error + all, *size = sum + k, *doubt = size + k;
+    mbsri_copy(all, A, old);
+    mbsri_copy(all, error, old_error);
     for (int b = 0; b < count; ++b) {
-        for (int a = 0; a < count; ++a) {
-            double sum = 0.0, doubt = 0.0;
-            for (int c = 0; c < k; ++c) {
-                for (int r = 0; r < k; ++r) {
-                    const double x = T[a * k + r], y = T[b * k + c], value = old[c * k + r];
-                    sum += x * value * y;
-                    doubt +=
-                        fabs(x * y) * (old_error[c * k + r] + 4.0 * DBL_EPSILON * fabs(value)) +
-                        fabs(value) * (dT[a * k + r] * fabs(y) + fabs(x) * dT[b * k + c]);
-                }
+        mbsri_zero((size_t)3 * (size_t)k, sum);
+        for (int at = x->first[b]; at < x->first[b + 1]; ++at) {
+            const size_t c = (size_t)x->row[at] * (size_t)k;
+            const double y = x->T[(size_t)b * (size_t)k + (size_t)x->row[at]],
+                         dy = x->dT[(size_t)b * (size_t)k + (size_t)x->row[at]];
+            for (int r = 0; r < k; ++r) {
+                const double value = old[c + (size_t)r], most = fabs(value);
+                sum[r] += value * y;
+                size[r] += most * fabs(y);
+                doubt[r] +=
+                    (old_error[c + (size_t)r] + 4.0 * DBL_EPSILON * most) * fabs(y) + most * dy;
             }
-            A[b * count + a] = sum;
-            error[b * count + a] = doubt;
+        }
+        for (int a = 0; a < count; ++a) {
+            const double *T = x->T + (size_t)a * (size_t)k, *dT = x->dT + (size_t)a * (size_t)k;
+            const size_t to = (size_t)b * (size_t)count + (size_t)a;
+            A[to] = error[to] = 0.0;
+            for (int at = x->first[a]; at < x->first[a + 1]; ++at) {
+                const int r = x->row[at];
+                A[to] += T[r] * sum[r];
+                error[to] += fabs(T[r]) * doubt[r] + dT[r] * size[r];
+            }
         }
     }
 }
 
-/* Directions are those that T leaves. */
-static void take_left(mbsri_null_space *w, int count, const double *T, const double *dT,
-                      double *old)
+/* Directions are those that T leaves; `old`: scratch of mbsri_null_leave_held. */
+static void take_left(mbsri_null_space *w, const left_columns *x, double *old)
 {
-    const size_t k = (size_t)w->k;
-    combine((size_t)w->m->nu, w->k, count, T, dT, w->direction, w->lift.rate_error, old);
-    combine(w->m->size.v, w->k, count, T, dT, w->twist, w->lift.twist_error, old);
-    combine((size_t)w->m->nq, w->k, count, T, dT, w->element.q_rate, NULL, old);
-    restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
-    restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);
-    for (int l = 0; l < count; ++l) w->sums.head[l] = 1;
-    w->k = count;
+    combine(x, (size_t)w->m->nu, w->direction, w->lift.rate_error, old);
+    combine(x, w->m->size.v, w->twist, w->lift.twist_error, old);
+    combine(x, (size_t)w->m->nq, w->element.q_rate, NULL, old);
+    restrict_slopes(x, w->C, w->C_error, old);
+    restrict_slopes(x, w->S, w->S_error, old);
+    for (int l = 0; l < x->count; ++l) w->sums.head[l] = 1;
+    w->k = x->count;
     w->sums.on = false;
 }
 
@@ -454,11 +480,11 @@ int mbsri_null_leave_held(mbsri_null_space *w)
     const mbsr_model *m = w->m;
     const size_t k = (size_t)w->k, rows = (size_t)m->rows, nu = (size_t)m->nu, nq = (size_t)m->nq;
     const size_t more = nu > nq ? nu : nq, longest = m->size.v > more ? m->size.v : more,
-                 wide = 2 * (longest > k ? longest : k) * k;
+                 wide = 2 * (longest > k ? longest : k) * k + 3 * k;
     int status = mbsri_closure_jacobians(m, w->d), count;
     if (status || k == 0 || rows == 0) return status;
     double *T = mbsri_allocate(&m->allocator, (2 * k * k + wide) * sizeof(double) +
-                                                  (4 * k + 1 + rows) * sizeof(int));
+                                                  (k * k + 5 * k + 2 + rows) * sizeof(int));
     if (!T) return no_memory_for_null_space(w);
     double *dT = T + k * k, *old = dT + k * k;
     held_classes s = {.sizes = w->sums.gamma, .first = (int *)(void *)(old + wide)};
@@ -467,7 +493,11 @@ int mbsri_null_leave_held(mbsri_null_space *w)
     s.held = s.member + k;
     s.place = s.held + k;
     status = find_left(w, &s, T, dT, &count);
-    if (!status) take_left(w, count, T, dT, old);
+    if (!status) {
+        left_columns x = {w->k, count, T, dT, s.place + rows, s.place + rows + k + 1};
+        list_places(&x);
+        take_left(w, &x, old);
+    }
     mbsri_release(&m->allocator, s.entries.data);
     mbsri_release(&m->allocator, T);
     return status;
@@ -510,7 +540,7 @@ int mbsri_null_stiff_rows(mbsri_null_space *w)
     const mbsri_closure *first = mbsri_all_closures(w->m);
     int status = mbsri_closure_jacobians(w->m, w->d);
     if (status || w->k == 0) return status;
-    const double lever = lever_of(w);
+    const double lever = w->loads.lever;
     for (int id = 0; id < (int)w->m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
         for (int k = 0; k < c->rows && !status; ++k) {
@@ -525,7 +555,7 @@ int mbsri_null_stiff_rows(mbsri_null_space *w)
 bool mbsri_null_closure_resists(mbsri_null_space *w, const mbsri_closure *c, const double *twist,
                                 const double *a, bool velocity)
 {
-    const double lever = lever_of(w);
+    const double lever = w->loads.lever;
     for (int k = 0; k < c->rows; ++k) {
         double size;
         if (!mbsri_is_stiff(c, k) || (velocity && !(c->def.damping[k] > 0.0))) continue;

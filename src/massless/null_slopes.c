@@ -26,6 +26,7 @@
 #include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
+#include "recursion/rounding.h"
 #include "recursion/sizes.h"
 
 #include <float.h>
@@ -336,6 +337,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         if (status) return status;
         mbsri_null_rate_scales(w, natural);
     }
+    w->loads.lever = fmax(w->size, mbsri_longest_lever(m, w->d));
     status = mbsri_hold_elements(w);
     if (!status && w->loads.lambda && mbsri_nothing_acts(w)) drop_loop_forces(w);
     for (int l = 0; l < w->k && !status; ++l) {

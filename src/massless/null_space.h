@@ -37,6 +37,7 @@ typedef struct mbsri_null_loads {
     bool *own;       /* forces: which these are (element_slopes.h) */
     double *f, *tau; /* size_v, nu */
     double *lambda;  /* rows of closures: loop forces (null_loops.h); NULL: none are known */
+    double lever;    /* with lambda: the longest lever of the mechanism, m */
 } mbsri_null_loads;
 
 /* Directions that are sums of those that gamma was built for (shorten.h). */

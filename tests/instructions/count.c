@@ -11,6 +11,8 @@
 #include "sweeps/build.h"
 #include "trees.h"
 
+#include <mbsrank/index.h>
+
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -19,15 +21,16 @@ enum {
     ACTUATED = CALLS,
     FORWARD_BATCH,
     INVERSE_BATCH,
+    REPORT,
     ALL_CALLS,
     TREES = 7,
     LOOPS = 26,
     STATES = 16 /* of a batch: a multiple of all kernels' lanes */
 };
 
-static const char *const call_name[ALL_CALLS] = {"forward",       "inverse",      "momentum",
-                                                 "factor",        "solve",        "actuated",
-                                                 "forward_batch", "inverse_batch"};
+static const char *const call_name[ALL_CALLS] = {"forward",       "inverse",       "momentum",
+                                                 "factor",        "solve",         "actuated",
+                                                 "forward_batch", "inverse_batch", "report"};
 
 static const struct {
     const char *name;
@@ -53,6 +56,15 @@ typedef struct counted {
     double *q, *u, *tau, *many; /* STATES of each, of results too */
 } counted;
 
+static int report_index(counted *c)
+{
+    mbsr_index_report *report;
+    const int status =
+        mbsr_index_report_create(c->tree.model, c->data, 0.0, c->tree.q, c->tree.u, &report);
+    mbsr_index_report_destroy(c->tree.model, report);
+    return status;
+}
+
 static int call(counted *c, int which)
 {
     const bench_model *t = &c->tree;
@@ -68,6 +80,7 @@ static int call(counted *c, int which)
     case INVERSE_BATCH:
         return mbsr_batch_inverse_dynamics(t->model, c->batch, 0.0, STATES, c->q, c->u, c->tau,
                                            c->many, NULL);
+    case REPORT: return report_index(c);
     default:
         return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau,
                                      &(mbsr_motors){c->motors, c->motor}, c->out);
@@ -272,6 +285,20 @@ static void count_crowds(void)
     }
 }
 
+/* A report takes memory and time as bodies times directions. */
+static void count_reports(void)
+{
+    for (int number = 10; number <= 40; number *= 4) {
+        counted c;
+        bench_make_sprung_cranks(&c.tree, number);
+        make_counted(&c);
+        bench_check(call(&c, REPORT), call_name[REPORT], mbsr_data_error(c.data)->text);
+        bench_check(measure(&c, REPORT), call_name[REPORT], mbsr_data_error(c.data)->text);
+        printf("crowds cranks%d report %d\n", number, c.tree.bodies * number);
+        close_counted(&c);
+    }
+}
+
 static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
 {
     c->tree.model->tree.plain->kernels = c->tree.model->tree.newton->kernels =
@@ -342,5 +369,6 @@ int main(int argc, char **argv)
     for (int k = 0; k < LOOPS; ++k) count_loops(k);
     count_hinges(argv[1]);
     count_crowds();
+    count_reports();
     return 0;
 }
