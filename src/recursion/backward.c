@@ -44,15 +44,15 @@
 
 #include <math.h>
 
-/* G = U D^+; of the modes of a mount, with J = [Jt; -1] and U_s = Jt^T U_f - D, these rows are Jt^T
- * G_f - D D^+, and 1 - D D^+ = S^-1 X_dropped X_dropped^T S. */
+/* G = U D^+; of the modes of a mount that is a group by itself, with J = [Jt; -1] and U_s = Jt^T
+ * U_f - D, these rows are Jt^T G_f - D D^+, and 1 - D D^+ = S^-1 X_dropped X_dropped^T S. */
 static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_body *b)
 {
     const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
     const double *U = d->U + b->dg, *J = d->J + b->dn, *Dinv = d->Dinv + b->nn, *s = d->s + g->ig;
     double *G = d->G + b->dg, *upper = d->scratch;
     mbsri_zero((size_t)dim * (size_t)n, G);
-    if (!b->flexible.modal || !mbsri_is_zero((size_t)n, b->mass.armature)) {
+    if (!b->flexible.modal || g->members > 1 || !mbsri_is_zero((size_t)n, b->mass.armature)) {
         mbsri_ab(dim, n, n, 1.0, U, Dinv, G);
         return;
     }
