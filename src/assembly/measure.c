@@ -9,7 +9,7 @@
  *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at
  *              its springs and dampers
  *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
- *              the length at q = 0, by the column of J */
+ *              the length at q = 0, by the column of J; modes have theirs from their data */
 #include "assembly/measure.h"
 
 #include "algebra/dense.h"

@@ -7,6 +7,8 @@
 #include "flexible/check.h"
 #include "flexible/unit_masses.h"
 
+#include <math.h>
+
 mbsr_flex_def mbsr_default_flex_def(void)
 {
     return (mbsr_flex_def){.cookie = MBSRI_COOKIE};
@@ -51,8 +53,9 @@ static int check_flex(const mbsr_flex_def *def, mbsr_error *error)
 static size_t lay_out_flex(mbsr_flex *f, double *memory)
 {
     const size_t n = (size_t)f->n, r = (size_t)f->r, m = n + r,
-                 length[] = {3 * m, 9 * m, 9 * m * m, m * m, n * n, n * n, n * n * r, n * n};
-    double **const array[] = {&f->Ct0, &f->P0, &f->P, &f->Mf, &f->K, &f->D, &f->Y, &f->root};
+                 length[] = {3 * m, 9 * m, 9 * m * m, m * m, n * n, n * n, n * n * r, n * n, n, n};
+    double **const array[] = {&f->Ct0, &f->P0, &f->P,    &f->Mf,    &f->K,
+                              &f->D,   &f->Y,  &f->root, &f->moves, &f->turns};
     size_t used = 0;
     for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
         *array[k] = memory ? memory + used : NULL;
@@ -111,6 +114,27 @@ static void copy_data(const mbsr_flex_def *def, mbsr_flex *f)
     }
 }
 
+/* What modes alone do, at s = 0. */
+static void find_reach(mbsr_flex *f)
+{
+    for (int k = 0; k < f->n; ++k) {
+        f->moves[k] = f->mass > 0.0 ? sqrt(fmax(0.0, f->Mf[k * (f->m + 1)]) / f->mass) : 0.0;
+        f->turns[k] = 0.0;
+        for (int i = 0; i < f->markers; ++i) {
+            const double *x = f->marker[i].Phi + (size_t)3 * (size_t)k,
+                         *turn = f->marker[i].Psi + (size_t)3 * (size_t)k;
+            f->moves[k] = fmax(f->moves[k], sqrt(mbsri_dot(3, x, x)));
+            f->turns[k] = fmax(f->turns[k], sqrt(mbsri_dot(3, turn, turn)));
+        }
+    }
+}
+
+double mbsri_flex_span(const mbsr_flex *f, int k, double length, double angle)
+{
+    const double reach = fmax(f->moves[k] / length, f->turns[k] / angle);
+    return reach > 0.0 ? 1.0 / reach : 1.0;
+}
+
 int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *error)
 {
     if (flex) *flex = NULL;
@@ -143,6 +167,7 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
     mbsri_symmetrise(3 * f->m, f->P); /* to the last digit: mass.c relies on that */
     mbsri_symmetrise(f->m, f->Mf);
     mbsri_flex_find_root(f);
+    find_reach(f);
     *flex = f;
     return MBSR_OK;
 }

@@ -127,14 +127,13 @@ int mbsri_closing_measure(const mbsr_model *m, mbsr_data *d, const mbsr_assembly
 
 double mbsri_closing_share(const mbsr_model *m, const mbsri_closing *c, const double *x, double far)
 {
-    const double longest = c->lever * fmax(1.0, far);
+    const mbsri_spans spans = {.length = c->lever * fmax(1.0, far), .angle = 1.0};
     double largest = 1.0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        for (int k = 0; k < b->n; ++k) {
-            const bool moves = mbsri_coordinate_kind(b, true, k) == MBSR_COORDINATE_TRANSLATION;
-            largest = fmax(largest, fabs(x[b->u + k]) / (moves ? longest : 1.0));
-        }
+        for (int k = 0; k < b->n; ++k)
+            largest =
+                fmax(largest, fabs(x[b->u + k]) / mbsri_coordinate_span(&spans, m, b, true, k));
     }
     return 1.0 / largest;
 }

@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "massless/element_power.h"
+#include "massless/scales.h"
 #include "recursion/kinematics.h"
 
 #include <float.h>
@@ -96,12 +97,8 @@ static void add_duals(duals *x, int row, int column, int count, const double *sp
 /* Typical sizes of V of a body. */
 static void twist_spans(const mbsri_null_space *w, const mbsri_body *b, double *span)
 {
-    int turns, rotation, moves, translation;
-    const bool rigid = mbsri_motion_places(b, &turns, &rotation, &moves, &translation);
-    for (int c = 0; c < b->d; ++c) {
-        const bool turn = !rigid || (c >= rotation && c < rotation + turns);
-        span[c] = turn ? 1.0 : w->size;
-    }
+    const mbsri_spans spans = mbsri_null_spans(w);
+    for (int c = 0; c < b->d; ++c) span[c] = mbsri_pose_span(&spans, b, c);
 }
 
 /* False where positions are told by other numbers than rates. */

@@ -4,9 +4,8 @@
 
 #include "algebra/numbers.h"
 #include "assembly/measure.h"
-#include "flexible/data.h"
+#include "model/query.h"
 #include "recursion/pose.h"
-#include "recursion/spans.h"
 
 #include <math.h>
 #include <string.h>
@@ -63,30 +62,9 @@ static double largest_of(int n, const double *x, const mbsr_coordinate_kind *kin
     return largest;
 }
 
-static void fill_scales(int n, const mbsr_coordinate_kind *kind, double rotation,
-                        double translation, double *scale)
+mbsri_spans mbsri_null_spans(const mbsri_null_space *w)
 {
-    for (int k = 0; k < n; ++k) {
-        const mbsr_coordinate_kind now = k < MOST_KINDS ? kind[k] : MBSR_COORDINATE_OTHER;
-        scale[k] = now == MBSR_COORDINATE_ROTATION      ? rotation
-                   : now == MBSR_COORDINATE_TRANSLATION ? translation
-                                                        : 1.0;
-    }
-}
-
-/* Modal coordinates: by which a marker moves by the typical length, or turns by 1. */
-static void fill_modes(const mbsri_null_space *w, const mbsri_body *b, double *scale)
-{
-    const mbsr_flex *flex = b->inertia.flex;
-    for (int a = 0; a < b->n && flex; ++a) {
-        double largest = 0.0;
-        for (int k = 0; k < flex->markers; ++k) {
-            const double moved = mbsri_largest(3, flex->marker[k].Phi + 3 * a),
-                         turned = mbsri_largest(3, flex->marker[k].Psi + 3 * a);
-            largest = fmax(largest, fmax(moved / w->size, turned));
-        }
-        if (largest > 0.0) scale[a] = 1.0 / largest;
-    }
+    return (mbsri_spans){.length = w->size, .angle = 1.0};
 }
 
 void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
@@ -109,30 +87,28 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
     w->size = length > 1e-12 ? length : 1.0; /* less is what rounding leaves of zero */
     w->rate_of_tree = fmax(spin, fmax(speed / w->size, sqrt(acceleration / w->size)));
     if (!isfinite(w->rate_of_tree)) w->rate_of_tree = 0.0;
+    const mbsri_spans spans = mbsri_null_spans(w);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        kinds_of(m, i, kq, ku);
-        fill_scales(b->nq, kq, 1.0, w->size, w->scale.q + b->q);
-        fill_scales(b->n, ku, 1.0, w->size, w->scale.span + b->u);
-        if (!b->flexible.modal) continue;
-        fill_modes(w, b, w->scale.q + b->q);
-        fill_modes(w, b, w->scale.span + b->u);
+        for (int k = 0; k < b->nq; ++k)
+            w->scale.q[b->q + k] = mbsri_coordinate_span(&spans, m, b, false, k);
+        for (int k = 0; k < b->n; ++k)
+            w->scale.span[b->u + k] = mbsri_coordinate_span(&spans, m, b, true, k);
     }
 }
 
 void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
 {
     const mbsr_model *m = w->m;
-    mbsr_coordinate_kind kq[MOST_KINDS], ku[MOST_KINDS];
     if (!(w->rate_of_tree > 1e-6 * (natural > 0.0 ? natural : 1.0))) w->rate_of_tree = natural;
-    const double turning = w->rate_of_tree > 0.0 ? w->rate_of_tree : 1.0,
-                 moving = w->rate_of_tree > 0.0 ? w->size * w->rate_of_tree : 1.0;
+    const bool known = w->rate_of_tree > 0.0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        kinds_of(m, i, kq, ku);
-        fill_scales(b->n, ku, turning, moving, w->scale.u + b->u);
-        for (int c = b->u; c < b->u + b->n && b->flexible.modal; ++c)
-            w->scale.u[c] = turning * w->scale.span[c];
+        for (int k = 0; k < b->n; ++k) {
+            const bool moves = mbsri_coordinate_kind(b, true, k) == MBSR_COORDINATE_TRANSLATION;
+            const double span = w->scale.span[b->u + k];
+            w->scale.u[b->u + k] = known ? w->rate_of_tree * span : moves ? 1.0 : span;
+        }
     }
 }
 
@@ -145,20 +121,13 @@ double mbsri_direction_size(const mbsri_null_space *w, int l)
     return largest;
 }
 
-/* What velocity coordinate c of body b is compared with: the typical length, or 1. */
-static double twist_span(const mbsri_null_space *w, const mbsri_body *b, int c)
-{
-    int at, V, count;
-    const bool known = mbsri_translations(b->joint.space, &at, &V, &count);
-    return known && c >= V && c < V + count ? w->size : 1.0;
-}
-
 double mbsri_twist_size(const mbsri_null_space *w, int i, const double *twist)
 {
     const mbsri_body *b = w->m->body + i;
+    const mbsri_spans spans = mbsri_null_spans(w);
     double largest = 0.0;
     for (int c = 0; c < b->d; ++c)
-        largest = fmax(largest, fabs(twist[b->v + (size_t)c]) / twist_span(w, b, c));
+        largest = fmax(largest, fabs(twist[b->v + (size_t)c]) / mbsri_pose_span(&spans, b, c));
     return largest;
 }
 

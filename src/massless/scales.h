@@ -4,6 +4,7 @@
 #define MBSRI_SCALES_H
 
 #include "massless/null_space.h"
+#include "recursion/spans.h"
 
 /* Length and rate typical of the tree at a state, w->size and w->rate_of_tree, and from the length
  * q_scale and span of every coordinate. The data is at mbsri_forces of the state.
@@ -11,13 +12,15 @@
  * The length is the largest among the distances of origins from those of the predecessors, centres
  * of mass, radii of gyration, displacements and the points that stock force elements act at; the
  * rate the largest among the angular rates, velocities over the length, and the root of force over
- * mass and length. Angles count as 1; modal coordinates as what moves a marker by the length or
- * turns it by 1. What nothing is known of counts as 1 as well. */
+ * mass and length. Coordinates count as far as recursion/spans.h says with that length. */
 void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u);
 
 /* u_scale by the rate; where that is next to nothing beside the `natural` one of springs and masses
  * (0: not known), as at rest, the natural one takes its place. */
 void mbsri_null_rate_scales(mbsri_null_space *w, double natural);
+
+/* Spans with the typical length. */
+mbsri_spans mbsri_null_spans(const mbsri_null_space *w);
 
 /* The largest rate of direction l, by typical sizes. */
 double mbsri_direction_size(const mbsri_null_space *w, int l);

@@ -46,13 +46,17 @@ mbsr_coordinate_kind mbsri_joint_kind(const mbsri_joint *joint, bool velocity, i
                                                                         : MBSR_COORDINATE_OTHER;
 }
 
-/* With coordinates that are locked nq = n, and NaN marks those that are not. */
+int mbsri_place_of_free(const mbsri_body *b, int k)
+{
+    int place = 0;
+    if (!b->lock.at) return k;
+    while (!isnan(b->lock.at[place]) || k-- > 0) ++place;
+    return place;
+}
+
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k)
 {
-    if (!b->lock.at) return mbsri_joint_kind(&b->joint, velocity, k);
-    int place = 0;
-    while (!isnan(b->lock.at[place]) || k-- > 0) ++place;
-    return mbsri_joint_kind(&b->joint, velocity, place);
+    return mbsri_joint_kind(&b->joint, velocity, mbsri_place_of_free(b, k));
 }
 
 int mbsr_body_coordinate_kinds(const mbsr_model *model, int body, mbsr_coordinate_kind *position,

@@ -11,6 +11,9 @@ int mbsri_index(const mbsr_model *m, int id);
 /* What coordinate k of a joint measures, locked or not: one of q, or of u. */
 mbsr_coordinate_kind mbsri_joint_kind(const mbsri_joint *joint, bool velocity, int k);
 
+/* Place of free coordinate k among all of the joint. */
+int mbsri_place_of_free(const mbsri_body *b, int k);
+
 /* What free coordinate k of a body's joint measures: one of q, or of u. */
 mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k);
 

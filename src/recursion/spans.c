@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/spans.h"
 
+#include "flexible/data.h"
+#include "joints/flexible.h"
 #include "model/query.h"
 #include "recursion/data.h"
 #include "recursion/pose.h"
@@ -25,9 +27,11 @@ mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated)
 
 double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c)
 {
-    const bool modal = b->joint.space == MBSR_SPACE_FLEXIBLE && c >= 6;
+    const bool modal = b->joint.space == MBSR_SPACE_FLEXIBLE && c >= 6,
+               known = modal && b->inertia.kind == MBSR_INERTIA_FLEXIBLE;
     if (b->joint.space == MBSR_SPACE_GENERAL || modal)
-        return first_of(s->other, b->joint.table ? b->joint.table->scales.other : 0.0, 1.0);
+        return first_of(s->other, b->joint.table ? b->joint.table->scales.other : 0.0,
+                        known ? mbsri_flex_span(b->inertia.flex, c - 6, s->length, s->angle) : 1.0);
     return mbsri_is_angle(b->joint.space, c) ? s->angle : s->length;
 }
 
@@ -39,8 +43,11 @@ double mbsri_coordinate_span(const mbsri_spans *s, const mbsr_model *m, const mb
     case MBSR_COORDINATE_TRANSLATION: return s->length;
     case MBSR_COORDINATE_OTHER: break;
     }
-    const double own =
-        m->typical.span ? m->typical.span[velocity ? m->nq + b->u + k : b->q + k] : 1.0;
+    const mbsr_flex *modes = mbsri_mount_of(b->joint.table, b->joint.user);
+    const double own = modes
+                           ? mbsri_flex_span(modes, mbsri_place_of_free(b, k), s->length, s->angle)
+                       : m->typical.span ? m->typical.span[velocity ? m->nq + b->u + k : b->q + k]
+                                         : 1.0;
     return first_of(s->other, b->joint.table->scales.other, own);
 }
 

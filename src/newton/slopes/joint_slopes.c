@@ -18,6 +18,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/joint_turns.h"
 #include "newton/slopes/move.h"
+#include "model/query.h"
 #include "newton/slopes/planar_slopes.h"
 #include "newton/slopes/steady_joint.h"
 #include "recursion/kinematics.h"
@@ -283,15 +284,6 @@ static void rest(column *c)
     mbsri_zero((size_t)b->pred.d, c->V_pred);
 }
 
-/* Place of free coordinate k among all of the joint. */
-static int place_of(const mbsri_body *b, int k)
-{
-    if (!b->lock.count) return k;
-    int l = 0;
-    while (!isnan(b->lock.at[l]) || k-- > 0) ++l;
-    return l;
-}
-
 /* Whether column k of the predecessor's pose, or of its velocity, is a shift that the body follows
  * without any other change: markers and mounts know of places only how they lie to each other. */
 static bool is_shift(const mbsri_body *b, int k)
@@ -320,7 +312,7 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
         if (outside)
             mbsri_pose_unit(b->pred.space, k, c->d->p + b->pred.p, c->p_pred);
         else
-            c->q[place_of(b, k - s->e_pred)] = 1.0;
+            c->q[mbsri_place_of_free(b, k - s->e_pred)] = 1.0;
         c->move.span =
             mbsri_binary(outside ? mbsri_pose_span(&c->spans, c->pred, k)
                                  : mbsri_coordinate_span(&c->spans, c->m, b, false, k - s->e_pred));
@@ -360,7 +352,7 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
         if (outside)
             c->V_pred[k] = 1.0;
         else
-            c->u[place_of(b, k - b->pred.d)] = 1.0;
+            c->u[mbsri_place_of_free(b, k - b->pred.d)] = 1.0;
         for (int l = 0; l < b->d; ++l) c->dV[l] = -along[l];
         status = second_order(c);
         if (!status) store(c, outside ? s->e_pred + k : s->u + k - b->pred.d, s);
