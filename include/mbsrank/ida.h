@@ -203,11 +203,12 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  *
  * MBSR_OK at t_end; MBSR_EVENT at an event; MBSR_ERR_SEQUENCE before mbsr_ida_start; MBSR_ERR_VALUE
  * for a t_end that is not finite or behind the present, and for an entry of y whose tolerance is
- * zero; MBSR_ERR_SOLVER when IDA gives up; else the status of the residual
- * or the event function that failed. A recoverable status of the residual ends the run only when
- * shorter steps do not help, or when it returns again and again at a time that the steps do not
- * pass. If max_steps was too small, the same call goes on; after other failures of the integration
- * mbsr_ida_start begins anew, from the last good state if that is wanted (mbsr_ida_state).
+ * zero; MBSR_ERR_SOLVER when IDA gives up, or 10000 steps in a row do not move the time, as where
+ * rates grow beyond all bounds; else the status of the residual or the event function that failed.
+ * A recoverable status of the residual ends the run only when shorter steps do not help, or when it
+ * returns again and again at a time that the steps do not pass. If max_steps was too small, the
+ * same call goes on; after other failures of the integration mbsr_ida_start begins anew, from the
+ * last good state if that is wanted (mbsr_ida_state).
  *
  * With watch_ranks the ranks of the start are watched during the call; afterwards the data is
  * watched as it was before (mbsr_rank_watch). */

@@ -75,6 +75,7 @@ typedef struct mbsri_ida_reported {
     long steps;
     double at;    /* real time, s; where progress_interval asks for it */
     bool stopped; /* it ended the last call of mbsr_ida_advance */
+    int still;    /* steps in a row, up to the last one, that did not move the time */
 } mbsri_ida_reported;
 
 /* For mbsr_ida_get_drift. */

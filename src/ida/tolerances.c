@@ -274,7 +274,8 @@ double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
 int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
 {
     mbsr_ida *ida = user;
-    if (mbsri_ida_report(ida) || mbsri_ida_watch_loops(ida, y)) return -1;
+    if (mbsri_ida_report(ida) || mbsri_ida_watch_steps(ida, y) || mbsri_ida_watch_loops(ida, y))
+        return -1;
     mbsri_ida_note_step(ida);
     double t = 0.0;
     IDAGetCurrentTime(ida->memory, &t);
