@@ -17,17 +17,24 @@ double mbsri_linear_length(const mbsr_model *model, mbsr_data *data)
     return most;
 }
 
-/* How far mode k moves the body where its amplitude is 1: the root of the mean square over its
- * mass, or a marker. */
-static double reach_of_mode(const mbsr_flex_def *f, int k)
+static double vector_size(const double x[3])
+{
+    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
+
+/* The amplitude of mode k that moves the body by `length`, in the mean square over its mass or at a
+ * marker, or turns one by 1 rad; 1: none does. */
+static double span_of_mode(const mbsr_flex_def *f, int k, double length)
 {
     const int shapes = f->modes + f->dependent;
-    double most = f->mass > 0.0 ? sqrt(fmax(0.0, f->Mf[k * (shapes + 1)]) / f->mass) : 0.0;
+    double moves = f->mass > 0.0 ? sqrt(fmax(0.0, f->Mf[k * (shapes + 1)]) / f->mass) : 0.0,
+           turns = 0.0;
     for (int i = 0; i < f->markers; ++i) {
-        const double *x = f->marker[i].Phi + (ptrdiff_t)3 * k;
-        most = fmax(most, sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]));
+        moves = fmax(moves, vector_size(f->marker[i].Phi + (ptrdiff_t)3 * k));
+        turns = fmax(turns, vector_size(f->marker[i].Psi + (ptrdiff_t)3 * k));
     }
-    return most;
+    const double reach = fmax(moves / length, turns);
+    return reach > 0.0 ? 1.0 / reach : 1.0;
 }
 
 void mbsri_linear_spans(const mbsr_model *model, int body, bool rates, double length, double *span)
@@ -45,9 +52,8 @@ void mbsri_linear_spans(const mbsr_model *model, int body, bool rates, double le
         def.inertia.kind == MBSR_INERTIA_FLEXIBLE)
         mbsr_flex_definition(def.inertia.flex, &flex);
     for (int k = 0; k < count; ++k) {
-        const double reach = flex.modes == count ? reach_of_mode(&flex, k) : 0.0;
         span[k] = known && kind[k] == MBSR_COORDINATE_TRANSLATION ? length
-                  : reach > 0.0                                   ? length / reach
+                  : flex.modes == count                           ? span_of_mode(&flex, k, length)
                                                                   : 1.0;
     }
 }
