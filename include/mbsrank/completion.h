@@ -75,6 +75,8 @@ MBSR_API int mbsr_completion_dynamics(mbsr_completion *completion, mbsr_data *da
 typedef struct mbsr_completion_info {
     long states, residuals, factorisations, solves;
     size_t bytes; /* memory of the object */
+    int damped;   /* 1: some directions of the state completed last move no mass, and dampers hold
+                   * them all */
 } mbsr_completion_info;
 
 /* What completions have cost so far. MBSR_ERR_NULL. */

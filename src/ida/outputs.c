@@ -99,36 +99,50 @@ static double tolerances(const mbsr_ida *ida, const double *x, double s, int fir
     return largest;
 }
 
-/* Whether the forces at the completed state would change momenta in a step by many tolerances more
- * than the interpolation does: stiff elements are strained by errors of positions. */
-static bool is_strained(mbsr_ida *ida)
+/* By how much in tolerances the completed state would change in a step more than the interpolation
+ * does, over what is common: of momenta, where stiff elements are strained by errors of positions;
+ * where dampers hold what has no mass, of positions and velocities too. What gives way to springs
+ * through dampers, at rates k / d, has velocities that are off by k / d times errors of positions,
+ * and accelerations by (k / d)^2 times these; interpolated velocities there are rough. */
+static double strain(mbsr_ida *ida)
 {
-    static const double many = 30.0;
+    static const double of_positions = 3.0, of_momenta = 30.0, of_velocities = 1000.0;
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     double step = 0.0, *change = N_VGetArrayPointer(ida->work);
-    if (ida->opt.form != MBSR_DAE_MOMENTUM) return false;
+    mbsr_completion_info info;
+    if (ida->opt.form != MBSR_DAE_MOMENTUM) return 0.0;
     IDAGetLastStep(ida->memory, &step);
+    mbsr_completion_get_info(ida->output.completion, &info);
     N_VLinearSum(1.0, ida->output.yp, -1.0, ida->yp, ida->work);
-    return tolerances(ida, change, fabs(step), nq, nq + nu) > many;
+    const double momenta = tolerances(ida, change, fabs(step), nq, nq + nu) / of_momenta;
+    if (!info.damped) return momenta;
+    const double positions = tolerances(ida, change, fabs(step), 0, nq) / of_positions,
+                 velocities =
+                     tolerances(ida, change, fabs(step), nq + nu, nq + 2 * nu) / of_velocities;
+    return fmax(momenta, fmax(positions, velocities));
 }
 
-/* The same state with its strain taken out, unless that is far away: in a step that has passed over
- * an impact momenta are off by what the impact changes. */
-static void relieve(mbsr_ida *ida, double t)
+static bool complete_at(mbsr_ida *ida, double t)
+{
+    mbsri_ida_output *o = &ida->output;
+    return mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t,
+                                 N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp)) == MBSR_OK;
+}
+
+/* The same state with its strain, which is so much, taken out where that leaves less, unless that
+ * is far away: in a step that has passed over an impact momenta are off by what the
+ * impact changes. */
+static void relieve(mbsr_ida *ida, double t, double strained)
 {
     static const double far = 1000.0;
     mbsri_ida_output *o = &ida->output;
     const int controlled = mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
-    double *y = N_VGetArrayPointer(o->y), *yp = N_VGetArrayPointer(o->yp);
-    int status = relax(ida, t);
+    const int status = relax(ida, t);
     N_VLinearSum(1.0, o->y, -1.0, ida->y, ida->work);
     const double moved = tolerances(ida, N_VGetArrayPointer(ida->work), 1.0, 0, controlled);
-    if (!status && moved <= far)
-        status = mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t, y, yp);
-    if (!status && moved <= far) return;
+    if (!status && moved <= far && complete_at(ida, t) && strain(ida) <= strained) return;
     copy_raw(ida);
-    o->complete =
-        mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t, y, yp) == MBSR_OK;
+    o->complete = complete_at(ida, t);
 }
 
 /* The joint accelerations among y' of a form; NULL where it has others. */
@@ -211,10 +225,9 @@ void mbsri_ida_complete(mbsr_ida *ida)
     o->tried = true;
     mbsri_ida_exchange_watch(ida);
     if (!has_stiff_rows(ida) || relax(ida, t)) copy_raw(ida);
-    const int status = mbsr_completion_solve(o->completion, ida->data, ida->opt.form, t,
-                                             N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
-    o->complete = status == MBSR_OK;
-    if (o->complete && !has_stiff_rows(ida) && is_strained(ida)) relieve(ida, t);
+    o->complete = complete_at(ida, t);
+    const double strained = o->complete && !has_stiff_rows(ida) ? strain(ida) : 0.0;
+    if (strained > 1.0) relieve(ida, t, strained);
     mbsri_ida_exchange_watch(ida);
     o->raw += !o->complete;
 }

@@ -214,6 +214,7 @@ int mbsr_completion_get_info(const mbsr_completion *completion, mbsr_completion_
 {
     if (!completion || !info) return MBSR_ERR_NULL;
     *info = completion->info;
+    info->damped = completion->kind.deficient && !completion->kind.elastic;
     return MBSR_OK;
 }
 

@@ -383,6 +383,45 @@ static void an_impact_gives_no_energy(void **state)
     }
 }
 
+/* ---- what has no mass between a spring and a damper, k / d = 1e5 / s ---- */
+
+static int push(void *user, double t, int n, double *value)
+{
+    (void)user;
+    for (int k = 0; k < n; ++k) value[k] = k == 3 ? cos(t) : 0.0;
+    return MBSR_OK;
+}
+
+/* A mass of 1 kg is pushed by cos t; it hangs on a spring of 1e5 N/m on a link that a damper of
+ * 1 N s/m holds: u' = cos t - u, and the link follows within d / k = 1e-5 s. Errors of its position
+ * that are tolerances are accelerations (k / d)^2 times these. */
+static void a_link_follows_its_mass(void **state)
+{
+    (void)state;
+    static const double x[3] = {1.0, 0.0, 0.0};
+    for (double tolerance = 1e-4; tolerance > 5e-9; tolerance *= 1e-2) {
+        mbsr_ida_opt opt = with_tolerance(tolerance);
+        mbsr_simulation s = mbsr_simulation_begin(NULL);
+        const mbsr_joint slide = mbsr_joint_prismatic(NULL, NULL, x);
+        const int link =
+                      mbsr_simulation_add_body(&s, "link", MBSR_GROUND, slide, mbsr_inertia_zero()),
+                  mass =
+                      mbsr_simulation_add_body(&s, "mass", link, slide, mbsr_inertia_particle(1.0));
+        mbsr_simulation_add_force(&s, mbsr_force_joint_spring(link, 0, 0.0, 1.0, 0.0));
+        mbsr_simulation_add_force(&s, mbsr_force_joint_spring(mass, 0, 1e5, 0.0, 0.0));
+        mbsr_simulation_add_force(&s, mbsr_force_applied(mass, push, NULL));
+        mbsr_simulation_start(&s, &opt, 0.0, NULL, NULL);
+        for (int k = 1; k <= 100; ++k) {
+            const double t = 0.0731 * k, u = 0.5 * (cos(t) + sin(t) - exp(-t));
+            mbsr_simulation_to(&s, t);
+            assert_ok(s.status, &s.error);
+            assert_close(s.u[0], u, 10.0 * tolerance + 3e-5);
+            assert_close(s.udot[0], cos(t) - u, 100.0 * sqrt(tolerance));
+        }
+        mbsr_simulation_end(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -393,6 +432,7 @@ int main(void)
         cmocka_unit_test(pins_accelerate_the_coupler),
         cmocka_unit_test(a_coupler_that_carries_nothing),
         cmocka_unit_test(an_impact_gives_no_energy),
+        cmocka_unit_test(a_link_follows_its_mass),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
