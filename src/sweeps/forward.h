@@ -42,6 +42,26 @@ MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
     mbsri_block_close_forward(run, i);
 }
 
+/* u' = D^-1 (e - U^T A),  A += S u' */
+static void multi_forward(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    mbsri_sweep_state *s = run->state + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    const bool on_root = b->parent == 0;
+    _Alignas(32) double A[8];
+    double *x = multi->x;
+    memcpy(A, s->A_w, sizeof s->A_w);
+    memcpy(A + 4, s->A_v, sizeof s->A_v);
+    for (int k = 0; k < b->n; ++k) x[k] -= product(on_root ? multi->U[k] : multi->G[k], A);
+    if (on_root) mbsri_solve_joint(b->n, multi->factor, x);
+    for (int k = 0; k < b->n; ++k) {
+        run->out[b->u + k] = x[k];
+        mbsri_add3(x[k], multi->S[k], s->A_w);
+        mbsri_add3(x[k], multi->S[k] + 4, s->A_v);
+    }
+}
+
 /* What u' needs of A_pi comes first, so that the next body waits for little:
  * u' = D^-1 e - D^-1 (X^T U)^T A_pi. */
 MBSRI_INLINE void forward_part(const mbsri_sweep_run *run, int first, int last)

@@ -7,7 +7,6 @@
 #include "newton/sweeps/closing.h"
 #include "newton/sweeps/multi_fronts.h"
 #include "sweeps/backward.h"
-#include "sweeps/forward.h"
 
 /* ---- leaves to root: Mbar and P ---- */
 
@@ -153,9 +152,10 @@ MBSRI_INLINE int below_massless_sweep(const mbsri_sweep_run *run, mbsri_newton_s
 
 static int newton_factor_below_massless(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    if (!backward(run) || !find_below_massless(run, newton)) return MBSRI_NOT_CLEAR;
+    if (!run->tree->kernels->backward(run) || !find_below_massless(run, newton))
+        return MBSRI_NOT_CLEAR;
     newton->last.unclear = true;
-    if (newton->last.below_massless) forward(run);
+    if (newton->last.below_massless) run->tree->kernels->forward(run);
     if (newton->last.below_massless) find_reactions(run, newton);
     return run->load ? below_massless_sweep(run, newton, true)
                      : below_massless_sweep(run, newton, false);
@@ -214,9 +214,10 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 /* Trees with blocks. After the backward sweep. */
 static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    if (!backward(run) || !find_below_massless(run, newton)) return MBSRI_NOT_CLEAR;
+    if (!run->tree->kernels->backward(run) || !find_below_massless(run, newton))
+        return MBSRI_NOT_CLEAR;
     if (newton->last.below_massless) {
-        forward(run);
+        run->tree->kernels->forward(run);
         memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
         find_reactions(run, newton);
     }
