@@ -457,12 +457,12 @@ MBSRI_INLINE bool choose(const int nq, const int n, const columns *z, pivots *p,
     return most > good;
 }
 
-MBSRI_INLINE bool eliminate(const axes_step *s, const int nq, const int n, const int others,
-                            columns *z, pivots *p)
+MBSRI_INLINE bool eliminate(const axes_step *s, const bool turns, const int nq, const int n,
+                            const int others, columns *z, pivots *p)
 {
     for (int k = 0; k < nq; ++k) p->place[k] = k;
     for (int k = 0; k < n; ++k) p->row[k] = p->column[k] = k;
-    if (!s->turns)
+    if (!turns)
         eliminate_axes(s, n, others, z);
     else if (!eliminate_turns(s, nq, n, others, z, p))
         return false;
@@ -524,14 +524,14 @@ MBSRI_INLINE void keep_turn(const int nq, const int n, int k, const columns *z, 
 }
 
 /* Columns of L and rows of U, d(M u) and dP, in the order of the pivots: as solutions read them. */
-MBSRI_INLINE void keep_factors(const axes_step *s, const int nq, const int n, const int others,
-                               const columns *z, const pivots *p)
+MBSRI_INLINE void keep_factors(const axes_step *s, const bool turns, const int nq, const int n,
+                               const int others, const columns *z, const pivots *p)
 {
     const int own = nq + n, size = own + others;
     double *L = s->f->LU + s->step->LU, *U = L + own * size, *kept = U + own * size;
     for (int k = 0; k < nq; ++k, L += size, U += size) {
         for (int j = 0; j < size; ++j) U[j] = 0.0;
-        if (s->turns)
+        if (turns)
             keep_turn(nq, n, k, z, p, L, U);
         else
             keep_axis(s, n, k, p, L, U);
@@ -551,42 +551,39 @@ MBSRI_INLINE void keep_factors(const axes_step *s, const int nq, const int n, co
 }
 
 /* others: rows and columns of the predecessor, none on the ground. False: a front takes over. */
-MBSRI_INLINE bool pass_beside(const axes_step *s, const int nq, const int n, const int others,
-                              const knowns *k)
+MBSRI_INLINE bool pass(const axes_step *s, const bool turns, const int nq, const int n,
+                       const int others, const knowns *k)
 {
     const int own = nq + n;
     columns z;
     pivots p = {0};
     pass_own(s, nq, n, k, &z);
     if (others) pass_others(s, own, n, k, &z);
-    if (!eliminate(s, nq, n, others, &z, &p)) return false;
+    if (!eliminate(s, turns, nq, n, others, &z, &p)) return false;
     if (others && !mbsri_finite(ROWS * ROWS, z.below[own])) return false;
     keep_numbers(s, nq, n, others, &p);
-    keep_factors(s, nq, n, others, &z, &p);
+    keep_factors(s, turns, nq, n, others, &z, &p);
     if (others)
         memcpy(s->f->matrices + s->step->matrix, z.below[own], ROWS * ROWS * sizeof(double));
     return true;
 }
 
-MBSRI_INLINE bool pass(const axes_step *s, const int nq, const int n, const knowns *k)
+static bool pass_any(const axes_step *s, int others, const knowns *k)
 {
-    return s->step->borders > 0 ? pass_beside(s, nq, n, ROWS, k) : pass_beside(s, nq, n, 0, k);
+    return pass(s, s->turns, s->b->nq, s->b->n, others, k);
 }
 
-static bool pass_turns(const axes_step *s, const knowns *k)
+/* What models have most of, by itself. */
+static bool choose_pass(const axes_step *s, const knowns *k)
 {
-    if (s->b->n == 6 && s->b->nq == 7) return pass(s, 7, 6, k);
-    return pass(s, s->b->nq, s->b->n, k);
-}
-
-static bool pass_axes(const axes_step *s, const knowns *k)
-{
-    switch (s->b->n) {
-    case 1: return pass(s, 1, 1, k);
-    case 2: return pass(s, 2, 2, k);
-    case 3: return pass(s, 3, 3, k);
-    case 6: return pass(s, 6, 6, k);
-    default: return pass(s, s->b->n, s->b->n, k);
+    const int others = s->step->borders > 0 ? ROWS : 0;
+    const bool free = s->b->nq == 7 && s->b->n == 6;
+    if (!others) return free ? pass(s, true, 7, 6, 0, k) : pass_any(s, others, k);
+    switch (s->turns ? 0 : s->b->n) {
+    case 1: return pass(s, false, 1, 1, ROWS, k);
+    case 2: return pass(s, false, 2, 2, ROWS, k);
+    case 3: return pass(s, false, 3, 3, ROWS, k);
+    default: return pass_any(s, others, k);
     }
 }
 
@@ -609,7 +606,7 @@ int mbsri_front_step_axes(mbsri_front *f, mbsr_data *d, int k, bool *done)
     }
     const int status = know(f, d, &s, &known);
     if (status) return status;
-    *done = s.turns ? pass_turns(&s, &known) : pass_axes(&s, &known);
+    *done = choose_pass(&s, &known);
     const int own = b->nq + b->n, size = own + (step->borders > 0 ? ROWS : 0);
     if (*done) f->left[k] = (mbsri_front_left){own, size, size, 0, true};
     return MBSR_OK;
