@@ -389,11 +389,6 @@ static void pass_space_below_massless(passing *p)
     pass_all(p, (sizes){6, 6, true, true, true, true});
 }
 
-static void pass_space_topmost(passing *p)
-{
-    pass_all(p, (sizes){6, 6, true, false, true, true});
-}
-
 static void pass_space_more(passing *p)
 {
     pass_all(p, (sizes){6, 6, false, false, true, false});
@@ -426,15 +421,13 @@ static void choose_pass(passing *p, const sizes s)
         pass_space(p);
     else if (space && s.plain && s.above)
         pass_space_below_massless(p);
-    else if (space && s.plain)
-        pass_space_topmost(p);
-    else if (space && !s.below_massless)
+    else if (space && !s.plain && !s.below_massless)
         pass_space_more(p);
-    else if (space && s.above)
+    else if (space && !s.plain && s.above)
         pass_space_below_massless_more(p);
     else if (plane && s.plain && !s.below_massless)
         pass_plane(p);
-    else if (plane && !s.below_massless)
+    else if (plane && !s.plain && !s.below_massless)
         pass_plane_more(p);
     else
         pass_any(p, s);
