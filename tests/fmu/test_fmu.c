@@ -227,7 +227,8 @@ static void contacts_run_as_in_process(void **state)
     fmi3Instance c = instantiate(&l);
     assert_non_null(c);
     initialize(&l, c);
-    for (int k = 0; k < 60; ++k) {
+    const int steps = test_seeds(30, 60);
+    for (int k = 0; k < steps; ++k) {
         step(&l, c, 0.01 * k, 0.01);
         assert_int_equal(mbsr_simulation_to(s, 0.01 * (k + 1)), MBSR_OK);
         for (int b = 0; b < 6; ++b) {

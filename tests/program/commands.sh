@@ -1,7 +1,7 @@
 #!/bin/sh
 # The commands of mbsrank: what they write, what they refuse, how they end.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: commands.sh PROGRAM PROJECT_DIR WITH_RUN (1 or 0)
+# Usage: commands.sh PROGRAM PROJECT_DIR WITH_RUN (1 or 0) [SHORT (1: short runs, as under sanitizers)]
 set -u
 program=$1
 models=$2/examples/models
@@ -9,6 +9,9 @@ with_run=$3
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 failed=0
+
+short=${4:-0} seconds=1
+if [ "$short" = 1 ]; then seconds=0.2; fi
 
 # ends CODE WORDS ARGUMENT...: ends with that code and says the words on either stream.
 ends() {
@@ -66,6 +69,7 @@ if "$program" --help | grep -q '^  modes'; then
     for command in static modes linearise; do
         ends 0 "usage: mbsrank $command" $command --help
         ends 2 'no option --fast' $command "$models/arm.urdf" --fast
+        if [ "$short" = 1 ] && [ $command != linearise ]; then continue; fi
         ends 4 'no equilibrium was found.*base' $command --floating "$models/arm.urdf"
     done
     ends 0 '^  damper ' static "$models/quarter_car.xml"
@@ -150,10 +154,12 @@ sed 's/mass="36"/mass="0.036"/' "$models/quarter_car.xml" >"$work/light.xml"
 sed 's/mass="36"/mass="3.6"/' "$models/quarter_car.xml" >"$work/wheel.xml"
 sed 's/mass="36"/mass="360"/' "$models/quarter_car.xml" >"$work/heavy.xml"
 ends 0 'no mass is below a tenth' check --small "$work/heavy.xml"
-ends 0 'wheel .* may be zero' check --small --start pushed --time 1 "$work/light.xml"
-ends 0 'wheel .* may not be zero' check --start pushed --time 2 --tolerance 1e-5 "$work/wheel.xml"
+ends 0 'wheel .* may be zero' check --small --start pushed --time $seconds "$work/light.xml"
+if [ "$short" != 1 ]; then
+    ends 0 'wheel .* may not be zero' check --start pushed --time 2 --tolerance 1e-5 "$work/wheel.xml"
+fi
 ends 0 '"small_masses": {"from": 0, .*"body": "wheel", "parts": "both".*"verdict": "may be zero"' \
-    check --small --json --start pushed --time 1 "$work/light.xml"
+    check --small --json --start pushed --time $seconds "$work/light.xml"
 cp "$work/out" "$work/small.json"
 ends 1 '6 undetermined' check --small --floating "$work/one.urdf"
 ends 2 "'0' is not" check --time 0 "$work/light.xml"
@@ -420,7 +426,7 @@ if [ "$with_run" = 1 ]; then
             { echo 'the gripper lost its box:'; tail -n 1 "$work/grip.csv"; failed=1; }
         for options in '' '--no-contacts'; do # the rods of the wishbones begin within their tubes
             # shellcheck disable=SC2086
-            "$program" run $options "$models/suspension.xml" --t-end 1 --inputs "$models/steer.csv" \
+            "$program" run $options "$models/suspension.xml" --t-end $seconds --inputs "$models/steer.csv" \
                 --output state -o "$work/run$options.csv" 2>"$work/err$options" || { cat "$work/err$options"; failed=1; }
         done
         grep -q '^5 pairs of shapes of the ground .* never touch' "$work/err" || { cat "$work/err"; failed=1; }

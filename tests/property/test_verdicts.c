@@ -254,8 +254,8 @@ static void nothing_left_to_move(void **state)
 static void loops_without_load(void **state)
 {
     (void)state;
-    static const uint64_t seed[] = {1855, 19071, 53747, 91565, 300077, 301359, 302009};
-    check_seeds(7, seed);
+    static const uint64_t seed[] = {1855, 53747, 91565, 300077, 301359, 302009, 19071};
+    check_seeds(test_long() ? 7 : 6, seed);
 }
 
 /* What loop forces leave of a balance is a moment in the one system and a larger number in another.
@@ -363,8 +363,8 @@ static void rich_verdicts_agree(void **state)
 static void springs_beside_redundant_rows(void **state)
 {
     (void)state;
-    static const uint64_t seed[] = {44961, 49563, 45295, 58845, 56989};
-    check_rich_seeds(sizeof seed / sizeof seed[0], seed);
+    static const uint64_t seed[] = {44961, 56989, 45295, 49563, 58845};
+    check_rich_seeds(test_long() ? 5 : 4, seed);
 }
 
 /* Stops that let go where what they push balances; directions that nothing determines at the state
@@ -463,7 +463,7 @@ static void directions_hardly_held(void **state)
 static void traces_that_determine_nothing(void **state)
 {
     (void)state;
-    check_seeds(3, (const uint64_t[]){813029, 815161, 813532});
+    check_seeds(test_long() ? 3 : 2, (const uint64_t[]){813029, 813532, 815161});
 }
 
 /* Friction that slips and cannot bear what it would have to: no velocity balances it, also where
@@ -530,7 +530,7 @@ static void held_by_loop_forces_alone(void **state)
     (void)state;
     static const uint64_t seed[] = {620203, 826473, 828317, 826755, 842245};
     check_seeds(test_long() ? 5 : 4, seed);
-    assert_true(check_rich(520001, true));
+    if (test_long()) assert_true(check_rich(520001, true));
 }
 
 /* Forces of rows that depend on each other hold nothing, and what springs come to hold where they

@@ -175,7 +175,7 @@ static void trees_are_cut_at_their_branches(void **state)
     assert_int_equal(tasks_of(10, 2, 200), 0);
     /* 5000 bodies in tasks of half an eighth at least */
     assert_in_range(tasks_of(0, 100, 50), 8, 16);
-    assert_in_range(tasks_of(3, 1000, 40), 8, 16);
+    assert_in_range(tasks_of(3, test_seeds(200, 1000), 40), 8, 16);
 }
 
 /* What is not finite is found and named as by one thread. */
