@@ -29,6 +29,9 @@ static const double share_of_locked = 0.03;
 /* Of what a rate moves with closed loops: several momenta act on one rate. */
 static const double share_of_moved = 0.35;
 
+/* Square of a lever of rounding errors over one that is none; a mass over the largest is more. */
+static const double rounding = 1e-20;
+
 enum { KINDS = 3 };
 
 /* Diag(J^T W J) and the armature of a joint, the largest entry of each kind of rate, to `largest`.
@@ -125,7 +128,8 @@ static int close_loops(const mbsr_model *model, mbsr_data *data, const double *l
     return MBSR_OK;
 }
 
-/* Rates without mass have the largest of their kind. */
+/* Rates without mass, or with that of levers which are none but for rounding, have the largest of
+ * their kind. */
 static void fill_kinds(const mbsr_model *model, const double *largest, double *mass)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
@@ -134,7 +138,8 @@ static void fill_kinds(const mbsr_model *model, const double *largest, double *m
         mbsr_body_coordinate_kinds(model, id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
             double *x = mass + b->u + k;
-            if (!(*x > 0.0)) *x = largest[(int)kind[k]];
+            const double most = largest[(int)kind[k]];
+            if (!(*x > rounding * most)) *x = most;
         }
     }
 }
@@ -145,6 +150,7 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
     if (status) return status;
     double *locked = data->out, largest[KINDS];
     status = of_joints(model, data, mass);
+    for (int k = 0; k < model->nu && mbsr_total_rank(model, data) == 0; ++k) mass[k] = 0.0;
     find_largest_mass(model, mass, largest);
     mbsri_mass_diagonal(model, data, locked);
     if (!status) status = close_loops(model, data, locked, mass);
