@@ -168,8 +168,8 @@ typedef struct mbsr_linear_info {
     int size;            /* of the descriptor form */
     int states;          /* of the least form: finite eigenvalues */
     int levels;          /* in how many steps the others were taken out */
-    double kept;         /* the least number kept in these decisions over the largest, and */
-    double dropped;      /* the largest dropped, likewise; 0 where nothing was to be decided */
+    double kept;         /* the least number left in the end over the largest, and the */
+    double dropped;      /* largest dropped on the way, likewise; 0: nothing was to be decided */
     double shift;        /* 1/s: real, at which the matrix was factored */
     double acceleration; /* largest |u'| of the state: 0 at rest and in steady motion */
 } mbsr_linear_info;

@@ -5,8 +5,6 @@
 
 #include <stddef.h>
 
-void dgebal_(const char *job, const int *n, double *a, const int *lda, int *ilo, int *ihi,
-             double *scale, int *info, size_t job_length);
 void dgeev_(const char *jobvl, const char *jobvr, const int *n, double *a, const int *lda,
             double *wr, double *wi, double *vl, const int *ldvl, double *vr, const int *ldvr,
             double *work, const int *lwork, int *info, size_t jobvl_length, size_t jobvr_length);

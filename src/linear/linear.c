@@ -47,9 +47,16 @@ static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, co
     for (int k = 0; k < l->nu && !status; ++k)
         l->info.acceleration = fmax(l->info.acceleration, fabs(yp[at + k]));
     if (!status) status = mbsri_pencil_assemble(l, &c, m, d, t, y, yp, opt, error);
+    if (status) return status;
+    double *mass = mbsri_arena_take(&l->arena, ((size_t)l->nu + 1) * sizeof *mass);
+    if (!mass)
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, "%s: no memory", name);
     const int rank = mbsr_total_rank(m, d);
-    if (!status) status = mbsri_signals_enter(l, &c, y, yp, opt, error);
-    return status ? status : mbsri_pencil_reduce(l, rank, error);
+    status = mbsr_momentum_scales(m, d, mass);
+    const mbsr_error *why = mbsr_data_error(d);
+    if (status) return mbsri_fail(error, status, why->body, why->force, "%s: %s", name, why->text);
+    status = mbsri_signals_enter(l, &c, y, yp, opt, error);
+    return status ? status : mbsri_pencil_reduce(l, rank, mass, mbsr_model_rate(m), error);
 }
 
 int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,

@@ -132,29 +132,46 @@ static double slowest_rate(const near *w, int count, double least)
     return rate;
 }
 
-/* A shift of half the rate of the slowest mode that is not at rest. Small spaces tell that rate,
- * too large where the shift is much larger. Modes at rest tell nothing. */
-static int find_shift(near *w)
+/* The rate of the slowest mode that is not at rest, as a small space next to the shift tells it; 0:
+ * it tells of none. */
+static int see_slowest(near *w, double shift, double *rate)
 {
-    enum { ROUNDS = 20, SPACE = 20 };
+    enum { SPACE = 20 };
     mbsri_krylov *z = &w->space;
     const int m = z->m;
-    double shift = 1.0;
-    int status = MBSR_OK;
-    for (int round = 0; round < ROUNDS && !status; ++round) {
-        status = factor_at(w, shift);
-        z->k = 0;
-        z->m = z->limit = m < SPACE ? m : SPACE;
-        if (!status) status = mbsri_krylov_begin(z);
-        if (!status) status = mbsri_krylov_grow(z);
-        if (status || !mbsri_krylov_sort(z)) break;
-        const double rate = slowest_rate(w, 1, 1e-6 * shift);
-        if (rate > 0.5 * shift && rate < 40.0 * shift) break;
-        shift = rate > 1e-6 * shift ? 0.4 * rate : 1e-5 * shift;
+    *rate = 0.0;
+    int status = factor_at(w, shift);
+    z->k = 0;
+    z->m = z->limit = m < SPACE ? m : SPACE;
+    if (!status) status = mbsri_krylov_begin(z);
+    if (!status) status = mbsri_krylov_grow(z);
+    if (!status && mbsri_krylov_sort(z)) {
+        const double least = 1e-6 * shift, found = slowest_rate(w, 1, least);
+        *rate = found > least ? found : 0.0;
     }
     z->m = z->limit = m;
     z->k = 0;
     return status;
+}
+
+/* A shift of half the rate of the slowest mode that is not at rest. Small spaces tell that rate,
+ * too large where the shift is much larger. Modes at rest tell nothing, and roots of rounding
+ * errors go with the shift: where there are only these, within what rounding leaves of the rate
+ * typical of the model, the shift is that rate. */
+static int find_shift(near *w)
+{
+    enum { ROUNDS = 20 };
+    static const double rounding = 1e-11;
+    const double typical = mbsr_model_rate(w->c.model), first = typical > 0.0 ? typical : 1.0;
+    double shift = first, rate;
+    for (int round = 0; round < ROUNDS; ++round) {
+        const int status = see_slowest(w, shift, &rate);
+        if (status && round == 0) return status;
+        if (rate > 0.5 * shift && rate < 40.0 * shift) return MBSR_OK;
+        shift = rate > 0.0 ? 0.4 * rate : 1e-5 * shift;
+        if (status || shift < rounding * first || shift > first / rounding) break;
+    }
+    return factor_at(w, first);
 }
 
 /* How many vectors at the front are wanted, and whether they have converged: of the `count` modes

@@ -88,7 +88,9 @@ int mbsri_sample_force(const mbsr_model *m, mbsr_data *d, const mbsr_signal *s, 
 /* Whether these exist in the model. A status. */
 int mbsri_signals_check(const mbsr_model *model, const mbsr_linear_opt *opt, mbsr_error *error);
 
-/* Ar, Br, Cr, Dr from these; rank: of the mass matrix of the tree. A status. */
-int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error);
+/* Ar, Br, Cr, Dr from these; rank: of the mass matrix of the tree; mass: of rates
+ * (mbsr_momentum_scales); typical: rate of the model, 0 for none. A status. */
+int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, double typical,
+                        mbsr_error *error);
 
 #endif

@@ -11,7 +11,7 @@
  * blocks as long as the index. Zeros that are computed as eigenvalues are not zero, but the root of
  * rounding errors: huge finite eigenvalues. So they are taken out as ranges: U1 spans that of S, U2
  * that of U1^T S U1, and so on until nothing is lost. Each is a decision on singular values, with S
- * balanced, which makes it one without units. In the basis (U, W) with W what was taken out,
+ * scaled, which makes it one without units. In the basis (U, W) with W what was taken out,
  *
  *   S = (S11 S12; 0 N),  N nilpotent        r = U a + W v,   v = b2 w where N b2 = 0
  *   z = a + S11^-1 S12 v                    z' = (s - S11^-1) z + (S11^-2 S12 b2 + S11^-1 b1) w
@@ -31,17 +31,18 @@ typedef struct reduction {
     mbsr_linear *l;
     mbsri_arena *arena;
     int n, m, states;
-    int *row;         /* m: rows of E that have numbers */
-    double *K, *X;    /* n x n: factors; n x (m + inputs): K^-1 (P, B) */
-    double *Y;        /* outputs x (m + inputs): C X of all outputs */
-    double *Er;       /* m x n */
-    double *S, *b;    /* m x m, m x inputs, balanced */
-    double *scale;    /* m: r = scale (balanced r) */
-    double *U, *W;    /* m x states, m x rest, balanced */
-    int unseen, rest; /* momenta that no equation reads; columns of W */
-    double *spare;    /* n x n */
-    double *work;     /* work_size */
-    int *pivots;      /* 2 n */
+    int *row;           /* m: rows of E that have numbers */
+    double *K, *X;      /* n x n: factors; n x (m + inputs): K^-1 (P, B) */
+    double *Y;          /* outputs x (m + inputs): C X of all outputs */
+    double *Er;         /* m x n */
+    const double *mass; /* nu: of rates */
+    double *S, *b;      /* m x m, m x inputs, scaled */
+    double *scale;      /* m: r = scale (scaled r) */
+    double *U, *W;      /* m x states, m x rest, scaled */
+    int unseen, rest;   /* momenta that no equation reads; columns of W */
+    double *spare;      /* n x n */
+    double *work;       /* work_size */
+    int *pivots;        /* 2 n */
     int work_size;
 } reduction;
 
@@ -132,74 +133,108 @@ static bool solve_shift(reduction *z, double shift)
     return info == 0;
 }
 
-/* S and b of X, with Er; S balanced. */
-static void compress(reduction *z)
+/* The rate of coordinate j by itself, its mass on its stiffness. */
+static double swing_rate(const mbsr_linear *l, size_t j, double mass)
+{
+    const size_t n = (size_t)l->info.size, p = (size_t)l->nu + j;
+    return sqrt(fabs(l->part[MBSR_LINEAR_A][j * n + p]) / mass);
+}
+
+/* Scales of r: squares of q and p become energies of what swings at the shift, or much faster;
+ * forces of stiff rows and motions, which stand behind them, act on these as strongly as these on
+ * them. Not as all numbers of S say: in zeros of S, which are Jordan blocks, rounding would become
+ * as large as what is there. */
+static void scale_states(reduction *z, double shift)
+{
+    const int nu = z->l->nu;
+    for (int j = 0; j < nu; ++j) {
+        const double root = sqrt(z->mass[j]);
+        z->scale[j] = 1.0 / (root * fmax(shift, 0.1 * swing_rate(z->l, (size_t)j, z->mass[j])));
+        z->scale[nu + j] = root;
+    }
+    for (int k = 2 * nu; k < z->m; ++k) {
+        double row = 0.0, column = 0.0;
+        for (int j = 0; j < 2 * nu; ++j) {
+            row += fabs(z->S[(size_t)j * (size_t)z->m + (size_t)k]) * z->scale[j];
+            column += fabs(z->S[(size_t)k * (size_t)z->m + (size_t)j]) / z->scale[j];
+        }
+        if (!(row > 0.0)) row = column > 0.0 ? 1.0 / (column * shift * shift) : 1.0;
+        if (!(column > 0.0)) column = 1.0 / (row * shift * shift);
+        z->scale[k] = sqrt(row / column);
+    }
+}
+
+/* S and b of X, with Er, scaled. */
+static void compress(reduction *z, double shift)
 {
     const mbsr_linear *l = z->l;
     const int n = z->n, m = z->m;
     const double *E = l->part[MBSR_LINEAR_E];
-    int low, high, info;
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < m; ++i)
             z->Er[(size_t)j * (size_t)m + (size_t)i] = E[(size_t)j * (size_t)n + (size_t)z->row[i]];
     }
     multiply_matrices("N", m, m, n, z->Er, m, z->X, n, z->S, m);
     multiply_matrices("N", m, l->inputs, n, z->Er, m, z->X + (size_t)m * (size_t)n, n, z->b, m);
-    dgebal_("S", &m, z->S, &m, &low, &high, z->scale, &info, 1);
-    for (int j = 0; j < l->inputs; ++j) {
-        for (int i = 0; i < m; ++i) z->b[(size_t)j * (size_t)m + (size_t)i] /= z->scale[i];
+    scale_states(z, shift);
+    for (int j = 0; j < m + l->inputs; ++j) {
+        double *column = j < m ? z->S + (size_t)j * (size_t)m : z->b + (size_t)(j - m) * (size_t)m;
+        const double own = j < m ? z->scale[j] : 1.0;
+        for (int i = 0; i < m; ++i) column[i] *= own / z->scale[i];
     }
 }
 
 /* A shift of the size of the finite eigenvalues: their geometric mean, from those that the present
- * one sees. */
+ * one sees. Zeros in blocks of three are seen as 1e-5 or less of the shift: so small ones count
+ * where there are no others. */
 static double better_shift(reduction *z, double shift)
 {
+    static const double zero = 1e-6, small = 1e-4, infinite = 1e6;
     const int m = z->m, one = 1, size = z->work_size;
-    double *re = z->work, *im = re + m, sum = 0.0;
-    int info = 0, count = 0;
+    double *re = z->work, *im = re + m;
+    int info = 0;
     memcpy(z->spare, z->S, (size_t)m * (size_t)m * sizeof *z->S);
     const int left = size - 2 * m;
     dgeev_("N", "N", &m, z->spare, &m, re, im, NULL, &one, NULL, &one, im + m, &left, &info, 1, 1);
-    for (int k = 0; k < m && info == 0; ++k) {
-        const double square = re[k] * re[k] + im[k] * im[k];
-        if (!(square > 0.0)) continue;
-        const double real = shift - re[k] / square, other = im[k] / square,
-                     rate = hypot(real, other);
-        if (rate > 1e-6 * shift && rate < 1e6 * shift) {
+    for (int slow = 0; slow < 2; ++slow) {
+        double sum = 0.0;
+        int count = 0;
+        for (int k = 0; k < m && info == 0; ++k) {
+            const double square = re[k] * re[k] + im[k] * im[k];
+            if (!(square > 0.0)) continue;
+            const double rate = hypot(shift - re[k] / square, im[k] / square) / shift;
+            if (!(rate > (slow ? zero : small) && rate < (slow ? small : infinite))) continue;
             sum += log(rate);
             ++count;
         }
+        if (count > 0) return shift * exp(sum / count);
     }
-    return count > 0 ? exp(sum / count) : shift;
+    return shift;
 }
 
-/* The rate that coordinate j has by itself: by mass with stiffness or damping, without mass by
- * these two; 0: none. */
-static double own_rate(const mbsr_linear *l, size_t j)
+/* The rate that coordinate j has by itself: of its mass at its stiffness or damping; 0: none. */
+static double own_rate(const mbsr_linear *l, size_t j, double mass)
 {
     const size_t n = (size_t)l->info.size, nu = (size_t)l->nu, p = nu + j, u = 2 * nu + j;
-    const double *A = l->part[MBSR_LINEAR_A];
-    const double momentum = fabs(A[p * n + u]), stiffness = fabs(A[j * n + p]),
-                 damping = fabs(A[u * n + p]),
-                 mass = momentum > 0.0 ? fabs(A[u * n + u]) / momentum : 0.0;
-    if (mass > 0.0) return fmax(sqrt(stiffness / mass), damping / mass);
-    return damping > 0.0 ? stiffness / damping : 0.0;
+    return fmax(swing_rate(l, j, mass), fabs(l->part[MBSR_LINEAR_A][u * n + p]) / mass);
 }
 
-/* To begin with: the geometric mean of these rates, but for rounding; 1 where there are none. */
-static double first_shift(const reduction *z)
+/* To begin with: the geometric mean of these rates, but for rounding; where there are none, the
+ * rate typical of the model, 1 without one. */
+static double first_shift(const reduction *z, double typical)
 {
     double largest = 0.0, sum = 0.0;
     int count = 0;
-    for (int j = 0; j < z->l->nu; ++j) largest = fmax(largest, own_rate(z->l, (size_t)j));
+    for (int j = 0; j < z->l->nu; ++j)
+        largest = fmax(largest, own_rate(z->l, (size_t)j, z->mass[j]));
     for (int j = 0; j < z->l->nu && isfinite(largest); ++j) {
-        const double rate = own_rate(z->l, (size_t)j);
+        const double rate = own_rate(z->l, (size_t)j, z->mass[j]);
         if (!(rate > 1e-7 * largest)) continue;
         sum += log(rate);
         ++count;
     }
-    return count > 0 ? exp(sum / count) : 1.0;
+    if (count > 0) return exp(sum / count);
+    return typical > 0.0 ? typical : 1.0;
 }
 
 /* What has no pole at a shift near `about`; 0: none. */
@@ -226,7 +261,7 @@ static int find_range(reduction *z, int size, const double *cur, double *range)
     if (info) return 0;
     const double most = fmax(values[0], 1.0 / of->shift); /* eigenvalues of S are such */
     while (rank < size && values[rank] > smallest * most) ++rank;
-    if (rank > 0) of->kept = fmin(of->kept, values[rank - 1] / most);
+    if (rank == size) of->kept = values[rank - 1] / most;
     if (rank < size) of->dropped = fmax(of->dropped, values[rank] / most);
     return rank;
 }
@@ -447,9 +482,11 @@ static int solve_states(reduction *z, mbsr_error *error)
     return MBSR_OK;
 }
 
-int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error)
+int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, double typical,
+                        mbsr_error *error)
 {
-    reduction z = {.l = l, .arena = &l->arena, .n = l->info.size, .unseen = l->nu - rank};
+    reduction z = {
+        .l = l, .arena = &l->arena, .n = l->info.size, .unseen = l->nu - rank, .mass = mass};
     z.row = mbsri_arena_take(z.arena, ((size_t)z.n + 1) * sizeof *z.row);
     for (int i = 0; i < z.n && z.row; ++i) {
         for (int j = 0; j < z.n; ++j) {
@@ -459,11 +496,11 @@ int mbsri_pencil_reduce(mbsr_linear *l, int rank, mbsr_error *error)
         }
     }
     if (!z.row || !open(&z)) return no_memory_to_reduce(error, z.n);
-    double shift = find_shift(&z, first_shift(&z));
+    double shift = find_shift(&z, first_shift(&z, typical));
     for (int k = 0; k < 3 && shift > 0.0; ++k) {
-        compress(&z);
+        compress(&z, shift);
         const double better = better_shift(&z, shift);
-        if (k == 2 || fabs(log(better / shift)) < 1.0) break;
+        if (k == 2 || fabs(log10(better / shift)) < 1.0) break;
         shift = find_shift(&z, better);
     }
     if (!(shift > 0.0))
