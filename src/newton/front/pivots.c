@@ -206,7 +206,8 @@ static void scale_places(pivots *p)
     }
 }
 
-/* dq goes first: c - d(q')/dq is small beside c for an unlucky c alone. */
+/* dq goes first: c - d(q')/dq is small beside c for an unlucky c, or where a loop, whose rows other
+ * places have taken, leaves nothing of it. It is a pivot again when more has been passed. */
 static void eliminate_places(pivots *p)
 {
     int row, column;
@@ -355,7 +356,8 @@ bool mbsri_front_eliminate(pivots *p)
     while (p->size - p->done > pending) {
         bool found = find(p, false, least, &row, &column);
         if (!found && p->size - p->done - pending <= p->delayed) break;
-        if (!found && !find(p, false, rounding, &row, &column) && !find_whole(p, &row, &column))
+        if (!found && !find(p, false, rounding, &row, &column) &&
+            !find(p, true, rounding, &row, &column) && !find_whole(p, &row, &column))
             return false;
         pivot(p, row, column);
         if (p->watched) add_up(p, p->done - 1);
