@@ -106,6 +106,12 @@ MBSR_API int mbsr_flex_definition(const mbsr_flex *flex, mbsr_flex_def *data);
  * (s). */
 MBSR_API int mbsr_flex_mass_matrix(const mbsr_flex *flex, const double *s, double *M);
 
+/* A large amplitude of a mode: that which moves the body by `length` (m, > 0), in the mean square
+ * over its mass or at a marker, or turns a marker by 1 rad; 1 where it does neither to speak of,
+ * and for a mode or length that is none. By these, coordinates s are compared with lengths and
+ * angles. */
+MBSR_API double mbsr_flex_span(const mbsr_flex *flex, int mode, double length);
+
 /* ---- beams ---- */
 
 /* A straight, slender, uniform beam along x, held at its root, x = 0 (Euler and Bernoulli; cubic

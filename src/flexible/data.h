@@ -14,8 +14,9 @@ struct mbsr_flex {
     int markers;
     double mass, c0[3], N0[9];
     double *Ct0, *P0, *P, *Mf, *K, *D, *Y; /* as in mbsr_flex_def */
-    double *moves, *turns;    /* n: how far an amplitude of 1 moves the body, m, in the mean square
-                                 over    its mass or at a marker; how far it turns a marker, rad */
+    /* n: how far an amplitude of 1 moves the body, m, in the mean square over its mass or at a
+     * marker; how far it turns a marker, rad */
+    double *moves, *turns;
     mbsr_flex_marker *marker; /* Phi and Psi are not NULL */
     bool *rests;              /* markers that no mode and no dependent shape moves in the body */
     int massive;              /* modes that have mass */
@@ -24,8 +25,5 @@ struct mbsr_flex {
     double *root, spread;
     bool diagonal;
 };
-
-/* The amplitude of mode k that moves the body by `length` or turns it by `angle`; 1: none does. */
-double mbsri_flex_span(const mbsr_flex *f, int k, double length, double angle);
 
 #endif

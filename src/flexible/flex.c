@@ -129,10 +129,11 @@ static void find_reach(mbsr_flex *f)
     }
 }
 
-double mbsri_flex_span(const mbsr_flex *f, int k, double length, double angle)
+double mbsr_flex_span(const mbsr_flex *flex, int mode, double length)
 {
-    const double reach = fmax(f->moves[k] / length, f->turns[k] / angle);
-    return reach > 0.0 ? 1.0 / reach : 1.0;
+    if (!flex || mode < 0 || mode >= flex->n || !(length > 0.0)) return 1.0;
+    const double span = 1.0 / fmax(flex->moves[mode] / length, flex->turns[mode]);
+    return span > 0.0 && isfinite(span) ? span : 1.0;
 }
 
 int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *error)

@@ -150,7 +150,7 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
     if (status) return status;
     double *locked = data->out, largest[KINDS];
     status = of_joints(model, data, mass);
-    for (int k = 0; k < model->nu && mbsr_total_rank(model, data) == 0; ++k) mass[k] = 0.0;
+    if (!status && mbsr_total_rank(model, data) == 0) mbsri_zero((size_t)model->nu, mass);
     find_largest_mass(model, mass, largest);
     mbsri_mass_diagonal(model, data, locked);
     if (!status) status = close_loops(model, data, locked, mass);

@@ -130,8 +130,7 @@ static bool complete_at(mbsr_ida *ida, double t)
 }
 
 /* The same state with its strain, which is so much, taken out where that leaves less, unless that
- * is far away: in a step that has passed over an impact momenta are off by what the
- * impact changes. */
+ * is far away: in a step that has passed over an impact momenta are off by what it changes. */
 static void relieve(mbsr_ida *ida, double t, double strained)
 {
     static const double far = 1000.0;

@@ -36,11 +36,11 @@ typedef struct free_motion {
 typedef struct forward {
     const mbsr_model *m;
     mbsr_data *d;
-    const char *function;     /* for messages */
-    bool settled;             /* stiff rows are springs where they are left out alone */
-    const double *span;       /* nu: of joint rates; NULL: `load` is not wanted */
-    double load;              /* the largest of what acts, along it */
-    struct free_motion *free; /* those that nothing determines */
+    const char *function; /* for messages */
+    bool settled;         /* stiff rows are springs where they are left out alone */
+    const double *span;   /* nu: of joint rates; NULL: `load` is not wanted */
+    double load;          /* the largest of what acts, along it */
+    free_motion *free;    /* those that nothing determines */
     int frees;
     mbsri_fronts system;
     double *udot, *right, *more;                          /* nu */

@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/spans.h"
 
-#include "flexible/data.h"
 #include "joints/flexible.h"
 #include "model/query.h"
 #include "recursion/data.h"
@@ -31,7 +30,7 @@ double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c)
                known = modal && b->inertia.kind == MBSR_INERTIA_FLEXIBLE;
     if (b->joint.space == MBSR_SPACE_GENERAL || modal)
         return first_of(s->other, b->joint.table ? b->joint.table->scales.other : 0.0,
-                        known ? mbsri_flex_span(b->inertia.flex, c - 6, s->length, s->angle) : 1.0);
+                        known ? mbsr_flex_span(b->inertia.flex, c - 6, s->length) : 1.0);
     return mbsri_is_angle(b->joint.space, c) ? s->angle : s->length;
 }
 
@@ -44,8 +43,7 @@ double mbsri_coordinate_span(const mbsri_spans *s, const mbsr_model *m, const mb
     case MBSR_COORDINATE_OTHER: break;
     }
     const mbsr_flex *modes = mbsri_mount_of(b->joint.table, b->joint.user);
-    const double own = modes
-                           ? mbsri_flex_span(modes, mbsri_place_of_free(b, k), s->length, s->angle)
+    const double own = modes ? mbsr_flex_span(modes, mbsri_place_of_free(b, k), s->length)
                        : m->typical.span ? m->typical.span[velocity ? m->nq + b->u + k : b->q + k]
                                          : 1.0;
     return first_of(s->other, b->joint.table->scales.other, own);

@@ -8,11 +8,11 @@
 
 /* Functions that the trials below call. */
 static const char *const functions[] = {
-    "mbsr_default_beam_def",     "mbsr_flex_beam",        "mbsr_default_flex_def",
-    "mbsr_default_flexible_def", "mbsr_flex_create",      "mbsr_flex_definition",
-    "mbsr_flex_destroy",         "mbsr_flex_mass_matrix", "mbsr_force_elastic",
-    "mbsr_inertia_flexible",     "mbsr_joint_marker",     "mbsr_joint_mount",
-    "mbsr_model_add_flexible",   "mbsr_model_add_marker"};
+    "mbsr_default_beam_def",     "mbsr_flex_beam",          "mbsr_default_flex_def",
+    "mbsr_default_flexible_def", "mbsr_flex_create",        "mbsr_flex_definition",
+    "mbsr_flex_destroy",         "mbsr_flex_mass_matrix",   "mbsr_flex_span",
+    "mbsr_force_elastic",        "mbsr_inertia_flexible",   "mbsr_joint_marker",
+    "mbsr_joint_mount",          "mbsr_model_add_flexible", "mbsr_model_add_marker"};
 
 enum { MODES = 2, D = 6 + MODES, SHAPES = MODES + 3 };
 
@@ -33,6 +33,10 @@ static void run(const mbsr_flex *flex, const double s[MODES])
     mbsr_data *d;
     int body, tip;
     if (mbsr_flex_mass_matrix(flex, s, M) == MBSR_OK) assert_finite(D * D, M);
+    for (int k = -1; k <= MODES; ++k) {
+        const double span = mbsr_flex_span(flex, k, 0.5);
+        assert_true(isfinite(span) && span > 0.0);
+    }
     assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
     def.flex = flex, def.joint = mbsr_joint_revolute(NULL, NULL, axis);
     assert_ok(mbsr_model_add_flexible(m, &def, &body), mbsr_model_error(m));
@@ -133,6 +137,7 @@ static void parts_without_data_are_refused(void **state)
     body.inertia = mbsr_inertia_flexible(NULL);
     assert_refused(mbsr_model_add_body(m, &body, NULL), e, MBSR_ERR_NULL, 0, MBSR_NONE, "flex");
     assert_refused(mbsr_model_add_force(m, &elastic, NULL), e, MBSR_ERR_NULL, MBSR_NONE, 0, "flex");
+    assert_true(mbsr_flex_span(NULL, 0, 1.0) == 1.0);
     assert_int_equal(mbsr_flex_definition(NULL, &data), MBSR_ERR_NULL);
     mbsr_model_destroy(m);
     for (size_t k = 0; k < sizeof functions / sizeof *functions; ++k)

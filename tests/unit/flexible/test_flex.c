@@ -142,6 +142,28 @@ static void masses_are_positive_semidefinite_in_every_shape(void **state)
     }
 }
 
+/* Masses move by 2, in the mean square, or a marker by 3, and turns by 0.5 rad. */
+static void spans_are_what_modes_reach(void **state)
+{
+    (void)state;
+    const double K = 1.0, Mf = 8.0, Phi[3] = {0.0, 3.0, 0.0}, Psi[3] = {0.0, 0.0, 0.5};
+    mbsr_flex_marker marker = {.frame = mbsr_frame_identity()};
+    mbsr_flex_def def = mbsr_default_flex_def();
+    mbsr_error error;
+    for (int moves = 0; moves < 2; ++moves) {
+        mbsr_flex *flex;
+        marker.Phi = moves ? Phi : NULL;
+        marker.Psi = moves ? Psi : NULL;
+        def.modes = 1, def.mass = 2.0, def.K = &K, def.Mf = &Mf, def.markers = 1;
+        def.marker = &marker;
+        assert_ok(mbsr_flex_create(&def, &flex, &error), &error);
+        assert_close(mbsr_flex_span(flex, 0, 1.2), moves ? 0.4 : 0.6, 1e-15);
+        assert_close(mbsr_flex_span(flex, 0, 30.0), moves ? 2.0 : 15.0, 1e-14);
+        assert_true(mbsr_flex_span(flex, 1, 1.0) == 1.0 && mbsr_flex_span(flex, 0, 0.0) == 1.0);
+        mbsr_flex_destroy(flex);
+    }
+}
+
 /* The modes y^2, z^2, y^3 of a beam along x: the components of the field that are not zero are 1, x
  * and one of each mode. */
 enum { FIELD = 2 + MODES };
@@ -360,6 +382,7 @@ int main(void)
         cmocka_unit_test(what_is_no_body_is_refused),
         cmocka_unit_test(memory_that_fails_is_reported_and_freed),
         cmocka_unit_test(masses_are_positive_semidefinite_in_every_shape),
+        cmocka_unit_test(spans_are_what_modes_reach),
         cmocka_unit_test(data_cut_short_are_refused_with_the_number),
         cmocka_unit_test(masses_of_first_order_would_be_indefinite),
         cmocka_unit_test(markers_and_mounts_agree_with_differences),
