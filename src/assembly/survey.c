@@ -10,8 +10,9 @@
  * joints behind it are held, made of sums in which nothing cancels. These are numbers of the model
  * and not of the state, so that projections are as smooth as D, and those of the sweeps are those
  * of the stages; and they depend neither on units nor on the order of bodies. A rate that moves
- * nothing at q = 0 gets the least s of its joint, else of its group, else of its kind. The
- * multipliers of position rows are weighed by the same inertias, w_k = s_k^2.
+ * nothing at q = 0 gets the least s of its joint, else of its group, else of its kind, each beside
+ * its span (recursion/spans.h). The multipliers of position rows are weighed by the same inertias,
+ * w_k = s_k^2.
  *
  * Joints like that, and groups that have to be eliminated in one piece, are not taken apart in the
  * sweeps: their bodies are `whole`, those of such groups `coupled` too. Whole are also joints of
@@ -26,6 +27,7 @@
 #include "recursion/exact.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
+#include "recursion/spans.h"
 #include "sweeps/tree.h"
 
 #include <math.h>
@@ -48,10 +50,12 @@ bool mbsri_survey_zero(const mbsr_model *m, mbsr_data *d)
     return !mbsri_positions(m, d, 0.0, d->q_base) && !mbsri_velocities(m, d, d->u_base);
 }
 
-/* The inertia that each joint rate moves, into x (nu, in the order of the sweeps). Overwrites imp,
- * which is c. */
+/* The inertia that each joint rate moves times the square of its span, into x (nu, in the order of
+ * the sweeps): masses times squares of lengths, whatever the rate is. Overwrites imp, which is c.
+ */
 static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     double *c = d->imp;
     for (int i = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
@@ -61,9 +65,11 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
         const mbsri_body *b = m->body + i;
         const double *own = c + b->v, *J = d->J + b->dn, *H = d->H + b->dp;
         for (int k = 0; k < b->n; ++k) {
+            const double span = mbsri_coordinate_span(&spans, m, b, true, k);
             double *inertia = x + b->iu + k;
             *inertia = b->mass.armature[k];
             for (int l = 0; l < b->d; ++l) *inertia += J[k * b->d + l] * own[l] * J[k * b->d + l];
+            *inertia *= span * span;
         }
         for (int k = 0; k < b->pred.d; ++k) {
             for (int l = 0; l < b->d; ++l)
@@ -82,6 +88,9 @@ static const double trace = 1e-28;
  * without mass that of a unit of it. */
 static void find_largest_inertia(const mbsr_model *m, const double *inertia, double *largest)
 {
+    const double length = mbsri_spans_of(m, NULL).length,
+                 mass = m->typical.mass > 0.0 ? m->typical.mass : 1.0,
+                 usual = mass * length * length;
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
     for (int i = 1; i <= m->bodies; ++i) {
@@ -93,17 +102,14 @@ static void find_largest_inertia(const mbsr_model *m, const double *inertia, dou
         }
     }
     for (int k = 0; k < KINDS; ++k) {
-        const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->typical.length : 1.0,
-                     mass = m->typical.mass > 0.0 ? m->typical.mass : 1.0,
-                     inertia_of_all = mass * length * length;
-        if (!(largest[k] > trace * inertia_of_all))
-            largest[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
+        if (!(largest[k] > trace * usual)) largest[k] = usual;
     }
 }
 
 /* s of all joint rates, by groups, from their inertias. */
 static void find_scale(const mbsr_model *m, const double *inertia)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     double of_kind[KINDS];
     find_largest_inertia(m, inertia, of_kind);
@@ -123,7 +129,8 @@ static void find_scale(const mbsr_model *m, const double *inertia)
         if (!(largest > 0.0)) largest = most;
         for (int k = 0; k < b->n; ++k) {
             const double usual = of_kind[(int)kind[k]], other = largest > 0.0 ? largest : usual;
-            s[k] = 1.0 / sqrt(own[k] > trace * usual ? own[k] : other);
+            s[k] = mbsri_coordinate_span(&spans, m, b, true, k) /
+                   sqrt(own[k] > trace * usual ? own[k] : other);
         }
     }
 }
@@ -132,6 +139,7 @@ static void find_scale(const mbsr_model *m, const double *inertia)
  * that move little a thousandth of the largest of their kind. */
 static void find_weights(const mbsr_model *m, const double *inertia, double *weight)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     find_largest_inertia(m, inertia, largest);
@@ -139,7 +147,9 @@ static void find_weights(const mbsr_model *m, const double *inertia, double *wei
         const mbsri_body *b = m->body + i;
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
-            weight[b->iu + k] = 1.0 / fmax(inertia[b->iu + k], 1e-3 * largest[(int)kind[k]]);
+            const double span = mbsri_coordinate_span(&spans, m, b, true, k);
+            weight[b->iu + k] =
+                span * span / fmax(inertia[b->iu + k], 1e-3 * largest[(int)kind[k]]);
         }
     }
 }

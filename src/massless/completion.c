@@ -71,6 +71,7 @@ static bool allocate_vectors(mbsr_completion *w)
         {&w->force_rate, rows},
         {&w->ahead.errors, 2 * (rows + gaps)},
         {&w->span.per, nu},
+        {&w->span.loop, rows},
         {&w->form.q, nq},
         {&w->form.u, nu},
         {&w->tau, nu},

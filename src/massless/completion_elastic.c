@@ -108,8 +108,9 @@ static int ask_growth(mbsr_completion *w, bool *grows)
     if (status) return status;
     const double largest = mbsri_completion_speed(w, w->other + w->rates);
     for (int k = w->rates; k < w->loops; ++k) {
-        const double now = fabs(w->x[k]), then = fabs(w->other[k]);
-        if (!(then > much * now && then > rounding * largest)) continue;
+        const double now = fabs(w->x[k]), then = fabs(w->other[k]),
+                     speed = then * w->span.per[k - w->rates];
+        if (!(then > much * now && speed > rounding * largest)) continue;
         *grows = true;
         w->kind.faster = w->kind.faster || then > much * ratio * now;
     }

@@ -6,6 +6,7 @@
 #include "algebra/differences.h"
 #include "algebra/lapack.h"
 #include "base/error.h"
+#include "recursion/closures.h"
 
 #include <math.h>
 
@@ -37,6 +38,25 @@ double mbsri_completion_size(const mbsr_completion *w, const double *udot)
 {
     const double time = mbsri_completion_time(w);
     return mbsri_completion_speed(w, udot) + 1e-3 / (time * time);
+}
+
+double mbsri_completion_load(const mbsr_completion *w, const double *load)
+{
+    double largest = 0.0;
+    for (int k = 0; k < w->m->nu; ++k) largest = fmax(largest, fabs(load[k]) / w->span.per[k]);
+    return largest;
+}
+
+double mbsri_completion_force(mbsr_completion *w, const double *lambda)
+{
+    const mbsri_closure *closure = w->m->closures.data;
+    if (w->m->rows == 0) return 0.0;
+    for (size_t id = 0; id < w->m->closures.count; ++id, ++closure) {
+        for (int k = closure->row; k < closure->row + closure->rows; ++k)
+            w->span.loop[k] = mbsri_is_stiff(closure, k - closure->row) ? 0.0 : lambda[k];
+    }
+    mbsri_closure_transpose(w->m, w->d, w->span.loop, w->form.q);
+    return mbsri_completion_load(w, w->form.q);
 }
 
 int mbsri_completion_residual(mbsr_completion *w, double t, const double *y, const double *yp)

@@ -50,6 +50,7 @@ struct mbsr_completion {
     struct {
         double *per;  /* nu: 1 over the typical size of each joint rate */
         double least; /* 1/s: the typical rate of the model */
+        double *loop; /* rows: loop forces that are measured */
     } span;
     bool *lacks; /* nu: whether the joint, or its group, lacks rank */
     struct {
@@ -94,6 +95,11 @@ double mbsri_completion_time(const mbsr_completion *w);
 
 /* Of accelerations udot (nu), 1/s^2, for what is relative to it: at rest they are rounding. */
 double mbsri_completion_size(const mbsr_completion *w, const double *udot);
+
+/* Largest of loads (nu) times the spans of the rates that they act along, and that of what rigid
+ * rows exert with the forces lambda (rows) at the state evaluated last. */
+double mbsri_completion_load(const mbsr_completion *w, const double *load);
+double mbsri_completion_force(mbsr_completion *w, const double *lambda);
 
 /* Whether corrections of these sizes, relative to what is corrected, are followed by none that
  * counts: above `enough`, or at rounding, which is below `near`. */

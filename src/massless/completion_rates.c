@@ -95,22 +95,20 @@ static void known_rates(const mbsr_completion *w, double *rate)
     for (int k = 0; k < m->nu; ++k) rate[m->nq + k] += w->tau[k];
 }
 
-/* Loop forces += x of rigid rows; the largest change, beside all forces. */
+/* Loop forces += x of rigid rows; what changes, beside all forces. */
 static double add_forces(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
     const mbsri_closure *closure = m->closures.data;
-    double change = 0.0, size = mbsri_largest(m->nu, w->rate + m->nq);
     for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
         for (int k = 0; k < closure->rows; ++k) {
             const int at = w->loops + closure->row + k;
-            if (!mbsri_is_stiff(closure, k)) {
-                change = fmax(change, fabs(w->x[at]));
-                w->yp[at] += w->x[at];
-            }
-            size = fmax(size, fabs(w->yp[at]));
+            if (!mbsri_is_stiff(closure, k)) w->yp[at] += w->x[at];
         }
     }
+    const double change = mbsri_completion_force(w, w->x + w->loops),
+                 size = fmax(mbsri_completion_load(w, w->rate + m->nq),
+                             mbsri_completion_force(w, w->yp + w->loops));
     return change > 0.0 ? change / size : 0.0;
 }
 
@@ -158,9 +156,8 @@ static int ask_rounding(mbsr_completion *w, bool *rounding)
     const double time = mbsri_completion_time(w), *udot = w->rate + w->rates,
                  least = 1e-3 / (time * time);
     const bool moves = mbsri_completion_speed(w, udot) >= least;
-    double left = 0.0, most = 0.0;
-    mbsri_closure_transpose(m, w->d, w->x + w->loops, w->form.q);
-    for (int k = 0; k < m->nu; ++k) left = fmax(left, fabs(w->form.q[k]) / w->span.per[k]);
+    const double left = mbsri_completion_force(w, w->x + w->loops);
+    double most = 0.0;
     mbsri_copy((size_t)w->size, w->y, w->ahead.y);
     mbsri_copy((size_t)w->size, w->F, w->other);
     for (int k = 0; k < m->nu; ++k) {

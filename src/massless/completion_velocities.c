@@ -25,19 +25,13 @@ typedef struct corrections {
 
 /* Sizes of those in w->x; `forces`: whether loop forces are taken off. Where all has mass these
  * follow from accelerations. */
-static corrections measure_corrections(const mbsr_completion *w, double c, bool forces)
+static corrections measure_corrections(mbsr_completion *w, double c, bool forces)
 {
-    const mbsr_model *m = w->m;
     const double speed = 1e-3 * w->span.least + mbsri_completion_speed(w, w->y + w->rates);
-    double force = mbsri_largest(m->nu, w->F + m->nq), change = 0.0;
-    const mbsri_closure *closure = m->closures.data;
-    for (size_t id = 0; id < m->closures.count && forces && w->kind.deficient; ++id, ++closure) {
-        for (int k = 0; k < closure->rows; ++k) {
-            if (mbsri_is_stiff(closure, k)) continue;
-            const int at = w->loops + closure->row + k;
-            change = fmax(change, fabs(c * w->x[at]));
-            force = fmax(force, fmax(fabs(w->yp[at]), fabs(w->yp[at] - c * w->x[at])));
-        }
+    double force = mbsri_completion_load(w, w->F + w->m->nq), change = 0.0;
+    if (forces && w->kind.deficient) {
+        change = c * mbsri_completion_force(w, w->x + w->loops);
+        force = fmax(force, fmax(change, mbsri_completion_force(w, w->yp + w->loops)));
     }
     return (corrections){.speed = mbsri_completion_speed(w, w->x + w->rates) / speed,
                          .force = change > 0.0 ? change / force : 0.0};
@@ -87,20 +81,20 @@ static bool nothing_left(corrections now)
 
 /* Whether forces balance but for rounding: none of F_u beside forces, and those that change momenta
  * within the time. */
-static bool balances(const mbsr_completion *w)
+static bool balances(mbsr_completion *w)
 {
     static const double rounding = 1e-10;
     const mbsr_model *m = w->m;
-    const double forces =
-                     mbsri_largest(m->nu, w->F + m->nq) + mbsri_largest(m->rows, w->yp + w->loops),
-                 changes = mbsri_largest(m->nu, w->y + m->nq) / mbsri_completion_time(w);
-    return mbsri_largest(m->nu, w->F + w->rates) <= rounding * (forces + changes);
+    const double forces = mbsri_completion_load(w, w->F + m->nq) +
+                          mbsri_completion_force(w, w->yp + w->loops),
+                 changes = mbsri_completion_load(w, w->y + m->nq) / mbsri_completion_time(w);
+    return mbsri_completion_load(w, w->F + w->rates) <= rounding * (forces + changes);
 }
 
 /* Whether u is settled once a correction is taken. Impulses at the size of rounding are large
  * forces in c x_Lambda: loop forces that balance may keep changing. Where all has mass and nothing
  * is closed F_u is linear in u, and a matrix of this state leaves a share of 1/c. */
-static bool settled(const mbsr_completion *w, corrections now, corrections last, bool fresh)
+static bool settled(mbsr_completion *w, corrections now, corrections last, bool fresh)
 {
     static const double linear = 1e-4;
     const double near = w->m->rows > 0 ? 1e-6 : 1e-8;

@@ -88,6 +88,30 @@ void mbsri_null_spread(const mbsri_body *b, double *sizes)
     for (int k = 0; k < moves; ++k) sizes[translation + k] = move;
 }
 
+/* How many of V, from the first on, are the motion of a frame in space; 0: it is told otherwise. */
+static int frame_of(mbsr_space space)
+{
+    return space == MBSR_SPACE_SPATIAL || space == MBSR_SPACE_FLEXIBLE ? 6 : 0;
+}
+
+/* The motion (d_pred) of the predecessor that `at` (d) of the body is, in sizes: |H^-1| is |H| of a
+ * translation, which frames of flexible bodies make as they are; other spaces by the transpose. */
+static void move_to_predecessor(const mbsri_body *b, const double *H, const double *at,
+                                double *before)
+{
+    const int frame = frame_of(b->joint.space) ? frame_of(b->pred.space) : 0,
+              square = frame > 0           ? frame
+                       : b->d == b->pred.d ? b->d
+                                           : 0;
+    mbsri_zero((size_t)b->pred.d, before);
+    for (int c = 0; c < square; ++c) {
+        for (int r = 0; r < square; ++r) before[r] += fabs(H[c * b->d + r]) * at[c];
+    }
+    for (int c = 0; c < b->pred.d && square == 0; ++c) {
+        for (int r = 0; r < b->d; ++r) before[c] += fabs(H[c * b->d + r]) * at[r];
+    }
+}
+
 /* y (d of the head) = the sum of |J_i a_i| of all members, taken to the head; room: 2 max_d. */
 static void add_motions(const work *k, const mbsri_group *g, const double *a, double *y,
                         double *room)
@@ -98,14 +122,7 @@ static void add_motions(const work *k, const mbsri_group *g, const double *a, do
         mbsri_zero((size_t)b->d, at);
         add_sizes(b->d, b->n, k->d->J + b->dn, a + b->group.iu - g->ig, at);
         for (int i = g->member[l]; i != g->member[0]; i = b->parent, b = k->m->body + i) {
-            /* |H^-1| is |H| of a translation; other spaces by the transpose */
-            const bool square = b->d == b->pred.d;
-            const double *H = k->d->H + b->dp;
-            mbsri_zero((size_t)b->pred.d, before);
-            for (int c = 0; c < b->pred.d; ++c) {
-                for (int r = 0; r < b->d; ++r)
-                    before[square ? r : c] += fabs(H[c * b->d + r]) * at[square ? c : r];
-            }
+            move_to_predecessor(b, k->d->H + b->dp, at, before);
             double *swap = at;
             at = before, before = swap;
         }

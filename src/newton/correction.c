@@ -16,6 +16,7 @@
 #include "newton/slopes/low_rank.h"
 #include "newton/slopes/relation.h"
 #include "newton/sweeps/sweeps.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -46,6 +47,27 @@ static void clear_tree(const mbsr_model *m, const mbsri_force *force,
     }
 }
 
+/* Typical sizes of the motions of an element: of its rows, and of its columns over 1 / c. */
+static void measure_motions(const mbsr_newton *w, const mbsri_force *force,
+                            const mbsr_force_derivatives *s, const mbsri_low_rank_spans *span)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    const double rate = fabs(w->sweeps->c);
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const mbsri_body *b = m->body + m->stored.list_index[force->list + (size_t)k];
+        if (s->row[k] < 0) continue;
+        double *row = span->row + s->row[k], *column = span->column + s->column[k];
+        for (int l = 0; l < b->d; ++l) *row++ = mbsri_pose_span(&spans, b, l);
+        for (int l = 0; l < b->n; ++l) *row++ = mbsri_coordinate_span(&spans, m, b, true, l);
+        for (int l = 0; l < mbsri_pose_size(b); ++l) *column++ = mbsri_pose_span(&spans, b, l);
+        for (int l = 0; l < b->d; ++l) *column++ = rate * mbsri_pose_span(&spans, b, l);
+        for (int l = 0; l < b->nq; ++l) *column++ = mbsri_coordinate_span(&spans, m, b, false, l);
+        for (int l = 0; l < b->n; ++l)
+            *column++ = rate * mbsri_coordinate_span(&spans, m, b, true, l);
+    }
+}
+
 static int decompose_element(mbsr_newton *w, mbsr_data *d, mbsri_across *a)
 {
     const mbsr_model *m = w->model;
@@ -54,8 +76,10 @@ static int decompose_element(mbsr_newton *w, mbsr_data *d, mbsri_across *a)
     if (status) return status;
     const mbsr_force_derivatives *s = &w->slopes.out;
     clear_tree(m, force, s);
-    const double least = 1e-13 * mbsri_longest_column(s->rows, s->columns, s->matrix);
-    a->rank = mbsri_low_rank(s->rows, s->columns, s->matrix, w->correction.left + a->left,
+    const mbsri_low_rank_spans *span = &w->correction.span;
+    measure_motions(w, force, s, span);
+    const double least = 1e-13 * mbsri_longest_column(s->rows, s->columns, s->matrix, span);
+    a->rank = mbsri_low_rank(s->rows, s->columns, s->matrix, span, w->correction.left + a->left,
                              w->correction.read + a->read, a->most, least);
     return MBSR_OK;
 }

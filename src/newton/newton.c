@@ -103,7 +103,7 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
     mbsri_correction *c = &w->correction;
-    size_t left = 0, read = 0;
+    size_t left = 0, read = 0, most_rows = 0, most_columns = 0;
     c->most = 0;
     for (int k = 0; k < c->count; ++k) {
         mbsri_across *a = c->element + k;
@@ -114,6 +114,8 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
         left += (size_t)a->most * (size_t)a->most;
         read += (size_t)a->most * (size_t)columns;
         c->most += a->most;
+        if ((size_t)a->most > most_rows) most_rows = (size_t)a->most;
+        if ((size_t)columns > most_columns) most_columns = (size_t)columns;
     }
     const size_t most = (size_t)c->most;
     doubles(l, &c->left, left);
@@ -122,6 +124,8 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
     doubles(l, &c->weights, most);
     doubles(l, &c->rows, most);
     doubles(l, &c->columns, most);
+    doubles(l, &c->span.row, most_rows);
+    doubles(l, &c->span.column, most_columns);
     doubles(l, &c->delta, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
     ints(l, &c->pivots, most);
 }

@@ -380,6 +380,23 @@ static void told_in_units_and_amplitudes(void **state)
     assert_true(started > seeds / 2);
 }
 
+/* Directions behind markers, of groups of massless bodies, in a quarter of a millimetre. */
+static void directions_told_in_short_lengths(void **state)
+{
+    (void)state;
+    static const units lengths = {"m / 4096, kg, s", 4096.0, 1.0, 1.0};
+    static const int seed[] = {556, 672};
+    for (int k = 0; k < 2; ++k) {
+        answers first, other;
+        assert_int_equal(ask((uint64_t)seed[k], systems, 1.0, NULL, &first),
+                         ask((uint64_t)seed[k], &lengths, 1.0, NULL, &other));
+        assert_int_equal(other.undetermined, first.undetermined);
+        assert_int_equal(other.elastic, first.elastic);
+        assert_int_equal(other.damped, first.damped);
+        assert_true(first.elastic > 0);
+    }
+}
+
 /* A hinge, and behind it thirteen rates that are one group but for that: modes without mass, a free
  * joint to another such body. */
 static void groups_begin_at_a_mount(void **state)
@@ -430,6 +447,7 @@ static void groups_begin_at_a_mount(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(told_in_units_and_amplitudes),
+                                       cmocka_unit_test(directions_told_in_short_lengths),
                                        cmocka_unit_test(groups_begin_at_a_mount)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

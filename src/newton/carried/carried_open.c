@@ -173,7 +173,7 @@ static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
         v->first_follower = k;
         return MBSR_OK;
     }
-    mbsri_closure_across(c, v->work, &out);
+    mbsri_closure_across(w->model, c, v->work, &out);
     loop->rank = out.rank;
     return MBSR_OK;
 }

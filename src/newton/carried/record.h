@@ -8,6 +8,7 @@
 #define MBSRI_CARRIED_RECORD_H
 
 #include "newton/front/front.h"
+#include "newton/slopes/low_rank.h"
 
 #include <mbsrank/newton.h>
 
@@ -37,6 +38,7 @@ typedef struct mbsri_correction {
     mbsri_across *element;
     double *left, *read;
     double *matrix, *weights, *rows, *columns; /* most x most, most each */
+    mbsri_low_rank_spans span;                 /* of an element */
     double *delta;                             /* the size of y */
     int *pivots;                               /* most */
 } mbsri_correction;

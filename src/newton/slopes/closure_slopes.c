@@ -11,6 +11,7 @@
 #include "recursion/closure_differences.h"
 #include "recursion/closure_rows.h"
 #include "recursion/closures.h"
+#include "recursion/spans.h"
 
 size_t mbsri_closure_tangents_work(const mbsri_closure *c)
 {
@@ -88,11 +89,29 @@ int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_clo
     return MBSR_OK;
 }
 
-void mbsri_closure_across(const mbsri_closure *c, double *work, mbsri_closure_tangents *out)
+/* Typical sizes of the motions that its columns are of. */
+static void measure_columns(const mbsr_model *m, const mbsri_closure *c, double *span)
 {
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        if (c->column[k] < 0) continue;
+        for (int l = 0; l < b->d; ++l) *span++ = mbsri_pose_span(&spans, b, l);
+        for (int l = 0; l < b->n && mbsri_reads_joints(c); ++l)
+            *span++ = mbsri_coordinate_span(&spans, m, b, true, l);
+    }
+}
+
+void mbsri_closure_across(const mbsr_model *m, const mbsri_closure *c, double *work,
+                          mbsri_closure_tangents *out)
+{
+    const int columns = c->columns;
+    double *span = work + (size_t)columns * (size_t)columns;
+    const mbsri_low_rank_spans spans = {span, span};
     take_across(c, out->S, work);
+    measure_columns(m, c, span);
     /* shorter columns are rounding errors of the differences */
-    const double least = 1e-10 * mbsri_longest_column(c->columns, c->columns, out->S);
+    const double least = 1e-10 * mbsri_longest_column(columns, columns, out->S, &spans);
     out->rank =
-        mbsri_low_rank(c->columns, c->columns, work, out->left, out->read, out->most, least);
+        mbsri_low_rank(columns, columns, work, &spans, out->left, out->read, out->most, least);
 }

@@ -22,7 +22,8 @@ int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_clo
                               double *work, mbsri_closure_tangents *out);
 
 /* When S is there; `work` as before. */
-void mbsri_closure_across(const mbsri_closure *c, double *work, mbsri_closure_tangents *out);
+void mbsri_closure_across(const mbsr_model *m, const mbsri_closure *c, double *work,
+                          mbsri_closure_tangents *out);
 
 /* Whether all of them are always zero. */
 bool mbsri_closure_is_constant(const mbsri_closure *c);

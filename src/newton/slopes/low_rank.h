@@ -3,12 +3,20 @@
 #ifndef MBSRI_LOW_RANK_H
 #define MBSRI_LOW_RANK_H
 
-/* E (rows x columns) = left (rows x rank) read (rank x columns, stored with `most` rows), left
- * orthonormal; E is used up. Columns as long as `least` at most count as zero. The rank. */
-int mbsri_low_rank(int rows, int columns, double *E, double *left, double *read, int most,
-                   double least);
+/* Typical sizes of the motions that belong to rows and to columns: times both, entries are
+ * energies, whatever forces and motions they stand for. */
+typedef struct mbsri_low_rank_spans {
+    double *row, *column;
+} mbsri_low_rank_spans;
 
-/* The length of the longest column. */
-double mbsri_longest_column(int rows, int columns, const double *E);
+/* E (rows x columns) = left (rows x rank) read (rank x columns, stored with `most` rows), left
+ * orthonormal by the spans; E is used up. Columns as long as `least` at most, by the spans, count
+ * as zero. The rank. */
+int mbsri_low_rank(int rows, int columns, double *E, const mbsri_low_rank_spans *spans,
+                   double *left, double *read, int most, double least);
+
+/* The length of the longest column by the spans. */
+double mbsri_longest_column(int rows, int columns, const double *E,
+                            const mbsri_low_rank_spans *spans);
 
 #endif
