@@ -5,6 +5,8 @@
 #include "duration.h"
 #include "units.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -27,7 +29,7 @@ typedef struct maker {
 /* What it answers, in SI units and amplitudes of the first telling. */
 typedef struct answers {
     int status, undetermined, elastic, damped, nq, nu;
-    double q[MOST], u[MOST], udot[MOST];
+    double q[MOST], u[MOST], udot[MOST], weight[MOST]; /* the last of closed models */
     double left, solved; /* of the equations, at the start; of a Newton system */
 } answers;
 
@@ -291,6 +293,14 @@ static void report(maker *w, mbsr_data *d, const double *q, const double *u, ans
     mbsr_index_report_destroy(w->m, report);
 }
 
+/* The weights of multipliers of position rows: inverse inertias. */
+static void weigh(maker *w, const double *unit_u, double *weight)
+{
+    const double energy = w->of.mass * w->of.length * w->of.length / (w->of.time * w->of.time);
+    assert_ok(mbsr_closures_weight(w->m, weight), NULL);
+    for (int k = 0; k < mbsr_model_nu(w->m); ++k) weight[k] *= energy / (unit_u[k] * unit_u[k]);
+}
+
 /* From the state in `first`, where that has one; false: the loop cannot be closed. */
 static bool ask(uint64_t seed, const units *of, double amplitude, const answers *first, answers *a)
 {
@@ -304,6 +314,7 @@ static bool ask(uint64_t seed, const units *of, double amplitude, const answers 
     choose_state(&w, unit_q, unit_u, q, u);
     for (int k = 0; k < a->nq; ++k) q[k] = (first ? first->q[k] : q[k]) * unit_q[k];
     for (int k = 0; k < a->nu; ++k) u[k] = (first ? first->u[k] : u[k]) * unit_u[k];
+    if (closed) weigh(&w, unit_u, a->weight);
     const bool open = closed && !first && mbsr_assemble(w.m, d, 0.0, q, NULL, q, NULL) != MBSR_OK;
     if (!open) {
         report(&w, d, q, u, a);
@@ -337,15 +348,17 @@ static double off(int n, const double *a, const double *b)
 static void compare(uint64_t seed, int telling, const answers *a, const answers *with)
 {
     const double q = off(with->nq, a->q, with->q), u = off(with->nu, a->u, with->u),
-                 udot = off(with->nu, a->udot, with->udot);
+                 udot = off(with->nu, a->udot, with->udot),
+                 weight = off(with->nu, a->weight, with->weight);
     const bool good = a->status == with->status && a->undetermined == with->undetermined &&
                       a->elastic == with->elastic && a->damped == with->damped && q <= 1e-8 &&
-                      u <= 1e-6 && udot <= 1e-5 && a->left <= 1e-9 && a->solved <= 1e-9;
+                      u <= 1e-6 && udot <= 1e-5 && weight <= 1e-9 && a->left <= 1e-9 &&
+                      a->solved <= 1e-9;
     if (!good)
         print_error("seed %d, telling %d: status %d, %d/%d/%d for %d/%d/%d, q %.1e u %.1e u' %.1e "
-                    "left %.1e solved %.1e\n",
+                    "weight %.1e left %.1e solved %.1e\n",
                     (int)seed, telling, a->status, a->undetermined, a->elastic, a->damped,
-                    with->undetermined, with->elastic, with->damped, q, u, udot, a->left,
+                    with->undetermined, with->elastic, with->damped, q, u, udot, weight, a->left,
                     a->solved);
     assert_true(good);
 }
