@@ -37,13 +37,14 @@ MBSR_API int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data);
  *
  *   |error of p_k| < mass_k (rtol |u_k| + atol).
  *
- * For each number of u the largest entry of diag(J^T W J) on rates of its kind (turns, or moves) in
- * its joint, which is mbsr_rank_info.scale where these are of one kind, but at least 3 % of the
- * diagonal entry of the mass matrix, so that a light body which carries a heavy one is tested as
- * that one; where the joint has no mass, or that of rounding in a lever, the largest of its kind in
- * the tree (where the kind has none, from the other one by the typical length; without any mass
- * what springs and dampers would swing). With closures 0.35 over mbsr_closures_mobility takes the
- * place of the scale, between a thousandth of the largest diagonal entry of its kind and that. The
+ * For each number of u the largest entry of diag(J^T W J) on rates of its kind (turns, moves, or
+ * others) in its joint, which is mbsr_rank_info.scale where these are of one kind, but at least 3 %
+ * of the diagonal entry of the mass matrix, so that a light body which carries a heavy one is
+ * tested as that one; where the joint has no mass, or that of rounding in a lever, the largest of
+ * its kind in the tree (where the kind has none, of all by typical ways: 1 rad, the typical length,
+ * large amplitudes of modes; without any mass what springs and dampers would swing). With closures
+ * 0.35 over mbsr_closures_mobility takes the place of the scale, between a thousandth of the
+ * largest diagonal entry of its kind and that. The
  * same in all units. Needs mbsr_stage_backward, and leaves its results; with closures it takes
  * memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_stage_backward and
  * of mbsr_closures_mobility. */

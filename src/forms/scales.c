@@ -14,9 +14,11 @@
 #include "dynamics/entry.h"
 #include "model/record.h"
 #include "recursion/backward.h"
+#include "recursion/flexible_factors.h"
 #include "recursion/group.h"
 #include "recursion/mass_matrix.h"
 #include "recursion/modal.h"
+#include "recursion/spans.h"
 
 #include <mbsrank/dae.h>
 #include <mbsrank/closure.h>
@@ -34,15 +36,25 @@ static const double rounding = 1e-20;
 
 enum { KINDS = 3 };
 
+/* Of the masses of a model: the largest of each kind of rate, 0: it has none, and of all times the
+ * square of the span, kg m^2 (recursion/spans.h). */
+typedef struct masses {
+    double largest[KINDS], all;
+} masses;
+
 /* Diag(J^T W J) and the armature of a joint, the largest entry of each kind of rate, to `largest`.
  */
-static void add_masses_of(const mbsri_body *b, const mbsr_data *d, const mbsr_coordinate_kind *kind,
-                          double *largest)
+static void add_masses_of(const mbsr_model *m, const mbsr_data *d, int i, double *largest)
 {
+    const mbsri_body *b = m->body + i;
+    const double *W = d->W + b->dd, *J = d->J + b->dn;
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
     for (int k = 0; k < b->n; ++k) {
-        const double mass =
-            mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, d->scratch) + b->mass.armature[k];
-        largest[(int)kind[k]] = fmax(largest[(int)kind[k]], mass);
+        const double mass = mbsri_in_factors(d, i) ? mbsri_factors_inertia(m, d, i, k)
+                                                   : mbsri_along_itself(b, W, J, k, d->scratch);
+        double *most = largest + (int)kind[k];
+        *most = fmax(*most, mass + b->mass.armature[k]);
     }
 }
 
@@ -51,18 +63,11 @@ static void add_masses_of(const mbsri_body *b, const mbsr_data *d, const mbsr_co
 static int of_group(const mbsr_model *model, mbsr_data *data, int i, double *largest)
 {
     const mbsri_group g = mbsri_group_of(model, data, model->body[i].group.head);
-    mbsr_coordinate_kind kind[MBSR_MAX_D];
     mbsr_rank_info info;
     const int status = mbsr_body_rank(model, data, model->body[i].id, &info);
-    for (int k = 0; k < KINDS; ++k) largest[k] = status ? 0.0 : info.scale;
-    if (status || model->body[i].flexible.modal) return status;
     for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
-    for (int k = 0; k < g.members; ++k) {
-        const mbsri_body *b = model->body + g.member[k];
-        mbsr_body_coordinate_kinds(model, b->id, NULL, kind);
-        add_masses_of(b, data, kind, largest);
-    }
-    return MBSR_OK;
+    for (int k = 0; k < g.members && !status; ++k) add_masses_of(model, data, g.member[k], largest);
+    return status;
 }
 
 /* What is left of D; 0 where there is none. */
@@ -80,47 +85,50 @@ static int of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
     return status;
 }
 
-/* The largest of the masses of each kind of rate; of a kind that has none, from the other one and
- * the length typical of the model; without any mass, what force elements would swing. */
-static void find_largest_mass(const mbsr_model *model, const double *mass, double *largest)
+/* Without any mass, of all is what force elements would swing. */
+static masses find_largest_mass(const mbsr_model *model, const double *mass)
 {
-    const double length = model->typical.length > 0.0 ? model->typical.length : 1.0;
+    const mbsri_spans spans = mbsri_spans_of(model, NULL);
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
+    masses found = {.all = 0.0};
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
         mbsr_body_coordinate_kinds(model, id, NULL, kind);
-        for (int k = 0; k < b->n; ++k)
-            largest[(int)kind[k]] = fmax(largest[(int)kind[k]], mass[b->u + k]);
+        for (int k = 0; k < b->n; ++k) {
+            const double span = mbsri_coordinate_span(&spans, model, b, true, k);
+            double *most = found.largest + (int)kind[k];
+            *most = fmax(*most, mass[b->u + k]);
+            found.all = fmax(found.all, mass[b->u + k] * span * span);
+        }
     }
-    double *turning = largest + MBSR_COORDINATE_ROTATION,
-           *moving = largest + MBSR_COORDINATE_TRANSLATION,
-           *other = largest + MBSR_COORDINATE_OTHER;
-    if (!(*turning > 0.0)) *turning = *moving * length * length;
-    if (!(*moving > 0.0)) *moving = *turning / (length * length);
-    if (!(*turning > 0.0)) {
-        const double inertia = mbsri_elements_inertia(model);
-        *turning = inertia > 0.0 ? inertia : length * length;
-        *moving = *turning / (length * length);
-    }
-    if (!(*other > 0.0)) *other = fmax(*turning, *moving);
+    if (!(found.all > 0.0)) found.all = mbsri_elements_inertia(model);
+    if (!(found.all > 0.0)) found.all = spans.length * spans.length;
+    return found;
+}
+
+/* The largest of its kind; of a kind that has none, from all. */
+static double usual_mass(const mbsr_model *m, const mbsri_body *b, int k, mbsr_coordinate_kind kind,
+                         const masses *of)
+{
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    const double span = mbsri_coordinate_span(&spans, m, b, true, k), own = of->largest[(int)kind];
+    return own > 0.0 ? own : of->all / (span * span);
 }
 
 /* The same with loops closed, which does not depend on where they are cut, beside the inertias
  * `locked`: at most the largest of them of its kind, where nothing moves that. */
 static int close_loops(const mbsr_model *model, mbsr_data *data, const double *locked, double *mass)
 {
-    double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     const int status = model->rows > 0 ? mbsr_closures_mobility(model, data, mass) : MBSR_OK;
     if (status || model->rows == 0) return status;
-    find_largest_mass(model, locked, largest);
+    const masses largest = find_largest_mass(model, locked);
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
         mbsr_body_coordinate_kinds(model, id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
             double *x = mass + b->u + k;
-            const double most = largest[(int)kind[k]],
+            const double most = usual_mass(model, b, k, kind[k], &largest),
                          moved = *x > 0.0 ? fmin(share_of_moved / *x, most) : most;
             *x = fmax(moved, 1e-3 * most);
         }
@@ -130,7 +138,7 @@ static int close_loops(const mbsr_model *model, mbsr_data *data, const double *l
 
 /* Rates without mass, or with that of levers which are none but for rounding, have the largest of
  * their kind. */
-static void fill_kinds(const mbsr_model *model, const double *largest, double *mass)
+static void fill_kinds(const mbsr_model *model, const masses *largest, double *mass)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     for (int id = 0; id < model->bodies; ++id) {
@@ -138,7 +146,7 @@ static void fill_kinds(const mbsr_model *model, const double *largest, double *m
         mbsr_body_coordinate_kinds(model, id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
             double *x = mass + b->u + k;
-            const double most = largest[(int)kind[k]];
+            const double most = usual_mass(model, b, k, kind[k], largest);
             if (!(*x > rounding * most)) *x = most;
         }
     }
@@ -148,13 +156,13 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
 {
     int status = mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
     if (status) return status;
-    double *locked = data->out, largest[KINDS];
+    double *locked = data->out;
     status = of_joints(model, data, mass);
     if (!status && mbsr_total_rank(model, data) == 0) mbsri_zero((size_t)model->nu, mass);
-    find_largest_mass(model, mass, largest);
+    const masses largest = find_largest_mass(model, mass);
     mbsri_mass_diagonal(model, data, locked);
     if (!status) status = close_loops(model, data, locked, mass);
-    if (!status) fill_kinds(model, largest, mass);
+    if (!status) fill_kinds(model, &largest, mass);
     for (int k = 0; k < model->nu && !status; ++k)
         mass[k] = fmax(mass[k], share_of_locked * locked[k]);
     return status ? status : mbsri_backward(model, data);

@@ -30,6 +30,7 @@ typedef struct maker {
 typedef struct answers {
     int status, undetermined, elastic, damped, nq, nu;
     double q[MOST], u[MOST], udot[MOST], weight[MOST]; /* the last of closed models */
+    double scale[MOST];                                /* of momenta, of models with some mass */
     double left, solved; /* of the equations, at the start; of a Newton system */
 } answers;
 
@@ -293,12 +294,25 @@ static void report(maker *w, mbsr_data *d, const double *q, const double *u, ans
     mbsr_index_report_destroy(w->m, report);
 }
 
-/* The weights of multipliers of position rows: inverse inertias. */
-static void weigh(maker *w, const double *unit_u, double *weight)
+/* The weights of multipliers of position rows: inverse inertias; the scales of momenta: inertias.
+ */
+static void weigh(maker *w, mbsr_data *d, const double *q, const double *u, const double *unit_u,
+                  bool closed, answers *a)
 {
     const double energy = w->of.mass * w->of.length * w->of.length / (w->of.time * w->of.time);
-    assert_ok(mbsr_closures_weight(w->m, weight), NULL);
-    for (int k = 0; k < mbsr_model_nu(w->m); ++k) weight[k] *= energy / (unit_u[k] * unit_u[k]);
+    if (closed) assert_ok(mbsr_closures_weight(w->m, a->weight), NULL);
+    assert_ok(mbsr_stage_positions(w->m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(w->m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(w->m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(w->m, d), mbsr_data_error(d));
+    assert_ok(mbsr_momentum_scales(w->m, d, a->scale), mbsr_data_error(d));
+    /* of several modes of a joint the largest counts, as they are told */
+    const bool massive = mbsr_total_rank(w->m, d) > 0 && w->amplitude == 1.0;
+    for (int k = 0; k < mbsr_model_nu(w->m); ++k) {
+        const double square = unit_u[k] * unit_u[k];
+        a->weight[k] *= energy / square;
+        a->scale[k] *= massive ? square / energy : 0.0;
+    }
 }
 
 /* From the state in `first`, where that has one; false: the loop cannot be closed. */
@@ -314,7 +328,7 @@ static bool ask(uint64_t seed, const units *of, double amplitude, const answers 
     choose_state(&w, unit_q, unit_u, q, u);
     for (int k = 0; k < a->nq; ++k) q[k] = (first ? first->q[k] : q[k]) * unit_q[k];
     for (int k = 0; k < a->nu; ++k) u[k] = (first ? first->u[k] : u[k]) * unit_u[k];
-    if (closed) weigh(&w, unit_u, a->weight);
+    weigh(&w, d, q, u, unit_u, closed, a);
     const bool open = closed && !first && mbsr_assemble(w.m, d, 0.0, q, NULL, q, NULL) != MBSR_OK;
     if (!open) {
         report(&w, d, q, u, a);
@@ -349,7 +363,8 @@ static void compare(uint64_t seed, int telling, const answers *a, const answers 
 {
     const double q = off(with->nq, a->q, with->q), u = off(with->nu, a->u, with->u),
                  udot = off(with->nu, a->udot, with->udot),
-                 weight = off(with->nu, a->weight, with->weight);
+                 weight = fmax(off(with->nu, a->weight, with->weight),
+                               a->scale[0] > 0.0 ? off(with->nu, a->scale, with->scale) : 0.0);
     const bool good = a->status == with->status && a->undetermined == with->undetermined &&
                       a->elastic == with->elastic && a->damped == with->damped && q <= 1e-8 &&
                       u <= 1e-6 && udot <= 1e-5 && weight <= 1e-9 && a->left <= 1e-9 &&
