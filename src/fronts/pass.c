@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "recursion/closures.h"
+#include "recursion/modal.h"
 #include "recursion/rounding.h"
 
 #include <math.h>
@@ -86,18 +87,43 @@ void mbsri_fronts_null_column(const mbsri_fronts *w, int i, int l, double *N)
     for (int k = 0; k < b->n; ++k) N[k] /= largest;
 }
 
-/* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds
- * it. */
-static bool null_row(int n, int count, const double *N, const double *X, double *row, double *sizes)
+/* How far null motion N of a joint may be off, |D^+| |dD| |N|: what rank decisions take for
+ * rounding in D, dD, turns it towards what has little mass. */
+static void find_null_errors(const mbsri_fronts *w, const mbsri_body *b, const double *N,
+                             double *errors)
 {
+    const mbsr_data *d = w->d;
+    const double *Dinv = d->Dinv + b->nn,
+                 *armature = d->armature ? d->armature + b->iu : b->mass.armature;
+    const int n = b->n;
+    double size = 0.0;
+    mbsri_zero((size_t)n, errors);
+    for (int j = 0; j < n; ++j) {
+        const double added =
+            sqrt(mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, j, d->scratch) + armature[j]);
+        size += fabs(N[j]) * added;
+        for (int k = 0; k < n; ++k) errors[k] += fabs(Dinv[j * n + k]) * added;
+    }
+    for (int k = 0; k < n; ++k) errors[k] *= w->m->rank_tolerance * size;
+}
+
+/* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds
+ * it. errors: n of scratch. */
+static bool null_row(const mbsri_fronts *w, const mbsri_body *b, int count, const double *N,
+                     const double *X, double *row, double *sizes, double *errors)
+{
+    const int n = b->n;
     bool some = false;
+    find_null_errors(w, b, N, errors);
     for (int k = 0; k < count; ++k) {
+        double error = 0.0;
         row[k] = sizes[k] = 0.0;
         for (int j = 0; j < n; ++j) {
             row[k] -= N[j] * X[k * n + j];
             sizes[k] += fabs(N[j] * X[k * n + j]);
+            error += errors[j] * fabs(X[k * n + j]);
         }
-        if (fabs(row[k]) <= 10.0 * MBSRI_PIVOTS_ROUNDING * sizes[k]) row[k] = 0.0;
+        if (fabs(row[k]) <= 10.0 * MBSRI_PIVOTS_ROUNDING * sizes[k] + error) row[k] = 0.0;
         some = some || row[k] != 0.0;
     }
     return some;
@@ -113,7 +139,7 @@ static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
     const size_t c = (size_t)count, n = (size_t)b->n, all = c + (size_t)nulls;
     mbsri_passing *p =
         mbsri_fronts_allocate(w, sizeof *p + n * all * sizeof(double) + all * sizeof(int));
-    double *scratch = mbsri_fronts_scratch(w, n * c + 2 * c);
+    double *scratch = mbsri_fronts_scratch(w, n * c + 2 * c + n);
     if (!p || !scratch) return NULL;
     *p = (mbsri_passing){.count = count, .X = (double *)(void *)(p + 1)};
     p->N = p->X + n * c;
@@ -123,7 +149,7 @@ static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
     for (int l = rank; l < b->n; ++l) {
         double *N = p->N + p->nulls * b->n, *row = scratch + n * c;
         mbsri_fronts_null_column(w, i, l, N);
-        if (null_row(b->n, count, N, p->X, row, row + c))
+        if (null_row(w, b, count, N, p->X, row, row + c, row + 2 * c))
             p->id[count + p->nulls++] = mbsri_rate_number(w, b) + l;
         else
             mbsri_fronts_note_free(w, b->iu + l);
@@ -173,7 +199,7 @@ static void add_joint(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_
                     to->sizes, work, work + n);
     for (int l = p->count; l < p->count + p->nulls; ++l) {
         double *row = to->A + l * count, *sizes = to->sizes + l * count;
-        null_row(n, p->count, p->N + (l - p->count) * n, p->X, row, sizes);
+        null_row(w, b, p->count, p->N + (l - p->count) * n, p->X, row, sizes, work);
         for (int k = 0; k < p->count; ++k) {
             to->A[k * count + l] = row[k];
             to->sizes[k * count + l] = sizes[k];
