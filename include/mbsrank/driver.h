@@ -41,13 +41,13 @@ MBSR_API int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data);
  * others) in its joint, which is mbsr_rank_info.scale where these are of one kind, but at least 3 %
  * of the diagonal entry of the mass matrix, so that a light body which carries a heavy one is
  * tested as that one; where the joint has no mass, or that of rounding in a lever, the largest of
- * its kind in the tree (where the kind has none, of all by typical ways: 1 rad, the typical length,
- * large amplitudes of modes; without any mass what springs and dampers would swing). With closures
- * 0.35 over mbsr_closures_mobility takes the place of the scale, between a thousandth of the
- * largest diagonal entry of its kind and that. The
- * same in all units. Needs mbsr_stage_backward, and leaves its results; with closures it takes
- * memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_stage_backward and
- * of mbsr_closures_mobility. */
+ * its kind in the tree (where the kind has none but for rounding, of all by typical ways: 1 rad,
+ * the typical length, large amplitudes of modes; without any mass what springs and dampers would
+ * swing). With closures 0.35 over mbsr_closures_mobility takes the place of the scale, between a
+ * thousandth of the largest diagonal entry of its kind and that. The same in all units. Needs
+ * mbsr_stage_backward, and leaves its results; with closures it takes memory. MBSR_ERR_NULL,
+ * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_stage_backward and of
+ * mbsr_closures_mobility. */
 MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
 
 /* What a unit impulse on each joint rate changes it by, all others giving way as the loops let

@@ -34,6 +34,9 @@ static const double share_of_moved = 0.35;
 /* Square of a lever of rounding errors over one that is none; a mass over the largest is more. */
 static const double rounding = 1e-20;
 
+/* A number of the mass matrix that is rounding, beside what was added up in it. */
+static const double cancelled = 1e-14;
+
 enum { KINDS = 3 };
 
 /* Of the masses of a model: the largest of each kind of rate, 0: it has none, and of all times the
@@ -85,21 +88,27 @@ static int of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
     return status;
 }
 
-/* Without any mass, of all is what force elements would swing. */
+/* A kind has none, too, where all are rounding; without any mass, of all is what force elements
+ * would swing. */
 static masses find_largest_mass(const mbsr_model *model, const double *mass)
 {
     const mbsri_spans spans = mbsri_spans_of(model, NULL);
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     masses found = {.all = 0.0};
+    double inertia[KINDS] = {0.0};
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
         mbsr_body_coordinate_kinds(model, id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
             const double span = mbsri_coordinate_span(&spans, model, b, true, k);
-            double *most = found.largest + (int)kind[k];
+            double *most = found.largest + (int)kind[k], *moment = inertia + (int)kind[k];
             *most = fmax(*most, mass[b->u + k]);
-            found.all = fmax(found.all, mass[b->u + k] * span * span);
+            *moment = fmax(*moment, mass[b->u + k] * span * span);
+            found.all = fmax(found.all, *moment);
         }
+    }
+    for (int k = 0; k < KINDS; ++k) {
+        if (!(inertia[k] > rounding * found.all)) found.largest[k] = 0.0;
     }
     if (!(found.all > 0.0)) found.all = mbsri_elements_inertia(model);
     if (!(found.all > 0.0)) found.all = spans.length * spans.length;
@@ -161,6 +170,9 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
     if (!status && mbsr_total_rank(model, data) == 0) mbsri_zero((size_t)model->nu, mass);
     const masses largest = find_largest_mass(model, mass);
     mbsri_mass_diagonal(model, data, locked);
+    for (int k = 0; k < model->nu; ++k) {
+        if (!(locked[k] > cancelled * mass[k])) locked[k] = 0.0;
+    }
     if (!status) status = close_loops(model, data, locked, mass);
     if (!status) fill_kinds(model, &largest, mass);
     for (int k = 0; k < model->nu && !status; ++k)
