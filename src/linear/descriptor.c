@@ -13,6 +13,8 @@
 
 #include "base/error.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -233,6 +235,41 @@ static int columns_of_E(const coordinates *c, mbsr_newton *newton, double *delta
     return MBSR_OK;
 }
 
+/* Whether row k of A has numbers for rates and for nothing else. */
+static bool reads_rates_alone(const coordinates *c, int k, const double *A)
+{
+    bool alone = true;
+    for (int j = 0; j < c->rows; ++j) {
+        const bool of_rate = j >= 2 * c->nu && j < 3 * c->nu;
+        alone = alone && (of_rate || A[(size_t)j * (size_t)c->rows + (size_t)k] == 0.0);
+    }
+    return alone;
+}
+
+/* Of a redundant stiff row, whose position row F leaves out, the velocity row s' / k = C u alone
+ * ties the force s to the motion, which would make s a state of its own. At rest it is C dq = s / k
+ * instead. */
+static int tie_springs(const coordinates *c, mbsri_arena *arena, double *A, double *E)
+{
+    const int rows = mbsr_model_rows(c->model), nu = c->nu;
+    const size_t size = (size_t)c->rows;
+    int *redundant = mbsri_arena_take(arena, ((size_t)rows + 1) * sizeof *redundant);
+    if (!redundant) return MBSR_ERR_NO_MEMORY;
+    const int status = mbsr_closures_redundant(c->model, c->data, redundant);
+    for (int k = 3 * nu; k < 3 * nu + rows && !status; ++k) {
+        const size_t at = (size_t)k, own = at * (size + 1);
+        if (!redundant[k - 3 * nu] || E[own] == 0.0 || !reads_rates_alone(c, k, A)) continue;
+        for (size_t j = 0; j < (size_t)nu; ++j) {
+            double *rate = A + (2 * (size_t)nu + j) * size + at;
+            A[j * size + at] = *rate;
+            *rate = 0.0;
+        }
+        A[own] = -E[own];
+        E[own] = 0.0;
+    }
+    return status;
+}
+
 static int columns_of_B(const coordinates *c, mbsr_newton *newton, const mbsr_linear_opt *opt,
                         double *tau, double *r, double *B)
 {
@@ -297,5 +334,7 @@ int mbsri_pencil_assemble(mbsr_linear *l, coordinates *c, const mbsr_model *mode
     if (!status) status = columns_of_E(c, newton, delta, r, A, l->part[MBSR_LINEAR_E]);
     if (status) status = fail_as(error, status, mbsr_newton_error(newton));
     mbsr_newton_destroy(newton);
+    if (!status && mbsr_model_rows(model) > 0)
+        status = tie_springs(c, &l->arena, A, l->part[MBSR_LINEAR_E]);
     return status;
 }

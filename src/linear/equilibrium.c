@@ -35,7 +35,9 @@ typedef struct rest {
     double force;           /* that a displacement of 1 makes, over the root of its mass */
     int nq, nu, rows, size;
     double *y, *yp, *F, *delta, *new_y, *new_yp, *mass, *span, *rate_span;
-    bool *sprung; /* rows: y has the force itself, of springs of stiff rows; else y' has it */
+    double *begun;  /* nq: where the steps began */
+    bool *sprung;   /* rows: y has the force itself, of springs of stiff rows; else y' has it */
+    int *redundant; /* rows: mbsr_closures_redundant */
     mbsr_equilibrium_info info;
 } rest;
 
@@ -209,7 +211,7 @@ static int settle_balance(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *
     const double least = 1e-5 * w->rate;
     double c = fmax(sqrt(falling / longest), 1e-3 * w->rate), force = imbalance(w, w->F, NULL);
     const double most = 1e4 * fmax(c, w->rate); /* steps along massless directions stay long */
-    int idle = 0;
+    int idle = 0, falling_steps = 0;
     if (!(c > 0.0)) return MBSR_OK; /* no forces, here and nearby */
     while (w->info.iterations < opt->max_iterations) {
         double length = 0.0;
@@ -233,7 +235,9 @@ static int settle_balance(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *
         const double over = w->rate > 0.0 ? fmax(1.0, c / w->rate) : 1.0;
         if (length * over * over <= opt->tolerance) return MBSR_OK;
         idle = c <= least && left > 0.5 * force && left <= 1e-11 * w->force ? idle + 1 : 0;
-        if (idle > 3) return MBSR_OK; /* what is left is rounding, along what nothing holds */
+        falling_steps = left < force ? falling_steps + 1 : 0;
+        /* what is left is rounding, which does not fall each time, along what nothing holds */
+        if (idle > 3 && falling_steps < 4) return MBSR_OK;
         c = fmax(least, c * fmin(1.0, fmax(0.05, force > 0.0 ? left / force : 0.05)));
         if (length < 0.1 * longest) c = fmax(least, 0.5 * c);
         force = left;
@@ -249,11 +253,13 @@ static bool take_memory(rest *w, mbsri_arena *arena)
     w->mass = mbsri_arena_take(arena, ((size_t)w->nu + 1) * sizeof(double));
     w->span = mbsri_arena_take(arena, ((size_t)w->nq + 1) * sizeof(double));
     w->rate_span = mbsri_arena_take(arena, ((size_t)w->nu + 1) * sizeof(double));
+    w->begun = mbsri_arena_take(arena, ((size_t)w->nq + 1) * sizeof(double));
     w->sprung = mbsri_arena_take(arena, ((size_t)w->rows + 1) * sizeof *w->sprung);
+    w->redundant = mbsri_arena_take(arena, ((size_t)w->rows + 1) * sizeof *w->redundant);
     return !arena->failed;
 }
 
-/* Which multipliers F knows themselves. */
+/* Which multipliers the equations of motion know themselves. */
 static int find_springs(rest *w, mbsr_error *error)
 {
     mbsr_newton_opt products = mbsr_default_newton_opt();
@@ -269,7 +275,7 @@ static int find_springs(rest *w, mbsr_error *error)
         *delta = 1.0;
         status = mbsr_newton_multiply(newton, w->delta, w->F);
         *delta = 0.0;
-        for (int l = 0; l < w->size; ++l) w->sprung[k] = w->sprung[k] || w->F[l] != 0.0;
+        for (int l = 0; l < w->nq + 2 * w->nu; ++l) w->sprung[k] = w->sprung[k] || w->F[l] != 0.0;
     }
     if (status) {
         const mbsr_error *why = mbsr_newton_error(newton);
@@ -279,11 +285,13 @@ static int find_springs(rest *w, mbsr_error *error)
     return status;
 }
 
-/* A closed state near the guess, at which the rows that count are chosen, at rest. */
+/* A closed state near q, which is no part of y, at which the rows that count are chosen, at rest.
+ */
 static int begin_at_rest(rest *w, const double *q, mbsr_error *error)
 {
     const int at = w->nq, rates = 2 * w->nu;
-    int status = mbsr_dae_pack(w->m, w->d, MBSR_DAE_MOMENTUM, w->t, q, w->mass, w->y);
+    memset(w->delta, 0, (size_t)w->size * sizeof *w->delta);
+    int status = mbsr_dae_pack(w->m, w->d, MBSR_DAE_MOMENTUM, w->t, q, w->delta, w->y);
     if (status) return fail_data(w, status, error);
     memcpy(w->new_y, w->y, (size_t)w->size * sizeof *w->y);
     status = mbsr_dae_consistent(w->m, w->d, MBSR_DAE_MOMENTUM, w->t, w->y, w->yp, NULL, NULL);
@@ -296,7 +304,51 @@ static int begin_at_rest(rest *w, const double *q, mbsr_error *error)
     for (int k = 0; k < w->size; ++k) {
         if (k < at + rates || k >= at + rates + w->rows) w->yp[k] = 0.0;
     }
-    return MBSR_OK;
+    status = mbsr_closures_redundant(w->m, w->d, w->redundant);
+    return status ? fail_data(w, status, error) : MBSR_OK;
+}
+
+/* Springs of stiff rows have their forces in y. */
+static void begin_springs(const rest *w)
+{
+    for (int k = 0; k < w->rows; ++k) {
+        if (w->sprung[k]) w->yp[w->nq + 2 * w->nu + k] = 0.0;
+    }
+}
+
+/* Whether a spring is left whose force no position row of the residual has, being redundant there:
+ * it follows the steps by the velocity row alone, and is off by the square of their length. */
+static bool follows_steps(const rest *w)
+{
+    bool follows = false;
+    for (int k = 0; k < w->rows; ++k) follows = follows || (w->sprung[k] && w->redundant[k]);
+    return follows;
+}
+
+/* The largest way from q to y. */
+static double way_from(const rest *w, const double *q)
+{
+    double most = 0.0;
+    for (int k = 0; k < w->nq; ++k) most = fmax(most, fabs(w->y[k] - q[k]) / w->span[k]);
+    return most;
+}
+
+/* The steps, begun anew where they have led as long as springs that follow them may be off. */
+static int settle_springs(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
+{
+    static const double nothing = 1e-8;
+    int status = settle_balance(w, opt, error);
+    for (double way = way_from(w, w->begun); !status && way > nothing && follows_steps(w);
+         way = way_from(w, w->begun)) {
+        memcpy(w->begun, w->y, (size_t)w->nq * sizeof *w->y);
+        status = begin_at_rest(w, w->begun, error);
+        if (status) break;
+        begin_springs(w);
+        status = residual(w, w->y, w->yp, w->F);
+        if (status) return fail_data(w, status, error);
+        status = settle_balance(w, opt, error);
+    }
+    return status;
 }
 
 static int solve_rest(rest *w, const double *q, const mbsr_equilibrium_opt *opt, mbsri_arena *arena,
@@ -311,11 +363,10 @@ static int solve_rest(rest *w, const double *q, const mbsr_equilibrium_opt *opt,
     status = begin_at_rest(w, q, error);
     if (!status) status = find_springs(w, error);
     if (status) return status;
-    for (int k = 0; k < w->rows; ++k) {
-        if (w->sprung[k]) w->yp[w->nq + 2 * w->nu + k] = 0.0;
-    }
+    begin_springs(w);
+    memcpy(w->begun, w->y, (size_t)w->nq * sizeof *w->y);
     status = find_scales(w);
-    return status ? fail_data(w, status, error) : settle_balance(w, opt, error);
+    return status ? fail_data(w, status, error) : settle_springs(w, opt, error);
 }
 
 int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const double *q,

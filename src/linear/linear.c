@@ -48,15 +48,18 @@ static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, co
         l->info.acceleration = fmax(l->info.acceleration, fabs(yp[at + k]));
     if (!status) status = mbsri_pencil_assemble(l, &c, m, d, t, y, yp, opt, error);
     if (status) return status;
-    double *mass = mbsri_arena_take(&l->arena, ((size_t)l->nu + 1) * sizeof *mass);
+    const size_t nu = (size_t)l->nu;
+    double *mass = mbsri_arena_take(&l->arena, (nu + nu * nu + 1) * sizeof *mass);
     if (!mass)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, "%s: no memory", name);
     const int rank = mbsr_total_rank(m, d);
     status = mbsr_momentum_scales(m, d, mass);
+    if (!status) status = mbsr_mass_matrix(m, d, mass + nu);
     const mbsr_error *why = mbsr_data_error(d);
     if (status) return mbsri_fail(error, status, why->body, why->force, "%s: %s", name, why->text);
     status = mbsri_signals_enter(l, &c, y, yp, opt, error);
-    return status ? status : mbsri_pencil_reduce(l, rank, mass, mbsr_model_rate(m), error);
+    return status ? status
+                  : mbsri_pencil_reduce(l, rank, mass, mass + nu, mbsr_model_rate(m), error);
 }
 
 int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,
@@ -90,6 +93,7 @@ int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const
     }
     l->arena = arena;
     l->nu = mbsr_model_nu(model);
+    l->closure_rows = mbsr_model_rows(model);
     l->inputs = opt->inputs;
     l->outputs = opt->outputs;
     status = build(l, model, data, t, q, u, opt, error);

@@ -12,7 +12,7 @@
 struct mbsr_linear {
     mbsri_arena arena;
     mbsr_linear_info info;
-    int nu, inputs, outputs;
+    int nu, closure_rows, inputs, outputs; /* closure_rows: velocity rows */
     double *part[MBSR_LINEAR_PARTS];
     int rows[MBSR_LINEAR_PARTS], columns[MBSR_LINEAR_PARTS];
     double *shapes;  /* nu x states: dq of z */
@@ -88,9 +88,9 @@ int mbsri_sample_force(const mbsr_model *m, mbsr_data *d, const mbsr_signal *s, 
 /* Whether these exist in the model. A status. */
 int mbsri_signals_check(const mbsr_model *model, const mbsr_linear_opt *opt, mbsr_error *error);
 
-/* Ar, Br, Cr, Dr from these; rank: of the mass matrix of the tree; mass: of rates
+/* Ar, Br, Cr, Dr from these; rank: of the mass matrix M of the tree (nu x nu); mass: of rates
  * (mbsr_momentum_scales); typical: rate of the model, 0 for none. A status. */
-int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, double typical,
-                        mbsr_error *error);
+int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, const double *M,
+                        double typical, mbsr_error *error);
 
 #endif

@@ -31,18 +31,19 @@ typedef struct reduction {
     mbsr_linear *l;
     mbsri_arena *arena;
     int n, m, states;
-    int *row;           /* m: rows of E that have numbers */
-    double *K, *X;      /* n x n: factors; n x (m + inputs): K^-1 (P, B) */
-    double *Y;          /* outputs x (m + inputs): C X of all outputs */
-    double *Er;         /* m x n */
-    const double *mass; /* nu: of rates */
-    double *S, *b;      /* m x m, m x inputs, scaled */
-    double *scale;      /* m: r = scale (scaled r) */
-    double *U, *W;      /* m x states, m x rest, scaled */
-    int unseen, rest;   /* momenta that no equation reads; columns of W */
-    double *spare;      /* n x n */
-    double *work;       /* work_size */
-    int *pivots;        /* 2 n */
+    int *row;            /* m: rows of E that have numbers */
+    double *K, *X;       /* n x n: factors; n x (m + inputs): K^-1 (P, B) */
+    double *Y;           /* outputs x (m + inputs): C X of all outputs */
+    double *Er;          /* m x n */
+    const double *mass;  /* nu: of rates */
+    double *of_q, *of_p; /* nu x nu: q and p by what counts in energies, of_q^T of_p = 1 */
+    double *S, *b;       /* m x m, m x inputs, scaled */
+    double *scale;       /* m: r = (of_q, of_p, 1) scale (scaled r) */
+    double *U, *W;       /* m x states, m x rest, scaled */
+    int unseen, rest;    /* momenta that no equation reads; columns of W */
+    double *spare;       /* n x n */
+    double *work;        /* work_size */
+    int *pivots;         /* 2 n */
     int work_size;
 } reduction;
 
@@ -66,6 +67,75 @@ static void multiply_matrices(const char *transposed, int m, int n, int k, const
         return;
     }
     dgemm_(transposed, "N", &m, &n, &k, &one, A, &lda, B, &ldb, &zero, C, &ldc, 1, 1);
+}
+
+/* Which part of what a rate moves is left of it where others may move against it: below, it counts
+ * as moved by them together. And rounding in it. */
+static const double together = 1e-3, nothing = 1e-10;
+
+/* L of D^(-1/2) M D^(-1/2) = L L^T with D = mass, by largest pivots, whose numbers go into `order`.
+ * M gets lost. */
+static void factor_masses(int n, const double *mass, double *M, double *L, int *order)
+{
+    for (int j = 0; j < n; ++j) {
+        order[j] = j;
+        for (int i = 0; i < n; ++i) M[j * n + i] /= sqrt(mass[i] * mass[j]);
+    }
+    memset(L, 0, (size_t)n * (size_t)n * sizeof *L);
+    for (int k = 0; k < n; ++k) {
+        int best = k;
+        for (int j = k + 1; j < n; ++j) {
+            if (M[order[j] * (n + 1)] > M[order[best] * (n + 1)]) best = j;
+        }
+        const int at = order[best];
+        order[best] = order[k], order[k] = at;
+        const double root = sqrt(fmax(M[at * (n + 1)], nothing));
+        L[k * n + at] = root;
+        for (int j = k + 1; j < n; ++j) L[k * n + order[j]] = M[at * n + order[j]] / root;
+        for (int j = k + 1; j < n; ++j) {
+            for (int i = k + 1; i < n; ++i)
+                M[order[j] * n + order[i]] -= L[k * n + order[j]] * L[k * n + order[i]];
+        }
+    }
+}
+
+/* of_q = D^(-1/2) Q D^(1/2) and of_p = of_q^-T. Columns of Q are those of 1, but where several
+ * rates move little together: these are columns of L^-T, which have mass 1 and move nothing along
+ * the others. */
+static void find_energies(reduction *z, const double *M)
+{
+    const int n = z->l->nu;
+    int *order = z->pivots;
+    double *L = z->of_p, *Q = z->of_q;
+    memcpy(z->spare, M, (size_t)n * (size_t)n * sizeof *M);
+    factor_masses(n, z->mass, z->spare, L, order);
+    memset(Q, 0, (size_t)n * (size_t)n * sizeof *Q);
+    for (int j = 0; j < n; ++j) {
+        const double own = L[j * n + order[j]];
+        double *x = Q + order[j] * n;
+        x[order[j]] = 1.0;
+        if (j >= n - z->unseen || own * own > together) continue;
+        for (int k = j; k >= 0; --k) {
+            double sum = k == j ? 1.0 : 0.0;
+            for (int l = k + 1; l <= j; ++l) sum -= L[k * n + order[l]] * x[order[l]];
+            x[order[k]] = sum / L[k * n + order[k]];
+        }
+    }
+    for (int j = 0; j < n; ++j) {
+        double *y = z->spare + order[j] * n;
+        for (int k = 0; k < n; ++k) {
+            double sum = k == j ? 1.0 : 0.0;
+            for (int l = j; l < k; ++l) sum -= Q[order[k] * n + order[l]] * y[order[l]];
+            y[order[k]] = sum / Q[order[k] * n + order[k]];
+        }
+    }
+    for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) {
+            const double beside = i == j ? 1.0 : sqrt(z->mass[i] / z->mass[j]);
+            z->of_p[j * n + i] = z->spare[j * n + i] * beside;
+            z->of_q[j * n + i] /= beside;
+        }
+    }
 }
 
 /* Rows and columns of A (n x n) times powers of 2, so that the largest entry of each is about 1;
@@ -130,18 +200,43 @@ static bool solve_shift(reduction *z, double shift)
     for (int j = 0; j < count; ++j) {
         for (int i = 0; i < n; ++i) z->X[(size_t)j * size + (size_t)i] *= column[i];
     }
+    const size_t half = size * (size_t)l->nu;
+    memcpy(z->K, z->X, 2 * half * sizeof *z->X);
+    multiply_matrices("N", n, l->nu, l->nu, z->K, n, z->of_q, l->nu, z->X, n);
+    multiply_matrices("N", n, l->nu, l->nu, z->K + half, n, z->of_p, l->nu, z->X + half, n);
     return info == 0;
 }
 
-/* The rate of coordinate j by itself, its mass on its stiffness. */
-static double swing_rate(const mbsr_linear *l, size_t j, double mass)
+/* The rate at which its mass swings along column j of of_q. */
+static double swing_rate(const reduction *z, int j)
 {
-    const size_t n = (size_t)l->info.size, p = (size_t)l->nu + j;
-    return sqrt(fabs(l->part[MBSR_LINEAR_A][j * n + p]) / mass);
+    const mbsr_linear *l = z->l;
+    const size_t n = (size_t)l->info.size, nu = (size_t)l->nu;
+    const double *x = z->of_q + (size_t)j * nu;
+    double stiffness = 0.0;
+    for (size_t k = 0; k < nu; ++k) {
+        for (size_t i = 0; i < nu && x[k] != 0.0; ++i)
+            stiffness += x[i] * l->part[MBSR_LINEAR_A][k * n + nu + i] * x[k];
+    }
+    return sqrt(fabs(stiffness) / z->mass[j]);
 }
 
-/* Scales of r: squares of q and p become energies of what swings at the shift, or much faster;
- * forces of stiff rows and motions, which stand behind them, act on these as strongly as these on
+/* What forces of stiff rows whose springs have the energy 1/2 make in a row of E; 0: nothing. */
+static double of_springs(const mbsr_linear *l, int row)
+{
+    const size_t n = (size_t)l->info.size, first = 3 * (size_t)l->nu,
+                 end = first + (size_t)l->closure_rows;
+    const double *E = l->part[MBSR_LINEAR_E];
+    double sum = 0.0;
+    for (size_t j = first; j < end; ++j) {
+        const double compliance = fabs(E[j * (n + 1)]);
+        if (compliance > 0.0) sum += fabs(E[j * n + (size_t)row]) / sqrt(compliance);
+    }
+    return sum;
+}
+
+/* Scales of r: squares of q, p and forces of stiff rows become energies of what swings at the
+ * shift, or much faster; motions, which stand behind them, act on these as strongly as these on
  * them. Not as all numbers of S say: in zeros of S, which are Jordan blocks, rounding would become
  * as large as what is there. */
 static void scale_states(reduction *z, double shift)
@@ -149,11 +244,13 @@ static void scale_states(reduction *z, double shift)
     const int nu = z->l->nu;
     for (int j = 0; j < nu; ++j) {
         const double root = sqrt(z->mass[j]);
-        z->scale[j] = 1.0 / (root * fmax(shift, 0.1 * swing_rate(z->l, (size_t)j, z->mass[j])));
+        z->scale[j] = 1.0 / (root * fmax(shift, 0.1 * swing_rate(z, j)));
         z->scale[nu + j] = root;
     }
     for (int k = 2 * nu; k < z->m; ++k) {
         double row = 0.0, column = 0.0;
+        z->scale[k] = of_springs(z->l, z->row[k]);
+        if (z->scale[k] > 0.0) continue;
         for (int j = 0; j < 2 * nu; ++j) {
             row += fabs(z->S[(size_t)j * (size_t)z->m + (size_t)k]) * z->scale[j];
             column += fabs(z->S[(size_t)k * (size_t)z->m + (size_t)j]) / z->scale[j];
@@ -174,6 +271,9 @@ static void compress(reduction *z, double shift)
         for (int i = 0; i < m; ++i)
             z->Er[(size_t)j * (size_t)m + (size_t)i] = E[(size_t)j * (size_t)n + (size_t)z->row[i]];
     }
+    memcpy(z->K, z->Er, (size_t)m * (size_t)n * sizeof *z->K);
+    multiply_matrices("T", l->nu, n, l->nu, z->of_p, l->nu, z->K, m, z->Er, m);
+    multiply_matrices("T", l->nu, n, l->nu, z->of_q, l->nu, z->K + l->nu, m, z->Er + l->nu, m);
     multiply_matrices("N", m, m, n, z->Er, m, z->X, n, z->S, m);
     multiply_matrices("N", m, l->inputs, n, z->Er, m, z->X + (size_t)m * (size_t)n, n, z->b, m);
     scale_states(z, shift);
@@ -216,20 +316,21 @@ static double better_shift(reduction *z, double shift)
 static double own_rate(const mbsr_linear *l, size_t j, double mass)
 {
     const size_t n = (size_t)l->info.size, nu = (size_t)l->nu, p = nu + j, u = 2 * nu + j;
-    return fmax(swing_rate(l, j, mass), fabs(l->part[MBSR_LINEAR_A][u * n + p]) / mass);
+    const double *A = l->part[MBSR_LINEAR_A];
+    return fmax(sqrt(fabs(A[j * n + p]) / mass), fabs(A[u * n + p]) / mass);
 }
 
-/* To begin with: the geometric mean of these rates, but for rounding; where there are none, the
- * rate typical of the model, 1 without one. */
+/* To begin with: the geometric mean of these rates, but for those that are rounding in a stiffness
+ * beside the others or the rate typical of the model; where there are none, that, 1 without one. */
 static double first_shift(const reduction *z, double typical)
 {
-    double largest = 0.0, sum = 0.0;
+    double largest = typical, sum = 0.0;
     int count = 0;
     for (int j = 0; j < z->l->nu; ++j)
         largest = fmax(largest, own_rate(z->l, (size_t)j, z->mass[j]));
     for (int j = 0; j < z->l->nu && isfinite(largest); ++j) {
         const double rate = own_rate(z->l, (size_t)j, z->mass[j]);
-        if (!(rate > 1e-7 * largest)) continue;
+        if (!(rate > 1e-6 * largest)) continue;
         sum += log(rate);
         ++count;
     }
@@ -279,10 +380,10 @@ static bool find_read(reduction *z)
         for (size_t k = 0; k < m; ++k) z->U[k * (m + 1)] = 1.0;
         return true;
     }
+    multiply_matrices("N", count, count, count, l->part[MBSR_LINEAR_A] + nu * (size_t)z->n + 2 * nu,
+                      z->n, z->of_p, count, z->spare, count);
     for (size_t j = 0; j < nu; ++j) {
-        for (size_t i = 0; i < nu; ++i)
-            z->spare[j * nu + i] =
-                l->part[MBSR_LINEAR_A][(nu + j) * (size_t)z->n + 2 * nu + i] * z->scale[nu + j];
+        for (size_t i = 0; i < nu; ++i) z->spare[j * nu + i] *= z->scale[nu + j];
     }
     /* rows of V^T: those read first */
     dgesvd_("N", "A", &count, &count, z->spare, &count, z->work, NULL, &one, z->K, &count,
@@ -434,6 +535,8 @@ static bool open(reduction *z)
     z->S = numbers(z, m, m);
     z->b = numbers(z, m, z->l->inputs);
     z->scale = numbers(z, m, 1);
+    z->of_q = numbers(z, z->l->nu, z->l->nu);
+    z->of_p = numbers(z, z->l->nu, z->l->nu);
     z->U = numbers(z, m, m);
     z->W = numbers(z, m, m);
     z->spare = numbers(z, n, n);
@@ -482,8 +585,8 @@ static int solve_states(reduction *z, mbsr_error *error)
     return MBSR_OK;
 }
 
-int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, double typical,
-                        mbsr_error *error)
+int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, const double *M,
+                        double typical, mbsr_error *error)
 {
     reduction z = {
         .l = l, .arena = &l->arena, .n = l->info.size, .unseen = l->nu - rank, .mass = mass};
@@ -496,6 +599,7 @@ int mbsri_pencil_reduce(mbsr_linear *l, int rank, const double *mass, double typ
         }
     }
     if (!z.row || !open(&z)) return no_memory_to_reduce(error, z.n);
+    find_energies(&z, M);
     double shift = find_shift(&z, first_shift(&z, typical));
     for (int k = 0; k < 3 && shift > 0.0; ++k) {
         compress(&z, shift);
