@@ -318,6 +318,24 @@ static int share_forces(mbsr_completion *w)
     return status;
 }
 
+/* Loop forces of rigid rows, and how fast springs of stiff ones change, into yp. */
+static int take_loops(mbsr_completion *w, const double *lambda)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_closure *closure = m->closures.data;
+    double *rate = w->ahead.y;
+    const int status = mbsr_closures_rate(m, w->d, rate);
+    if (status) w->error = *mbsr_data_error(w->d);
+    for (size_t id = 0; id < m->closures.count && !status; ++id, ++closure) {
+        for (int k = 0; k < closure->rows; ++k) {
+            const int row = closure->row + k;
+            w->yp[w->loops + row] =
+                mbsri_is_stiff(closure, k) ? closure->def.stiffness[k] * rate[row] : lambda[row];
+        }
+    }
+    return status;
+}
+
 int mbsri_completion_forward(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
@@ -334,12 +352,7 @@ int mbsri_completion_forward(mbsr_completion *w)
         }
     }
     if (!status) status = share_forces(w);
-    closure = m->closures.data;
-    for (size_t id = 0; id < m->closures.count && !status; ++id, ++closure) {
-        for (int k = closure->row; k < closure->row + closure->rows; ++k) {
-            if (!mbsri_is_stiff(closure, k - closure->row)) w->yp[w->loops + k] = lambda[k];
-        }
-    }
+    if (!status && m->rows > 0) status = take_loops(w, lambda);
     const bool left = status == MBSR_UNDETERMINED;
     if (left || (!status && m->rows > 0)) status = here(w);
     known_rates(w, w->rate);

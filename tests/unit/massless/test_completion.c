@@ -428,11 +428,45 @@ static void wrong_arguments_are_refused(void **state)
     free_row(&r);
 }
 
+/* A wheel on a spring and damper that are a closure: the loop force of that row is all of it, as
+ * forward dynamics has it. */
+static void a_stiff_row_has_the_force_of_its_damper(void **state)
+{
+    static const double z[3] = {0.0, 0.0, 1.0}, tensor[6] = {1.0, 1.0, 2.0};
+    const double q = 0.4, u = -1.5, k = 3.0, damping = 0.5;
+    double udot, lambda, again;
+    mbsr_completion *completion;
+    mbsr_body_def body = mbsr_default_body_def();
+    mbsr_force_def spring = mbsr_force_joint_spring(0, 0, k, damping, 0.1);
+    mbsr_model *m;
+    mbsr_data *d;
+    (void)state;
+    body.joint = mbsr_joint_revolute(NULL, NULL, z);
+    body.inertia = mbsr_inertia_rigid(1.0, NULL, tensor);
+    spring.as_closure = MBSR_SPRING_LOOSE;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_completion_create(m, NULL, &completion, NULL), NULL);
+    assert_ok(mbsr_completion_dynamics(completion, d, 0.0, &q, &u, NULL, &udot, &lambda),
+              mbsr_completion_error(completion));
+    assert_ok(mbsr_completion_motion(completion, d, NULL, NULL, NULL, &again), mbsr_data_error(d));
+    assert_close(lambda, -(k * (q - 0.1) + damping * u), 1e-14);
+    assert_close(udot, 0.5 * lambda, 1e-14);
+    assert_close(again, lambda, 0.0);
+    mbsr_completion_destroy(completion);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_mass_on_a_spring_and_a_dashpot),
         cmocka_unit_test(a_mass_on_two_springs),
+        cmocka_unit_test(a_stiff_row_has_the_force_of_its_damper),
         cmocka_unit_test(joint_forces_accelerate),
         cmocka_unit_test(what_nothing_determines_is_named),
         cmocka_unit_test(trees_in_space),
