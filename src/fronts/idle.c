@@ -307,22 +307,24 @@ typedef struct echelon {
     bool *listed;       /* rows */
 } echelon;
 
-/* The row with the greatest place of those that the vector clearly has, or of which it has most;
- * -1: it is zero. */
+static double part_of(const echelon *x, int row)
+{
+    return fabs(x->value[row]) * share_of(x->w, row);
+}
+
+/* The row with the greatest place of those that the vector clearly has, of several in one place
+ * that of which it has most; -1: it is zero. */
 static int last_row(const echelon *x)
 {
     double largest = 0.0;
     int last = -1;
+    for (int k = 0; k < x->count; ++k) largest = fmax(largest, part_of(x, x->row[k]));
     for (int k = 0; k < x->count; ++k) {
-        const double size = fabs(x->value[x->row[k]]) * share_of(x->w, x->row[k]);
-        if (size <= largest) continue;
-        largest = size;
-        last = x->row[k];
-    }
-    for (int k = 0; k < x->count && x->order; ++k) {
         const int row = x->row[k];
-        if (fabs(x->value[row]) * share_of(x->w, row) <= CLEAR * largest) continue;
-        if (last < 0 || x->order[row] > x->order[last]) last = row;
+        const double part = part_of(x, row);
+        if (!(part > CLEAR * largest)) continue;
+        const int later = last < 0 ? 1 : x->order[row] - x->order[last];
+        if (later > 0 || (later == 0 && part > part_of(x, last))) last = row;
     }
     return last;
 }

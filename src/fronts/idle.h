@@ -16,9 +16,9 @@
 bool mbsri_idle_find(mbsri_fronts *w);
 
 /* Marks rows that depend on others, of those that are redundant together the one with the greatest
- * place in `order` (rows; NULL: the one with most part in it), and those whose forces such vectors
- * have (`shared`). Only after mbsri_idle_find; takes memory for the factors: false where there is
- * none. */
+ * place in `order` (rows; in one place: the one with most part in it), and those whose forces such
+ * vectors have (`shared`). Only after mbsri_idle_find; takes memory for the factors: false where
+ * there is none. */
 bool mbsri_idle_rows(mbsri_fronts *w, const int *order, bool *dependent, bool *shared);
 
 /* Takes them out of lambda (rows). */

@@ -31,14 +31,15 @@ struct mbsri_row_fronts {
     double *g, *x;                           /* nu */
     double *zero, *lambda, *inverse, *scale; /* rows */
     double *compliance;                      /* rows: while forces are shared */
-    int *order; /* rows: the last of those that depend on each other are left out */
-    tied *part; /* parts of the model that do not depend on each other */
+    int *order, *kind; /* rows: the last of those that depend on each other are left out; order of
+                        * kinds of rows alone */
+    tied *part;        /* parts of the model that do not depend on each other */
     int parts, *part_of_rate, *part_of_row; /* nu, -1: none; rows */
     int *listed;                            /* rows, part by part */
     bool *shared;                           /* rows */
     bool *more, *other, *taken;             /* rows: for a short time */
-    bool careful; /* such a row was not in the span of those kept: of them the row goes that has
-                     most part in it */
+    bool careful; /* such a row was not in the span of those kept: of them the row of the last kind
+                     goes that has most part in it */
 };
 
 /* Rows that were dropped are taken back where they are farther than this from the span of those
@@ -63,7 +64,9 @@ void mbsri_row_fronts_order(mbsri_row_fronts *w, const int *late)
     for (int round = 0; round <= MBSRI_LATEST; ++round) {
         for (const mbsri_closure *c = first; c < end; ++c) {
             for (int k = 0; k < c->rows; ++k) {
-                const int own = k >= c->position_rows ? MBSRI_LATEST : late ? late[c->row + k] : 0;
+                const int kind = late ? late[c->row + k] : 0,
+                          own = k >= c->position_rows ? MBSRI_LATEST : kind;
+                w->kind[c->row + k] = kind;
                 if (own == round) w->order[c->row + k] = place++;
             }
         }
@@ -116,7 +119,7 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
                           const char *function, mbsri_row_fronts **fronts)
 {
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows, numbers = 3 * nu + 5 * rows,
-                 bodies = (size_t)m->bodies + 1, ints = 3 * rows + nu + 2 * bodies;
+                 bodies = (size_t)m->bodies + 1, ints = 4 * rows + nu + 2 * bodies;
     mbsri_row_fronts *w = mbsri_allocate(
         &m->allocator, sizeof *w + numbers * sizeof(double) + m->closures.count * sizeof(tied) +
                            ints * sizeof(int) + 4 * rows * sizeof(bool));
@@ -133,7 +136,8 @@ int mbsri_row_fronts_open(const mbsr_model *m, mbsr_data *d, const double *span,
     w->compliance = w->scale + rows;
     w->part = (tied *)(void *)(w->compliance + rows);
     w->order = (int *)(void *)(w->part + m->closures.count);
-    w->part_of_row = w->order + rows;
+    w->kind = w->order + rows;
+    w->part_of_row = w->kind + rows;
     w->listed = w->part_of_row + rows;
     w->part_of_rate = w->listed + rows;
     w->shared = (bool *)(w->part_of_rate + nu + 2 * bodies);
@@ -384,7 +388,7 @@ static bool drop_next_to_others(mbsri_row_fronts *w, bool *dropped)
 /* Marks in w->more rows that depend on others as the factors are. */
 static int find_idle(mbsri_row_fronts *w, bool *shared)
 {
-    return mbsri_idle_rows(&w->system, w->careful ? NULL : w->order, w->more, shared)
+    return mbsri_idle_rows(&w->system, w->careful ? w->kind : w->order, w->more, shared)
                ? MBSR_OK
                : no_memory_for_rows(w->m, w->d, w->function);
 }
