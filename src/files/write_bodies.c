@@ -221,7 +221,10 @@ static void write_thrusts(mbsri_file_writer *w, int body)
         if (id == MBSR_NONE || mbsr_force_definition(w->model, id, &def) ||
             !mbsri_thrust_of(&def, &t) || t.body != body)
             continue;
-        write_site(w, mbsri_write_print(w, "thrust_%d", id), &t.frame);
+        bool there;
+        const char *base = mbsri_write_print(w, "thrust_%d", id),
+                   *name = mbsri_write_site_name(w, body, &t.frame, base, &there);
+        if (!there) write_site(w, name, &t.frame);
     }
 }
 
@@ -234,9 +237,11 @@ static void write_ends(mbsri_file_writer *w, int body)
             continue;
         for (int k = 0; k < 2; ++k) {
             const double *x = def.param + 12 * k;
+            if (def.body[k] != body) continue;
             const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
-            if (def.body[k] == body)
-                write_site(w, mbsri_write_print(w, "closure_%d_%c", id, "ab"[k]), &frame);
+            bool there;
+            const char *name = mbsri_write_end_name(w, &def, id, k, &there);
+            if (!there) write_site(w, name, &frame);
         }
     }
 }
@@ -253,7 +258,8 @@ static void write_shapes_and_sites(mbsri_file_writer *w, int body)
         for (int l = 0; l < spring[k].count; ++l) {
             const double *x = spring[k].point[l];
             const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
-            if (spring[k].body[l] == body) write_site(w, spring[k].site[l], &frame);
+            if (spring[k].body[l] == body && !spring[k].there[l])
+                write_site(w, spring[k].site[l], &frame);
         }
     }
     write_thrusts(w, body);

@@ -63,8 +63,9 @@ static void write_connect(mbsri_file_writer *w, const mbsr_closure_def *def, int
     mbsri_begin(&w->text, "connect");
     mbsri_set_text(&w->text, "name", def->name);
     if (mbsri_written_is_open(w, def)) {
-        mbsri_set_text(&w->text, "site1", mbsri_write_print(w, "closure_%d_a", id));
-        mbsri_set_text(&w->text, "site2", mbsri_write_print(w, "closure_%d_b", id));
+        bool there;
+        mbsri_set_text(&w->text, "site1", mbsri_write_end_name(w, def, id, 0, &there));
+        mbsri_set_text(&w->text, "site2", mbsri_write_end_name(w, def, id, 1, &there));
     } else {
         const int first = set_bodies(w, def);
         mbsri_set_numbers(&w->text, "anchor", 3, def->param + 12 * first);

@@ -74,11 +74,19 @@ static mbsri_written_spring *new_spring(mbsri_file_writer *w, const mbsr_force_d
     if (!s) return NULL;
     s->name = mbsri_write_print(w, "spring_%d", id);
     s->count = def->bodies;
-    for (int k = 0; k < s->count; ++k) {
-        s->site[k] = mbsri_write_print(w, "spring_%d_%c", id, 'a' + k);
-        s->body[k] = body[k];
-    }
+    for (int k = 0; k < s->count; ++k) s->body[k] = body[k];
     return s;
+}
+
+/* Once it has its points. */
+static void name_sites(mbsri_file_writer *w, mbsri_written_spring *s, int id)
+{
+    for (int k = 0; k < s->count; ++k) {
+        const double *x = s->point[k];
+        const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
+        s->site[k] = mbsri_write_site_name(
+            w, s->body[k], &frame, mbsri_write_print(w, "spring_%d_%c", id, 'a' + k), s->there + k);
+    }
 }
 
 static bool add_point_spring(mbsri_file_writer *w, const mbsr_force_def *def, int id)
@@ -96,13 +104,17 @@ static bool add_point_spring(mbsri_file_writer *w, const mbsr_force_def *def, in
             s->point[k][l] = parameter(def, name);
         }
     }
+    name_sites(w, s, id);
     return true;
 }
 
 static bool add_path(mbsri_file_writer *w, const mbsr_force_def *def, int id)
 {
     mbsri_written_spring *s = new_spring(w, def, id);
-    return !s || mbsri_path_of(def, s->point, &s->stiffness, &s->damping, s->rest);
+    if (!s) return true;
+    const bool path = mbsri_path_of(def, s->point, &s->stiffness, &s->damping, s->rest);
+    name_sites(w, s, id);
+    return path;
 }
 
 /* Those between joint coordinates become tendons and actuators, which are written later. */
@@ -266,7 +278,10 @@ static bool write_target(mbsri_file_writer *w, const mbsr_file_actuator *a)
     mbsri_begin(x, "general");
     mbsri_set_text(x, "name", a->name);
     if (!sums) {
-        mbsri_set_text(x, "site", mbsri_write_print(w, "thrust_%d", a->force));
+        bool there;
+        mbsri_set_text(x, "site",
+                       mbsri_write_site_name(w, thrust.body, &thrust.frame,
+                                             mbsri_write_print(w, "thrust_%d", a->force), &there));
         mbsri_set_numbers(x, "gear", 6, thrust.gear);
     } else if (t.count == 1) {
         mbsri_set_text(x, "joint", mbsri_written_joint_of(w, t.body[0], coordinate[0])->name);

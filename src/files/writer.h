@@ -30,6 +30,7 @@ typedef struct mbsri_written_joint {
 /* A spring along points, with the sites that it needs. */
 typedef struct mbsri_written_spring {
     const char *name, *site[MBSRI_PATH_MOST];
+    bool there[MBSRI_PATH_MOST]; /* the site is one of the file */
     int count, body[MBSRI_PATH_MOST];
     double point[MBSRI_PATH_MOST][3], stiffness, damping, rest[2];
 } mbsri_written_spring;
@@ -65,6 +66,15 @@ void mbsri_write_find(mbsri_file_writer *w, const char *element, const char *for
 /* A text of the arena by a format; "" without memory. */
 const char *mbsri_write_print(mbsri_file_writer *w, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
+
+/* The name of a site on a body: of one that the file has there, *there, or else one that begins
+ * like `base` and that no site of the file has. */
+const char *mbsri_write_site_name(mbsri_file_writer *w, int body, const mbsr_frame *frame,
+                                  const char *base, bool *there);
+
+/* Likewise of end k of closure `id`, a ball. */
+const char *mbsri_write_end_name(mbsri_file_writer *w, const mbsr_closure_def *def, int id, int k,
+                                 bool *there);
 
 /* pos and quat of a frame, left out where they are zero and 1. */
 void mbsri_write_frame(mbsri_file_writer *w, const mbsr_frame *frame);

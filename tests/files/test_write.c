@@ -232,6 +232,26 @@ static void all_features_come_back(void **unused)
     end_trip(&t);
 }
 
+/* A file that has sites by the names that the ends of springs get, elsewhere: springs stay where
+ * they are, and sites do not become more from time to time. */
+static void sites_by_the_names_of_ends(void **unused)
+{
+    static const char text[] =
+        "<mujoco><worldbody><site name='spring_1_a' pos='5 5 5'/><site name='hook' pos='0 0 2'/>"
+        "<body name='a'><joint name='j' type='slide' axis='1 0 0' stiffness='3'/>"
+        "<geom type='sphere' size='0.1'/><site name='spring_1_b' pos='3 0 1'/>"
+        "<site name='eye' pos='0.1 0 0'/></body></worldbody>"
+        "<tendon><spatial name='rope' stiffness='4' springlength='0.5'><site site='hook'/>"
+        "<site site='eye'/></spatial></tendon></mujoco>";
+    trip t;
+    (void)unused;
+    go_round(&t, text, sizeof text - 1, NULL);
+    assert_int_equal(t.file[0]->sites, 4);
+    assert_int_equal(t.file[1]->sites, 4);
+    (void)compare(&t, 1e-12);
+    end_trip(&t);
+}
+
 /* Coefficients, groups, margins, excluded bodies and pairs. */
 static void contacts_come_back(void **unused)
 {
@@ -750,6 +770,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(all_features_come_back),
+        cmocka_unit_test(sites_by_the_names_of_ends),
         cmocka_unit_test(contacts_come_back),
         cmocka_unit_test(heights_come_back),
         cmocka_unit_test(loops_come_back),
