@@ -67,7 +67,7 @@ static int check(uint64_t seed)
 static void runs_go_on_as_they_start(void **state)
 {
     (void)state;
-    const int seeds = test_long() ? 400 : test_seeds(20, 100);
+    const int seeds = test_long() ? 400 : test_seeds(20, 50);
     int started = 0;
     for (int seed = 1; seed <= seeds; ++seed) started += check((uint64_t)seed);
     assert_true(started > seeds / 5);

@@ -250,7 +250,7 @@ static bool check(uint64_t seed)
 static void wherever_it_is_cut(void **state)
 {
     (void)state;
-    const int seeds = test_long() ? 1600 : test_seeds(20, 100);
+    const int seeds = test_long() ? 1600 : test_seeds(20, 50);
     int rings = 0;
     for (int seed = 1; seed <= seeds; ++seed) rings += check((uint64_t)seed);
     assert_true(rings > seeds / 2);

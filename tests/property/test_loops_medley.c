@@ -373,7 +373,7 @@ static void small_mechanisms(void **state)
     /* held bodies and couplings beside blocks, in trees partly in vector code; rounding in forces
      * that move nothing, where these meet others */
     static const uint64_t more[] = {55, 199, 214, 283, 431, 878, 917};
-    const int seeds = test_long() ? 4000 : test_seeds(20, 80),
+    const int seeds = test_long() ? 4000 : test_seeds(20, 40),
               others = (int)(sizeof more / sizeof more[0]);
     tally all = {0};
     for (int k = 1; k <= seeds; ++k) check((uint64_t)k, &all);

@@ -364,7 +364,7 @@ static void springs_beside_redundant_rows(void **state)
 {
     (void)state;
     static const uint64_t seed[] = {44961, 56989, 45295, 49563, 58845};
-    check_rich_seeds(test_long() ? 5 : 4, seed);
+    check_rich_seeds(test_long() ? 5 : 3, seed);
 }
 
 /* Stops that let go where what they push balances; directions that nothing determines at the state

@@ -6,7 +6,7 @@
 
 static void try_scenes(bool beams, bool closures)
 {
-    const int seeds = test_long() ? 200 : test_seeds(5, 20);
+    const int seeds = test_long() ? 200 : test_seeds(5, 10);
     int count = 0, judged = 0;
     for (int seed = 0; seed < seeds; ++seed) {
         scene s = scene_draw(seed, false);

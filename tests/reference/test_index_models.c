@@ -437,7 +437,7 @@ static void verdicts_and_starts_are_those_of_reasoning(void **state)
     (void)state;
     int count = 0;
     for (int family = 0; family < FAMILIES; ++family) {
-        for (int seed = 0; seed < (test_long() ? 75 : test_seeds(6, 35)); ++seed) {
+        for (int seed = 0; seed < (test_long() ? 75 : test_seeds(6, 18)); ++seed) {
             for (size_t l = 0; l < sizeof systems / sizeof systems[0]; ++l)
                 count += wrong(family, seed, systems + l);
         }

@@ -276,7 +276,7 @@ static void no_rank_in_doubt_passes_for_full(void **state)
     (void)state;
     const mbsri_batch_kernels *list[3];
     int served = 0, deficient = 0, doubtful = 0;
-    const int trees = test_long() ? 4000 : test_seeds(50, 400);
+    const int trees = test_long() ? 4000 : test_seeds(50, 150);
     for (int k = 0; k < trees; ++k) {
         ensemble s;
         mbsr_batch *batch;
