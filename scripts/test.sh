@@ -127,21 +127,21 @@ names() {
 repeated='program\.(documents|fit)'
 repeated+=$(names contact contact_motion contact_ragdoll contact_round contact_slopes)
 repeated+=$(names files robots)
-repeated+=$(names linear four_bar linear_bicycle)
+repeated+=$(names linear four_bar linear_bicycle linear_small)
 repeated+=$(names ida cuts driver flexible grid groups index1 jumps kinked_forces kinks loops loops_elastic loops_more massless \
-    friction no_start norms outputs paper rank_watch rounding small_swings stability static_modes stiff_pins stiffening tolerances units)
+    friction moving_starts networks no_start norms outputs paper rank_watch rounding small_swings stability static_modes stiff_pins stiffening tolerances units)
 repeated+=$(names unit changed_fields far_starts finite_forms finite_stepper fronts index1 joint_tangents joint_twins loops_tree_start \
     newton_flexible newton_loop_joints newton_loops newton_follower ode_undetermined parallel plane refined slender survey sweeps \
     bounded dense flexible_frames forces_space frames gear_of_one_body groups inertia_space inertia_unchecked joints lapack \
     loops_units momentum_loops momentum_scales newton_loops_mixed null_vectors rank_bound rank_pivots rigid settled small_cost \
-    start_bytes stiff_inverse)
-repeated+=$(names property flexible_chains fresh_data kept_rates loops_invariance loops_mobility loops_motors loops_ranks newton_loops \
-    random_trees space space_equivalence stepper_medley verdicts)
-repeated+=$(names reference index_added index_joints index_models index_points index_report paper_equations tree_files validation)
+    start_bytes stiff_inverse batch_aligned momentum null_space places_left report_cost)
+repeated+=$(names property cut_anywhere flexible_chains flexible_models fresh_data kept_rates loops_invariance loops_mobility loops_motors loops_ranks newton_loops \
+    random_loops random_trees space space_equivalence stepper_medley turned_trees verdicts)
+repeated+=$(names reference index_added index_joints index_loops index_models index_points index_report paper_equations tree_files validation)
 repeated+=$(names example 01_upper_configuration 02_lower_configuration 03_oscillators 04_own_integrator 05_user_joint \
     06_caller_memory 07_explicit 08_cvode 09_rank_change 11_gimballed_rotor 19_engine 23_events 24_index_report 25_own_force \
     30_robot_arm 38_fmu 10_quarter_car 13_universal_joint 15_flyball_governor 16_heavy_top 17_bouncing_ball \
-    20_double_wishbone 21_sampled_control 22_road 29_drive_train 33_squeezer 34_spin_up_beam 36_fe_plate 40_quadruped \
+    20_double_wishbone 21_sampled_control 22_road 27_options 29_drive_train 33_squeezer 34_spin_up_beam 36_fe_plate 40_quadruped \
     demo_oscillators)
 if [ "$long" = ON ]; then repeated=none by_lapack='(unit|reference|property|ida|linear)\..*' long_tests=$once no_packages=(); fi
 # The module of WebAssembly, unoptimised but in the long run, where its packages and sources can be had.

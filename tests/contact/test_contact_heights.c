@@ -205,8 +205,10 @@ static double least_distance(const double *height, int columns, const double p[3
 {
     double best = INFINITY, at[2] = {p[0], p[1]}, next[2] = {p[0], p[1]};
     for (double step = reach / 20.0; step > 1e-7; step /= 5.0) {
-        for (int k = 0; k < 41 * 41; ++k) {
-            const double x = at[0] + step * (k % 41 - 20), y = at[1] + step * (k / 41 - 20),
+        const int side = step < reach / 20.0 ? 21 : 41;
+        for (int k = 0; k < side * side; ++k) {
+            const double x = at[0] + step * (k % side - side / 2),
+                         y = at[1] + step * (k / side - side / 2),
                          z = spline_at(height, columns, x, y) - p[2],
                          square = (x - p[0]) * (x - p[0]) + (y - p[1]) * (y - p[1]) + z * z;
             if (square < best) best = square, next[0] = x, next[1] = y;
