@@ -100,7 +100,7 @@ static void find_directions(const mbsri_null_space *w, const tables *t)
         const bool *at_head = t->depends + (size_t)w->head[l] * (size_t)k;
         for (int a = 0; a < k; ++a) {
             if (a == l || !at_head[a] || w->head[a] > w->head[l]) continue;
-            for (size_t i = 0; i < rows; ++i) {
+            for (size_t i = 1; i < rows; ++i) {
                 bool *row = t->depends + i * (size_t)k;
                 row[a] = row[a] || row[l];
             }

@@ -102,6 +102,7 @@ if "$program" --help | grep -q '^  modes'; then
         python3 -B "$2/tests/program/mat.py" "$work/linear.mat" "$work/linear.csv" || failed=1
     fi
     ends 2 'name in .mat, .h5' linearise -o "$work/linear.txt" "$models/quarter_car.xml"
+    ends 2 'name in .mat, .h5' linearise -o .csv "$models/quarter_car.xml" # an ending is no name
     ends 2 'FROM:TO:COUNT' linearise --inputs tyre --response 1:2 "$models/quarter_car.xml"
     ends 2 'has no motion\[1\]' linearise --inputs 'bodies.body.motion[1]' "$models/quarter_car.xml"
     ends 2 "no joint 'wing'" linearise --inputs wing "$models/quarter_car.xml"
