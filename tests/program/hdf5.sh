@@ -144,7 +144,11 @@ for ending in csv h5; do
         [ ! -s "$work/stopped.$ending" ] || break
         sleep 0.1
     done
-    sleep 0.5
+    for more in $(seq 300); do # until there are lines enough; of the file in HDF5, as long as those took
+        sleep 0.1
+        if [ $ending = csv ]; then took=$more lines=$(wc -l <"$work/stopped.csv"); fi
+        if [ "$more" -ge 5 ] && [ "$more" -ge "$took" ] && [ "$lines" -gt 40 ]; then break; fi
+    done
     kill -INT $!
     wait $!
     got=$?
