@@ -14,7 +14,6 @@
 #include "dynamics/entry.h"
 #include "model/record.h"
 #include "recursion/backward.h"
-#include "recursion/flexible_factors.h"
 #include "recursion/group.h"
 #include "recursion/mass_matrix.h"
 #include "recursion/modal.h"
@@ -54,8 +53,7 @@ static void add_masses_of(const mbsr_model *m, const mbsr_data *d, int i, double
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
     for (int k = 0; k < b->n; ++k) {
-        const double mass = mbsri_in_factors(d, i) ? mbsri_factors_inertia(m, d, i, k)
-                                                   : mbsri_along_itself(b, W, J, k, d->scratch);
+        const double mass = mbsri_along_itself(b, W, J, k, d->scratch);
         double *most = largest + (int)kind[k];
         *most = fmax(*most, mass + b->mass.armature[k]);
     }

@@ -289,10 +289,3 @@ bool mbsri_factors_eliminate(const mbsr_model *m, mbsr_data *d, int i)
     make_whole(m, d, i);
     return false;
 }
-
-double mbsri_factors_inertia(const mbsr_model *m, const mbsr_data *d, int i, int k)
-{
-    const mbsri_factors f = mbsri_factors_of(m, d, i);
-    const double s = d->s[m->body[i].group.iu + k];
-    return f.diagonal[k] > 0.0 ? 1.0 / (s * s) : 0.0;
-}

@@ -51,8 +51,4 @@ void mbsri_factors_load(const mbsr_model *m, mbsr_data *d, int i, double *e, dou
 void mbsri_factors_see(const mbsr_model *m, const mbsr_data *d, int i, double factor,
                        const double a[6], double *y);
 
-/* Of mode k: diag(J^T W J), or where some rank is lacking what is typical of the mode; 0 where no
- * mass moves with it. */
-double mbsri_factors_inertia(const mbsr_model *m, const mbsr_data *d, int i, int k);
-
 #endif
