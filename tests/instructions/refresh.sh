@@ -1,6 +1,6 @@
 #!/bin/sh
 # Counts anew what baseline.csv holds, with gcc and clang as far as they are installed; lines of
-# other compilers stay.
+# other compilers stay. Crowds of loops are compared with each other alone.
 # SPDX-License-Identifier: BSD-3-Clause
 set -eu
 
@@ -14,7 +14,7 @@ for compiler in gcc clang; do
     cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN)" --target instructions_count
     name=$(cat "$tree/tests/instructions/compiler")
     sh "$here/count.sh" "$tree/tests/instructions/instructions_count" \
-        "$root/tests/reference/trees" "$name" > "$tree/counts"
+        "$root/tests/reference/trees" "$name" | grep -v ",crowds," > "$tree/counts"
     grep -v "^$name," "$here/baseline.csv" > "$tree/others"
     cat "$tree/others" "$tree/counts" > "$here/baseline.csv"
 done
