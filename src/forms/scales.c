@@ -59,35 +59,24 @@ static void add_masses_of(const mbsr_model *m, const mbsr_data *d, int i, double
     }
 }
 
-/* What is left of D for each kind of rate, of all joints that are eliminated together: their
- * mbsr_rank_info.scale, the largest entry of diag(J^T W J), where they have rates of one kind. */
-static int of_group(const mbsr_model *model, mbsr_data *data, int i, double *largest)
-{
-    const mbsri_group g = mbsri_group_of(model, data, model->body[i].group.head);
-    mbsr_rank_info info;
-    const int status = mbsr_body_rank(model, data, model->body[i].id, &info);
-    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
-    for (int k = 0; k < g.members && !status; ++k) add_masses_of(model, data, g.member[k], largest);
-    return status;
-}
-
-/* What is left of D; 0 where there is none. */
-static int of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
+/* What is left of D, for each kind of rate of all joints that are eliminated together: their
+ * mbsr_rank_info.scale, the largest entry of diag(J^T W J), where they have rates of one kind; 0
+ * where there is none. */
+static void of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    int status = MBSR_OK;
-    for (int i = 1; i <= model->bodies && !status; ++i) {
+    for (int i = 1; i <= model->bodies; ++i) {
         const mbsri_body *b = model->body + i;
-        double largest[KINDS];
-        status = of_group(model, data, i, largest);
+        const mbsri_group g = mbsri_group_of(model, data, b->group.head);
+        double largest[KINDS] = {0.0};
+        for (int k = 0; k < g.members; ++k) add_masses_of(model, data, g.member[k], largest);
         mbsr_body_coordinate_kinds(model, b->id, NULL, kind);
         for (int k = 0; k < b->n; ++k) mass[b->u + k] = largest[(int)kind[k]];
     }
-    return status;
 }
 
-/* A kind has none, too, where all are rounding; without any mass, of all is what force elements
- * would swing. */
+/* Of the masses of all rates. A kind has none where its masses are rounding beside the others;
+ * without any mass `all` is what force elements would swing. */
 static masses find_largest_mass(const mbsr_model *model, const double *mass)
 {
     const mbsri_spans spans = mbsri_spans_of(model, NULL);
@@ -164,14 +153,14 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
     int status = mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
     if (status) return status;
     double *locked = data->out;
-    status = of_joints(model, data, mass);
-    if (!status && mbsr_total_rank(model, data) == 0) mbsri_zero((size_t)model->nu, mass);
+    of_joints(model, data, mass);
+    if (mbsr_total_rank(model, data) == 0) mbsri_zero((size_t)model->nu, mass);
     const masses largest = find_largest_mass(model, mass);
     mbsri_mass_diagonal(model, data, locked);
     for (int k = 0; k < model->nu; ++k) {
         if (!(locked[k] > cancelled * mass[k])) locked[k] = 0.0;
     }
-    if (!status) status = close_loops(model, data, locked, mass);
+    status = close_loops(model, data, locked, mass);
     if (!status) fill_kinds(model, &largest, mass);
     for (int k = 0; k < model->nu && !status; ++k)
         mass[k] = fmax(mass[k], share_of_locked * locked[k]);
