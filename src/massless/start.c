@@ -81,12 +81,23 @@ static int note_masses(mbsri_start *s)
     return status;
 }
 
-/* The velocities that dampers fix at the positions given; those given where there are none. */
+/* Whether velocities are so far beyond what is typical of the model and those given that their
+ * squares have a rounding like forces that act: what balances there is rounding. */
+static bool runs_away(const mbsri_start *s)
+{
+    static const double far = 1e8;
+    const mbsr_completion *w = s->w;
+    const double speed = fmax(w->span.least, mbsri_completion_speed(w, s->given.u));
+    return mbsri_completion_speed(w, w->y + w->rates) > far * speed;
+}
+
+/* The velocities that dampers fix at the positions given; those given where there are none, or
+ * where friction gives way there. */
 static int settle_dampers(mbsri_start *s)
 {
     int status = mbsri_start_momenta(s);
     if (!status) status = mbsri_start_velocities(s, false);
-    if (status <= 0) return status;
+    if (status < 0 || (!status && !runs_away(s))) return status;
     return begin_start(s);
 }
 
@@ -131,7 +142,7 @@ static int alternate(mbsri_start *s, bool again)
         const int before = s->info->iterations;
         s->sought = position;
         if (w->kind.elastic) status = mbsri_start_positions(s);
-        if (!again && turn == 0 && m->rows > 0)
+        if (!again && turn == 0 && (m->rows > 0 || runs_away(s)))
             mbsri_copy((size_t)m->nu, s->given.u, w->y + w->rates);
         if (status || (turn > 0 && s->info->iterations == before)) break;
         s->sought = "velocity";
@@ -141,18 +152,14 @@ static int alternate(mbsri_start *s, bool again)
     return status;
 }
 
-/* Whether the state found is so far from what is typical of the model that the squares of its
- * velocities, or its places, have a rounding like forces that act: what balances there is rounding.
+/* Whether the state found, or a place in it, is so far away that what balances there is rounding.
  */
-static bool ran_away(mbsri_start *s)
+static bool is_out_of_reach(mbsri_start *s)
 {
     static const double far = 1e8;
     const mbsr_completion *w = s->w;
-    const mbsr_model *m = w->m;
-    const double *u = w->y + w->rates,
-                 speed = fmax(w->span.least, mbsri_completion_speed(w, s->given.u));
-    for (int k = 0; k < m->nq; ++k) w->form.q[k] = w->y[k] - s->given.q[k];
-    return mbsri_completion_speed(w, u) > far * speed || mbsri_start_extent(s, w->form.q) > far;
+    for (int k = 0; k < w->m->nq; ++k) w->form.q[k] = w->y[k] - s->given.q[k];
+    return runs_away(s) || mbsri_start_extent(s, w->form.q) > far;
 }
 
 /* Springs held what nothing else seemed to hold, or not, also at the state found: friction that
@@ -161,7 +168,7 @@ static int stays_as_it_is(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     const bool elastic = w->kind.elastic;
-    if (ran_away(s)) return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "a state within reach");
+    if (is_out_of_reach(s)) return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "a state within reach");
     const int status = w->kind.deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
     if (status || w->kind.elastic == elastic) return status;
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
