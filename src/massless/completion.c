@@ -25,6 +25,8 @@
 #include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "forms/loops.h"
+#include "model/query.h"
+#include "newton/front/front.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
@@ -35,6 +37,7 @@
 #include <mbsrank/closure.h>
 #include <mbsrank/driver.h>
 
+#include <float.h>
 #include <math.h>
 
 /* c in the time in which the state changes much, one after the other until one serves: beyond all
@@ -242,12 +245,24 @@ static int return_to_given(mbsr_completion *w)
     return here(w);
 }
 
+/* Whether the rounding of accelerations is as large as all that is typical of the model. */
+static bool is_out_of_reach(const mbsr_completion *w)
+{
+    const double speed = fmax(w->span.least, mbsri_completion_speed(w, w->y + w->rates)),
+                 change = mbsri_completion_speed(w, w->rate + w->rates);
+    return change * mbsri_completion_time(w) * DBL_EPSILON > speed;
+}
+
 /* u and all rates from w->y, whose residual is known, and loop forces in w->yp. Rates alone are
  * what dynamics asks for, exactly. */
 static int attempt(mbsr_completion *w, bool velocities)
 {
-    const int status = velocities ? mbsri_completion_velocities(w) : MBSR_OK;
-    return status ? status : mbsri_completion_rates(w, !velocities);
+    int status = velocities ? mbsri_completion_velocities(w) : MBSR_OK;
+    if (!status) status = mbsri_completion_rates(w, !velocities);
+    if (status || !is_out_of_reach(w)) return status;
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE,
+                                 "accelerations were not found: those that balance are beyond all "
+                                 "that is typical of the model");
 }
 
 /* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of
@@ -257,6 +272,35 @@ static bool continues(const mbsr_completion *w, double c, bool deficient)
     static const double far = 10.0;
     return w->times.follow && w->last.follows && w->kind.deficient == deficient &&
            c <= far * w->solver.c && w->solver.c <= far * c;
+}
+
+/* Names the joint whose rates go farthest in w->x. */
+static int refuse_farthest(mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    char label[MBSRI_LABEL];
+    int farthest = 0;
+    double most = -1.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = b->u; k < b->u + b->n; ++k) {
+            const double speed = fabs(w->x[w->rates + k]) * w->span.per[k];
+            if (speed > most) most = speed, farthest = i;
+        }
+    }
+    const mbsri_body *b = m->body + farthest;
+    return mbsri_fail(
+        &w->error, MBSR_SINGULAR_BLOCK, b->id, MBSR_NONE,
+        "%s: joint '%s': no more than rounding holds its motion at t = %g; " MBSRI_SINGULAR_ADVICE,
+        mbsri_body_label(m, farthest, label), b->joint.table->name, w->t);
+}
+
+/* Whether springs alone hold some direction; MBSR_SINGULAR_BLOCK where rounding alone does. */
+static int ask_what_holds(mbsr_completion *w)
+{
+    const int status = mbsri_completion_find_elastic(w);
+    if (status || !mbsri_completion_gives_way(w)) return status;
+    return refuse_farthest(w);
 }
 
 /* With what is known from the last state; then with one c after the other. The failure that counts
@@ -280,7 +324,7 @@ static int search(mbsr_completion *w, bool velocities)
         w->kind.elastic = false;
         mbsri_completion_forget(w);
         if (step > 0) status = return_to_given(w);
-        if (!status && w->kind.deficient) status = mbsri_completion_find_elastic(w);
+        if (!status && w->kind.deficient) status = ask_what_holds(w);
         if (!status) status = attempt(w, velocities);
         if (status <= 0) return status;
         if (first.status == MBSR_OK || first.status == MBSR_SINGULAR_BLOCK) first = w->error;

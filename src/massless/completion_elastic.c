@@ -98,10 +98,17 @@ static bool loops_hold(const mbsr_completion *w, const double *push)
     return left <= little * most;
 }
 
+/* Of a rate with one c, and with the other, further one. */
+static bool grows_with_c(double now, double then)
+{
+    static const double much = 5.0;
+    return then > much * now;
+}
+
 /* Whether the motion that a push makes grows with c, or faster: twice the solution is known. */
 static int ask_growth(mbsr_completion *w, bool *grows)
 {
-    static const double much = 5.0, rounding = 1e-9;
+    static const double faster = 5.0 * MBSRI_COMPLETION_RATIO, rounding = 1e-9;
     *grows = w->kind.faster = false;
     if (loops_hold(w, w->r + w->rates)) return MBSR_OK;
     const int status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->other);
@@ -110,9 +117,9 @@ static int ask_growth(mbsr_completion *w, bool *grows)
     for (int k = w->rates; k < w->loops; ++k) {
         const double now = fabs(w->x[k]), then = fabs(w->other[k]),
                      speed = then * w->span.per[k - w->rates];
-        if (!(then > much * now && speed > rounding * largest)) continue;
+        if (!(grows_with_c(now, then) && speed > rounding * largest)) continue;
         *grows = true;
-        w->kind.faster = w->kind.faster || then > much * ratio * now;
+        w->kind.faster = w->kind.faster || then > faster * now;
     }
     return MBSR_OK;
 }
@@ -189,6 +196,25 @@ int mbsri_completion_find_growth(mbsr_completion *w)
 {
     const int status = answer_push(w);
     return status ? status : ask_growth(w, &w->kind.elastic);
+}
+
+bool mbsri_completion_goes_far(mbsr_completion *w, double way)
+{
+    static const double far = 1e13;
+    return !mbsri_enter(w->m, w->d, true, MBSRI_STAGE_BACKWARD, "mbsr_completion_solve") &&
+           way * mbsri_work_of_forces(w->m, w->d) > far;
+}
+
+bool mbsri_completion_gives_way(mbsr_completion *w)
+{
+    const double c = mbsri_completion_c(w, MBSRI_NEAR), time = mbsri_completion_time(w);
+    double way = 0.0;
+    for (int k = w->rates; k < w->loops; ++k) {
+        const bool grows = w->kind.elastic && grows_with_c(fabs(w->x[k]), fabs(w->other[k]));
+        const double speed = fabs(w->x[k]) * w->span.per[k - w->rates];
+        way = fmax(way, grows ? speed / c : speed * time);
+    }
+    return mbsri_completion_goes_far(w, way);
 }
 
 int mbsri_completion_moves(mbsr_completion *w, const double *q, const double *u, double *qdot)

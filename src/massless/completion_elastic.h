@@ -28,6 +28,13 @@ int mbsri_completion_find_elastic(mbsr_completion *w);
  * without mass. */
 int mbsri_completion_find_growth(mbsr_completion *w);
 
+/* Whether what a push of 1 J moves so far, in spans, is held by no more than rounding of the forces
+ * that act: these would move it by far more than all that is there. */
+bool mbsri_completion_goes_far(mbsr_completion *w, double way);
+
+/* Whether rounding alone holds some direction: after mbsri_completion_find_elastic. */
+bool mbsri_completion_gives_way(mbsr_completion *w);
+
 /* q' = G(q) u. */
 int mbsri_completion_moves(mbsr_completion *w, const double *q, const double *u, double *qdot);
 

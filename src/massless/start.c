@@ -168,7 +168,8 @@ static int stays_as_it_is(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     const bool elastic = w->kind.elastic;
-    if (is_out_of_reach(s)) return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "a state within reach");
+    if (is_out_of_reach(s))
+        return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "a state within reach");
     const int status = w->kind.deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
     if (status || w->kind.elastic == elastic) return status;
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
@@ -277,16 +278,6 @@ static double longest_way(const mbsri_start *s)
     return fmax(mbsri_completion_speed(w, w->x + w->rates) * s->time, mbsri_start_extent(s, w->x));
 }
 
-/* Whether what goes so far by a push of 1 J is held by no more than rounding of the forces that
- * act: these would move it by far more than all that is there. */
-static bool goes_far(mbsri_start *s, double way)
-{
-    static const double far = 1e13;
-    const mbsr_completion *w = s->w;
-    return !mbsri_enter(w->m, w->d, true, MBSRI_STAGE_BACKWARD, function) &&
-           way * mbsri_work_of_forces(w->m, w->d) > far;
-}
-
 /* Whether matrices a short way beside the state found, along the solution for a push in w->x,
  * determine what they do there: not where a stop or a cable lets go. Status. */
 static int check_sides(mbsri_start *s, const double *push, bool *holds)
@@ -358,7 +349,8 @@ static int check_clear(mbsri_start *s, bool *clear)
     if (status) return status;
     const double longest = longest_way(s);
     bool holds = true;
-    *clear = isfinite(1.0 / longest) && !held_by_traces(s, push) && !goes_far(s, longest);
+    *clear = isfinite(1.0 / longest) && !held_by_traces(s, push) &&
+             !mbsri_completion_goes_far(s->w, longest);
     if (!*clear) return MBSR_OK;
     *clear = false;
     for (size_t k = 0; k < sizeof way / sizeof way[0] && !status && !*clear; ++k)
@@ -438,7 +430,8 @@ static bool springs_give_way(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     const double c = mbsri_completion_c(w, MBSRI_FAR);
-    return w->kind.elastic && goes_far(s, mbsri_completion_speed(w, w->other + w->rates) / c);
+    return w->kind.elastic &&
+           mbsri_completion_goes_far(w, mbsri_completion_speed(w, w->other + w->rates) / c);
 }
 
 /* With one c: rotations and steps of positions no wider than that. */

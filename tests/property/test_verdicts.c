@@ -394,6 +394,34 @@ static void directions_that_look_alike(void **state)
     assert_true(check_rich(430942, true));
 }
 
+/* What rounding alone holds, or nothing at the forces that act, has no accelerations either. */
+static void completions_of_undetermined_models(void **state)
+{
+    (void)state;
+    static const struct {
+        uint64_t seed;
+        bool rich;
+    } model[] = {{991376, false}, {991238, false}, {991338, true}, {991710, true}, {992197, true}};
+    static const double still[ANY_MOST] = {0.0};
+    for (size_t k = 0; k < sizeof model / sizeof model[0]; ++k) {
+        for (size_t l = 0; l < sizeof systems / sizeof systems[0]; ++l) {
+            any_model s;
+            mbsr_data *d;
+            mbsr_completion *completion;
+            double udot[ANY_MOST];
+            assert_true(any_model_make(&s, model[k].seed, systems + l, model[k].rich));
+            assert_ok(mbsr_data_create(s.m, &d, NULL), NULL);
+            assert_ok(mbsr_completion_create(s.m, NULL, &completion, NULL), NULL);
+            const int status =
+                mbsr_completion_dynamics(completion, d, 0.0, s.q, still, NULL, udot, NULL);
+            assert_true(status == MBSR_UNDETERMINED || status == MBSR_NO_CONVERGENCE);
+            mbsr_completion_destroy(completion);
+            mbsr_data_destroy(d);
+            mbsr_model_destroy(s.m);
+        }
+    }
+}
+
 /* Joints all of whose directions move mass are to stay where they are. */
 static int start_with_kept(const any_model *s)
 {
@@ -771,6 +799,7 @@ int main(void)
                                        cmocka_unit_test(loop_forces_that_are_traces),
                                        cmocka_unit_test(balances_out_of_reach),
                                        cmocka_unit_test(stops_that_let_go),
+                                       cmocka_unit_test(completions_of_undetermined_models),
                                        cmocka_unit_test(masses_at_the_closed_position),
                                        cmocka_unit_test(directions_that_look_alike),
                                        cmocka_unit_test(rich_verdicts_agree),
