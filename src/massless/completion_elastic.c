@@ -409,6 +409,33 @@ static void take_longest(const mbsr_completion *w, double h, const double *longe
     }
 }
 
+/* How far the quotient by steps h is off by their length: that by steps eight times as long is by
+ * 4096 times as much. As w->time. */
+static double off_by_length(double h, double quotient, double longer)
+{
+    return h * h * fabs(longer - quotient) / 4095.0;
+}
+
+/* By shorter steps where their length makes more of r than rounding: the one falls with their
+ * fourth power, the other rises with their square. */
+static int take_shorter(mbsr_completion *w, double h, const double *longer, double *r)
+{
+    static const double shortest = 0.25;
+    double share = 1.0, *shorter = w->other;
+    for (int k = w->rates; k < w->loops; ++k) {
+        const double off = off_by_length(h, r[k], longer[k]);
+        if (off > w->time[k - w->rates])
+            share = fmin(share, pow(w->time[k - w->rates] / off, 1.0 / 6.0));
+    }
+    if (share == 1.0) return MBSR_OK;
+    share = fmax(share, shortest);
+    const int status = differentiate(w, true, share * h, shorter);
+    for (int k = w->rates; k < w->loops && !status; ++k) {
+        if (off_by_length(h, r[k], longer[k]) > w->time[k - w->rates]) r[k] = shorter[k];
+    }
+    return status;
+}
+
 /* r = (0, 0, d^2F_u/dt^2). Far along the motion F may be
  * known no more. */
 static int differentiate_twice(mbsr_completion *w, bool exactly)
@@ -421,6 +448,7 @@ static int differentiate_twice(mbsr_completion *w, bool exactly)
     if (!status) status = differentiate(w, true, share_of_time[1] * time, w->x);
     if (!status) status = differentiate(w, true, share_of_time[2] * time, w->other);
     if (!status) take_longest(w, h, w->x, w->other, w->r);
+    if (!status) status = take_shorter(w, h, w->x, w->r);
     w->d->error = before;
     return MBSR_OK;
 }
