@@ -232,22 +232,36 @@ static void refine(forward *w)
     for (int k = 0; k < m->rows; ++k) w->lambda[k] += w->more_lambda[k];
 }
 
+/* The largest works of w->right and of what is left of the balance of forces, along the spans of
+ * rates. */
+typedef struct works {
+    double load, left;
+} works;
+
+static works find_works(const forward *w)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    works x = {0.0, 0.0};
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const double span = mbsri_coordinate_span(&spans, m, b, true, k);
+            x.load = fmax(x.load, span * fabs(w->right[b->u + k]));
+            x.left = fmax(x.left, span * fabs(w->d->out[b->iu + k]));
+        }
+    }
+    return x;
+}
+
 /* What accelerations are of which rounding of sums may be left: of the motion, of a model that is
  * as fast as is typical, and of what acts on all its mass. */
-static double size_of_accelerations(const forward *w, const double *u)
+static double size_of_accelerations(const forward *w, double work, const double *u)
 {
     const mbsr_model *m = w->m;
     const mbsri_spans spans = mbsri_spans_of(m, NULL);
     const double own = m->typical.frequency, moves = mbsri_largest_rate(m, u),
                  inertia = m->typical.mass * spans.length * spans.length;
-    double work = 0.0;
-    for (int i = 1; i <= m->bodies && inertia > 0.0; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int k = 0; k < b->n; ++k) {
-            const double span = mbsri_coordinate_span(&spans, m, b, true, k);
-            work = fmax(work, fabs(w->right[b->u + k]) * span);
-        }
-    }
     return own * own + moves * moves + (inertia > 0.0 ? work / inertia : 0.0);
 }
 
@@ -274,6 +288,43 @@ static double find_load(const forward *w)
     return largest;
 }
 
+static int refuse_balance(const forward *w, double share)
+{
+    return mbsri_fail(&w->d->error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
+                      "%s: %.3g of the forces is left at the accelerations found: rows of closures "
+                      "nearly depend on each other at t = %g",
+                      w->function, share, w->d->t);
+}
+
+/* The forces of loops settle; where their small pivots have lost digits of the balance of forces,
+ * what is left of it leads to better ones. */
+static int settle_balance(forward *w, double load, double size)
+{
+    enum { TRIES = 4 };
+    static const double rounding = 1e-11, usual = 1e-6;
+    const mbsr_model *m = w->m;
+    double before = INFINITY;
+    int status = settle_forces(w);
+    if (status || w->settled) return status;
+    double left = find_works(w).left;
+    if (left <= rounding * load) return MBSR_OK;
+    mbsri_closure_transpose(m, w->d, w->lambda, w->right);
+    load = fmax(load, find_works(w).load);
+    for (int tries = 0; left > rounding * load; ++tries) {
+        if (left > 0.5 * before || tries == TRIES)
+            return left <= usual * load ? MBSR_OK : refuse_balance(w, left / load);
+        before = left;
+        for (int k = 0; k < m->rows; ++k) w->more_lambda[k] = -w->lambda[k];
+        mbsri_closure_load(m, w->d, w->more_lambda, w->d->f, w->d->tau);
+        refine(w);
+        status = check_left(w, size);
+        if (!status) status = settle_forces(w);
+        if (status) return status;
+        left = find_works(w).left;
+    }
+    return MBSR_OK;
+}
+
 static int accelerate(forward *w, double t, const double *q, const double *u, const double *tau)
 {
     int status = find_right(w, t, q, u, tau);
@@ -283,7 +334,7 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
     if (w->settled && w->system.frees > 0) status = find_free(w);
     if (status) return status;
     leave_free_forces(w);
-    const double size = size_of_accelerations(w, u);
+    const double load = find_works(w).load, size = size_of_accelerations(w, load, u);
     const mbsr_error before = w->d->error;
     mbsri_fronts_solve(&w->system, w->right, w->rate, w->udot, w->lambda);
     status = check_left(w, size);
@@ -292,7 +343,7 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
         refine(w);
         status = check_left(w, size);
     }
-    return status ? status : settle_forces(w);
+    return status ? status : settle_balance(w, load, size);
 }
 
 int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
