@@ -42,7 +42,7 @@ typedef struct rest {
 } rest;
 
 static const char name[] = "mbsr_equilibrium";
-static const double longest = 0.3;
+static const double longest = 0.3, nothing = 1e-8; /* steps */
 
 mbsr_equilibrium_opt mbsr_default_equilibrium_opt(void)
 {
@@ -316,13 +316,15 @@ static void begin_springs(const rest *w)
     }
 }
 
-/* Whether a spring is left whose force no position row of the residual has, being redundant there:
- * it follows the steps by the velocity row alone, and is off by the square of their length. */
-static bool follows_steps(const rest *w)
+/* Whether steps are begun anew where they have led. What is redundant where they began is not in
+ * the residual: springs follow the steps by the velocity row alone, and are off by the square of
+ * their length; rigid rows may come open where they depend on others no more. Next to where rows
+ * depend on others loop forces grow until rounding in their rows is a balance. */
+static bool starts_matter(const rest *w)
 {
-    bool follows = false;
-    for (int k = 0; k < w->rows; ++k) follows = follows || (w->sprung[k] && w->redundant[k]);
-    return follows;
+    bool matter = false;
+    for (int k = 0; k < w->rows; ++k) matter = matter || !w->sprung[k] || w->redundant[k];
+    return matter;
 }
 
 /* The largest way from q to y. */
@@ -333,12 +335,54 @@ static double way_from(const rest *w, const double *q)
     return most;
 }
 
-/* The steps, begun anew where they have led as long as springs that follow them may be off. */
-static int settle_springs(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
+/* How far row k has come open by g: what the rate that closes it most would have to go. */
+static double way_to_close(rest *w, int k, double g)
 {
-    static const double nothing = 1e-8;
+    double most = 0.0, *row = w->delta, *one = w->delta + w->nu;
+    memset(one, 0, (size_t)w->rows * sizeof *one);
+    one[k] = 1.0;
+    (void)mbsr_closures_transpose(w->m, w->d, one, row);
+    for (int j = 0; j < w->nu; ++j) most = fmax(most, fabs(row[j]) * w->rate_span[j]);
+    return most > 0.0 ? fabs(g) / most : 0.0;
+}
+
+/* The rigid closure that has come open farthest, of which a row was redundant where the steps
+ * began, and is redundant no more; MBSR_NONE. */
+static int farthest_open(rest *w)
+{
+    int open = MBSR_NONE;
+    double most = nothing, *gap = w->new_y;
+    if (w->rows == 0 || mbsr_stage_positions(w->m, w->d, w->t, w->y) ||
+        mbsr_closures_gap(w->m, w->d, gap))
+        return open;
+    for (int c = 0; c < mbsr_model_closures(w->m); ++c) {
+        int row, place, places;
+        (void)mbsr_closure_indices(w->m, c, &row, NULL, &place, &places);
+        for (int k = 0; k < places; ++k) {
+            if (!w->redundant[row + k] || w->sprung[row + k]) continue;
+            const double way = way_to_close(w, row + k, gap[place + k]);
+            if (way > most) open = c;
+            most = fmax(most, way);
+        }
+    }
+    return open;
+}
+
+static int refuse_open(int closure, const rest *w, mbsr_error *error)
+{
+    const char *of = mbsr_closure_name(w->m, closure);
+    return mbsri_fail(
+        error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
+        "%s: closure %d '%s' comes open on the way to an equilibrium, and closes only "
+        "where some of its rows depend on others: start farther from there",
+        name, closure, of ? of : "");
+}
+
+/* The steps, begun anew until they stay. */
+static int settle_rows(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *error)
+{
     int status = settle_balance(w, opt, error);
-    for (double way = way_from(w, w->begun); !status && way > nothing && follows_steps(w);
+    for (double way = way_from(w, w->begun); !status && way > nothing && starts_matter(w);
          way = way_from(w, w->begun)) {
         memcpy(w->begun, w->y, (size_t)w->nq * sizeof *w->y);
         status = begin_at_rest(w, w->begun, error);
@@ -348,7 +392,8 @@ static int settle_springs(rest *w, const mbsr_equilibrium_opt *opt, mbsr_error *
         if (status) return fail_data(w, status, error);
         status = settle_balance(w, opt, error);
     }
-    return status;
+    const int open = status ? MBSR_NONE : farthest_open(w);
+    return open < 0 ? status : refuse_open(open, w, error);
 }
 
 static int solve_rest(rest *w, const double *q, const mbsr_equilibrium_opt *opt, mbsri_arena *arena,
@@ -366,7 +411,7 @@ static int solve_rest(rest *w, const double *q, const mbsr_equilibrium_opt *opt,
     begin_springs(w);
     memcpy(w->begun, w->y, (size_t)w->nq * sizeof *w->y);
     status = find_scales(w);
-    return status ? fail_data(w, status, error) : settle_springs(w, opt, error);
+    return status ? fail_data(w, status, error) : settle_rows(w, opt, error);
 }
 
 int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const double *q,

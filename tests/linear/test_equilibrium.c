@@ -422,6 +422,38 @@ static void a_beam_sags_in_any_units(void **state)
     }
 }
 
+/* Two cranks and a coupler without mass, all in one line, where a row of the loop depends on the
+ * other: the cranks come to hang. */
+static void a_flat_parallelogram_opens(void **state)
+{
+    (void)state;
+    const double weight = 9.81, down = -2.0 * atan(1.0), start[3] = {0.0, 0.0, -2.0 * down};
+    for (int k = 0; k < 4; ++k) {
+        const units *s = systems + k;
+        const double L = s->length, force = s->mass * L / (s->time * s->time);
+        const mbsr_frame end = mbsr_frame_at(L, 0.0, 0.0), other = mbsr_frame_at(2.0 * L, 0.0, 0.0);
+        double q[3], lambda[3];
+        mbsr_error error;
+        mbsr_model *m = empty();
+        add_body(m, MBSR_GROUND, "crank", mbsr_joint_revolute(NULL, NULL, z_axis),
+                 mbsr_inertia_point_mass(s->mass, (const double[3]){L, 0, 0}));
+        add_body(m, 0, "coupler", mbsr_joint_revolute(&end, NULL, z_axis), mbsr_inertia_zero());
+        add_body(m, 1, "other", mbsr_joint_revolute(&other, NULL, z_axis),
+                 mbsr_inertia_point_mass(2.0 * s->mass, (const double[3]){0.5 * L, 0, 0}));
+        const mbsr_closure_def pin = mbsr_closure_ball(2, end.x, MBSR_GROUND, other.x);
+        assert_ok(mbsr_model_add_closure(m, &pin, NULL), mbsr_model_error(m));
+        add_force(m, mbsr_force_gravity(0, -weight * L / (s->time * s->time), 0));
+        mbsr_data *d = finish(m);
+        assert_ok(mbsr_equilibrium(m, d, 0.0, start, NULL, q, lambda, NULL, &error), &error);
+        assert_close(q[0], down, 1e-9);
+        assert_close(q[1], -down, 1e-9);
+        assert_close(q[2], -down, 1e-9);
+        assert_close(lambda[0] / force, 0.0, 1e-8);
+        assert_close(lambda[1] / force, 2.0 * weight, 1e-8);
+        free_both(m, d);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_falls_into_a_slack_cable),
@@ -429,6 +461,7 @@ int main(void)
                                        cmocka_unit_test(a_beam_sags_in_any_units),
                                        cmocka_unit_test(a_box_comes_to_rest_alike_in_all_units),
                                        cmocka_unit_test(a_chain),
+                                       cmocka_unit_test(a_flat_parallelogram_opens),
                                        cmocka_unit_test(a_rod_and_a_spring),
                                        cmocka_unit_test(what_nothing_holds_is_named),
                                        cmocka_unit_test(random_models)};
