@@ -5,6 +5,7 @@
 #include "base/cookie.h"
 #include "base/error.h"
 #include "linear/lapack.h"
+#include "linear/spans.h"
 
 #include <mbsrank/driver.h>
 
@@ -37,6 +38,33 @@ int mbsri_pencil_start(const mbsr_model *m, mbsr_data *d, double t, const double
     return mbsri_fail(error, status, why->body, why->force, "%s: %s", function, why->text);
 }
 
+/* Modes have no unit of their own, and those of one body none in common: each counts by what moves
+ * with it, M (nu x nu), or where that is nothing but for rounding by what the largest mass makes of
+ * amplitudes. */
+static void weigh_modes(const mbsr_model *m, mbsr_data *d, const double *M, double *mass)
+{
+    static const double rounding = 1e-20;
+    const int nu = mbsr_model_nu(m), bodies = mbsr_model_bodies(m);
+    const double length = mbsri_linear_length(m, d);
+    double span[MBSRI_LINEAR_SPANS], all = 0.0;
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < bodies; ++i) {
+            mbsr_coordinate_kind kind[MBSRI_LINEAR_SPANS];
+            int at, n;
+            mbsr_body_coordinates(m, i, NULL, NULL, &at, &n);
+            mbsri_linear_spans(m, i, true, length > 0.0 ? length : 1.0, span);
+            mbsr_body_coordinate_kinds(m, i, NULL, kind);
+            for (int k = 0; k < n; ++k) {
+                const double own = M[(at + k) * (nu + 1)], square = span[k] * span[k];
+                if (pass == 0)
+                    all = fmax(all, own * square);
+                else if (kind[k] == MBSR_COORDINATE_OTHER && all > 0.0)
+                    mass[at + k] = own * square > rounding * all ? own : all / square;
+            }
+        }
+    }
+}
+
 static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, const double *q,
                  const double *u, const mbsr_linear_opt *opt, mbsr_error *error)
 {
@@ -55,6 +83,7 @@ static int build(mbsr_linear *l, const mbsr_model *m, mbsr_data *d, double t, co
     const int rank = mbsr_total_rank(m, d);
     status = mbsr_momentum_scales(m, d, mass);
     if (!status) status = mbsr_mass_matrix(m, d, mass + nu);
+    if (!status) weigh_modes(m, d, mass + nu, mass);
     const mbsr_error *why = mbsr_data_error(d);
     if (status) return mbsri_fail(error, status, why->body, why->force, "%s: %s", name, why->text);
     status = mbsri_signals_enter(l, &c, y, yp, opt, error);

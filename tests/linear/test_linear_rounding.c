@@ -5,6 +5,7 @@
 #include "units.h"
 
 #include <mbsrank/driver.h>
+#include <mbsrank/flex.h>
 #include <mbsrank/linear.h>
 
 #include <math.h>
@@ -199,11 +200,72 @@ static void springs_that_depend_on_loops(void **state)
     }
 }
 
+/* A cantilever of length 1, mass 1 and stiffness 1 with a particle at its end, b^4 = w^2:
+ *
+ *   1 + cos b cosh b + m b (cos b sinh b - sin b cosh b) = 0
+ *
+ * by five modes and two without mass of the end, of which one moves the particle. */
+static double frequency_of_cantilever(double tip, double low, double high)
+{
+    for (int k = 0; k < 60; ++k) {
+        const double b = 0.5 * (low + high),
+                     x = 1.0 + cos(b) * cosh(b) + tip * b * (cos(b) * sinh(b) - sin(b) * cosh(b));
+        if ((x > 0.0) == (low < 2.0))
+            low = b;
+        else
+            high = b;
+    }
+    return low * low;
+}
+
+static void modes_without_mass_that_move_a_particle(void **state)
+{
+    (void)state;
+    static const double tip = 1.5;
+    for (int k = 0; k < 5; ++k) {
+        const units slow = {"m, kg, ms / 4", 1.0, 1.0, 4000.0}, *s = k < 4 ? systems + k : &slow;
+        const int end = 15;
+        double q[8] = {0.0};
+        mbsr_beam_def def = mbsr_default_beam_def();
+        mbsr_flexible_def at = mbsr_default_flexible_def();
+        mbsr_flex *flex;
+        mbsr_linear *l;
+        mbsr_linear_info info;
+        mbsr_mode mode[12];
+        mbsr_error error;
+        int body, marker, count;
+        def.length = s->length, def.density = s->mass / s->length;
+        def.EI_y = s->mass * pow(s->length, 3.0) / (s->time * s->time);
+        def.modes = 5, def.loaded = 1, def.node = &end;
+        assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
+        mbsr_model *m = empty();
+        at.flex = flex, at.joint = mbsr_joint_weld(NULL, NULL);
+        assert_ok(mbsr_model_add_flexible(m, &at, &body), mbsr_model_error(m));
+        assert_ok(mbsr_model_add_marker(m, body, end, NULL, &marker), mbsr_model_error(m));
+        add_body(m, marker, "particle", mbsr_joint_weld(NULL, NULL),
+                 mbsr_inertia_particle(tip * s->mass));
+        mbsr_data *d = finish(m);
+        assert_ok(mbsr_linear_create(m, d, 0.0, q, NULL, NULL, &l, &error), &error);
+        assert_ok(mbsr_linear_get_info(l, &info), NULL);
+        assert_int_equal(info.states, 12);
+        assert_ok(mbsr_linear_modes(l, mode, &count), NULL);
+        assert_int_equal(count, 6);
+        assert_close(mode[0].imaginary * s->time, frequency_of_cantilever(tip, 0.5, 2.0), 1e-6);
+        assert_close(mode[1].imaginary * s->time, frequency_of_cantilever(tip, 3.0, 5.0), 1e-3);
+        for (int j = 0; j < count; ++j) assert_close(mode[j].real / mode[j].imaginary, 0.0, 1e-9);
+        mbsr_linear_destroy(l);
+        free_both(m, d);
+        mbsr_flex_destroy(flex);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_body_balanced_on_its_hinge), cmocka_unit_test(a_rod_along_its_axis),
-        cmocka_unit_test(a_spring_that_a_loop_holds), cmocka_unit_test(slides_almost_in_line),
-        cmocka_unit_test(springs_that_depend_on_loops)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_body_balanced_on_its_hinge),
+                                       cmocka_unit_test(a_rod_along_its_axis),
+                                       cmocka_unit_test(a_spring_that_a_loop_holds),
+                                       cmocka_unit_test(modes_without_mass_that_move_a_particle),
+                                       cmocka_unit_test(slides_almost_in_line),
+                                       cmocka_unit_test(springs_that_depend_on_loops)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
