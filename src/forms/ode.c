@@ -55,6 +55,7 @@ struct mbsr_ode {
     double *slopes, *sizes;            /* k x DECADES: of one column, and of the forces */
     double *gamma, *displaced, *step;  /* k */
     double *x, *u, *trial, *increment; /* nq + nu, nu, nu, nu */
+    double fastest;                    /* of the rates at the start, over their spans, 1/s */
     long newton_steps, evaluations;
     void *memory;
 };
@@ -360,6 +361,15 @@ static int displaced(mbsr_ode *o, double h, double *gamma, double *sizes)
     return forces_at(o, o->trial, gamma, sizes);
 }
 
+/* A slope along direction l that is none: what the rates at the start make of levers that are
+ * rounding, beside the inertia that the rates of the joint move by themselves. */
+static double slope_of_levers(const mbsr_ode *o, int l)
+{
+    static const double rounding = 1e-24; /* their squares over those of others, with room */
+    const mbsri_body *b = o->m->body + o->body[l];
+    return o->d->scale[b->scalar_offset] > 0.0 ? rounding * o->fastest : 0.0;
+}
+
 /* d gamma / d zeta, block by block, by forward differences of a short step, and its errors. */
 static int difference_gamma(mbsr_ode *o)
 {
@@ -374,7 +384,8 @@ static int difference_gamma(mbsr_ode *o)
             const double slope = (o->displaced[l] - o->gamma[l]) / h;
             o->matrix[block_entry(o, l, c)] = slope;
             o->error[block_entry(o, l, c)] =
-                mbsri_slope_noise(1, 0, 1, &slope, o->sizes[l], share, unit);
+                mbsri_slope_noise(1, 0, 1, &slope, o->sizes[l], share, unit) +
+                slope_of_levers(o, l);
         }
     }
     return MBSR_OK;
@@ -408,6 +419,7 @@ static int differentiate_with_care(mbsr_ode *o)
             o->matrix[block_entry(o, l, c)] =
                 mbsri_best_slope(count, k, o->slopes + l, o->sizes + l, lowest, unit,
                                  o->error + block_entry(o, l, c));
+            o->error[block_entry(o, l, c)] += slope_of_levers(o, l);
         }
     }
     return MBSR_OK;
@@ -498,6 +510,7 @@ static int solve_velocities(mbsr_ode *o, double t, const double *x)
     }
     mbsri_condense(m, d, x + m->nq);
     momentum_part(m, d, o->u);
+    o->fastest = mbsri_largest_rate(m, o->u);
     return o->k > 0 ? newton(o) : MBSR_OK;
 }
 

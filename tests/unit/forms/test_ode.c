@@ -1,11 +1,13 @@
 /* The reduced ODE against the momentum form, and its groups of coupled massless directions.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "any_model.h"
 #include "duration.h"
 #include "expect.h"
 #include "tree.h"
 
 #include "assembly/data.h"
 
+#include <math.h>
 #include <string.h>
 
 #define TREES test_seeds(60, 200)
@@ -279,6 +281,33 @@ static void a_speed_in_any_units(void **unused)
     }
 }
 
+/* Bodies that turn about the line that their masses are on, but for rounding. */
+static void levers_that_are_rounding_damp_nothing(void **unused)
+{
+    (void)unused;
+    static const struct {
+        uint64_t seed;
+        int body;
+    } turning[] = {{1400, 6}, {2110, 0}, {11878, 0}};
+    static const units si = {"m, kg, s", 1.0, 1.0, 1.0};
+    for (size_t k = 0; k < sizeof turning / sizeof turning[0]; ++k) {
+        double u[ANY_MOST], x[2 * ANY_MOST];
+        any_model s;
+        mbsr_data *d;
+        mbsr_ode *ode;
+        assert_true(any_model_make(&s, turning[k].seed, &si, false));
+        assert_int_equal(mbsr_data_create(s.m, &d, NULL), MBSR_OK);
+        for (int l = 0; l < s.nu; ++l) u[l] = sin(4.0 + l);
+        assert_ok(mbsr_ode_create(s.m, d, 0.0, s.q, u, &ode), mbsr_data_error(d));
+        assert_ok(mbsr_ode_pack(ode, 0.0, s.q, u, x), mbsr_data_error(d));
+        assert_refused(mbsr_ode_velocities(ode, 0.0, x, u), mbsr_data_error(d), MBSR_UNDETERMINED,
+                       turning[k].body, MBSR_NONE, "no damping determines");
+        mbsr_ode_destroy(ode);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(s.m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -288,6 +317,7 @@ int main(void)
         cmocka_unit_test(a_mass_ends_a_group),
         cmocka_unit_test(an_undamped_direction_is_refused_and_named),
         cmocka_unit_test(directions_that_are_damped_together_alone_are_refused),
+        cmocka_unit_test(levers_that_are_rounding_damp_nothing),
         cmocka_unit_test(a_speed_in_any_units),
         cmocka_unit_test(null_is_refused),
     };
