@@ -51,9 +51,10 @@ typedef struct mbsr_equilibrium_info {
  *
  * MBSR_NO_CONVERGENCE: no balance is found; the text names the joint whose forces are farthest from
  * it: nothing may hold it. MBSR_UNDETERMINED: a direction without mass that no force determines, as
- * mbsr_newton_factor names it. MBSR_LOOP_OPEN and other statuses of mbsr_assemble,
- * mbsr_dae_consistent and the residual; MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE,
- * MBSR_ERR_NO_MEMORY. q_rest is then as it was. error may be NULL. */
+ * mbsr_newton_factor names it. MBSR_LOOP_OPEN: a loop closes only where rows depend on others, and
+ * comes open on the way. This and other statuses of mbsr_assemble, mbsr_dae_consistent and the
+ * residual; MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY. q_rest is then
+ * as it was. error may be NULL. */
 MBSR_API int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                               const mbsr_equilibrium_opt *opt, double *q_rest, double *lambda,
                               mbsr_equilibrium_info *info, mbsr_error *error);
