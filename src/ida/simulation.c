@@ -331,6 +331,7 @@ int mbsr_simulation_sample(mbsr_simulation *s, double t)
 static int tell(mbsr_simulation *s, const double *numbers, int n, double *to, const char *early)
 {
     if (!s || !to) return MBSR_ERR_NULL;
+    if (!s->ida && s->status) return s->status;
     if (!s->ida) return refuse_run(s, MBSR_ERR_SEQUENCE, early);
     if (n > 0) memcpy(to, numbers, (size_t)n * sizeof *to);
     return s->status;

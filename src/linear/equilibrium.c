@@ -447,13 +447,14 @@ int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const d
               .info = {.worst = MBSR_NONE}};
     mbsri_arena arena;
     mbsri_arena_open(&arena, &def.allocator);
-    const int status = solve_rest(&w, q, opt, &arena, error);
-    if (!status) memcpy(q_rest, w.y, (size_t)w.nq * sizeof *q_rest);
+    int status = solve_rest(&w, q, opt, &arena, error);
     if (!status && lambda && w.rows > 0) {
         /* of the residual there, and no other */
-        (void)residual(&w, w.y, w.yp, w.F);
-        (void)mbsr_closures_lambda(model, data, lambda);
+        status = residual(&w, w.y, w.yp, w.F);
+        if (!status) status = mbsr_closures_lambda(model, data, lambda);
+        if (status) status = fail_data(&w, status, error);
     }
+    if (!status) memcpy(q_rest, w.y, (size_t)w.nq * sizeof *q_rest);
     if (info) *info = w.info;
     mbsr_newton_destroy(w.newton);
     mbsri_arena_close(&arena);

@@ -102,6 +102,10 @@ static void the_first_failure_stays(void **state)
     assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL), MBSR_ERR_VALUE);
     assert_contains(s.error.text, "coordinate is 3");
     assert_int_equal(s.error.force, 1);
+    double udot;
+    assert_int_equal(mbsr_simulation_accelerations(&s, &udot), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_simulation_reactions(&s, &udot), MBSR_ERR_VALUE);
+    assert_contains(s.error.text, "coordinate is 3");
     assert_int_equal(
         mbsr_simulation_add_body(&s, NULL, 0, mbsr_joint_weld(NULL, NULL), mbsr_inertia_zero()),
         MBSR_NONE);
