@@ -108,7 +108,8 @@ int mbsri_ida_solver_failed(const mbsr_ida *ida, mbsr_error *error, int flag, co
     const int status = flag == IDA_MEM_FAIL ? MBSR_ERR_NO_MEMORY : MBSR_ERR_SOLVER;
     const char *words = flag_words(flag);
     return mbsri_ida_refuse(error, status, "%s: %s: %s%s%s", function, flag_name(flag, name),
-                            words ? words : "", words ? "; " : "", ida->failing.message);
+                            words ? words : "", words && ida->failing.message[0] ? "; " : "",
+                            ida->failing.message);
 }
 
 const mbsr_error *mbsr_ida_error(const mbsr_ida *ida)
