@@ -182,7 +182,6 @@ static int read_sample(study_reader *r)
            !says(r->word[1], mbsr_sampling_name((mbsr_sampling)kind)))
         ++kind;
     if (kind > MBSR_SAMPLING_SOBOL) return refuse_line(r, "there is no sampling", r->word[1]);
-    if (s->parameters > 0) return refuse_line(r, "sample comes before vary", NULL);
     s->sampling = (mbsr_sampling)kind;
     r->sample_line = r->line;
     int at = 2;

@@ -234,6 +234,65 @@ static void other_studies_and_wrong_use_are_refused(void **state)
     assert_non_null(strstr(error.text, "/nowhere/at/all cannot be made"));
     opt.writer = -2;
     assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_ERR_VALUE);
+    opt.writer = 65536;
+    assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_ERR_VALUE);
+    static char far[5000];
+    memset(far, 'a', sizeof far - 1);
+    opt.writer = 0, opt.folder = far;
+    assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_journal_open(&opt, d->study, NULL, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_close(NULL, 1), MBSR_OK);
+}
+
+/* A journal without a writer has no runs where there is no folder, and none beyond those of the
+ * study; files of other names are no journals. */
+static void what_is_not_there_is_missing(void **state)
+{
+    const desk *d = *state;
+    static const char *const others[] = {"0.journals", "x.journal",     ".journal",
+                                         "01.journal", "70000.journal", "3journal"};
+    enum { OTHERS = sizeof others / sizeof *others };
+    mbsr_journal *j;
+    mbsr_error error;
+    char path[OTHERS][160], text[MBSR_TEXT_SIZE];
+    double value[3];
+    mbsr_study_result result;
+    for (int k = 0; k < OTHERS; ++k) {
+        snprintf(path[k], sizeof path[k], "%s/%s", d->folder, others[k]);
+        FILE *to = fopen(path[k], "w");
+        assert_non_null(to);
+        fputs("this is no journal", to);
+        fclose(to);
+    }
+    j = open_journal(d, -1);
+    assert_int_equal(mbsr_journal_outcome(j, 0), MBSR_RUN_MISSING);
+    assert_int_equal(mbsr_journal_outcome(j, -1), MBSR_RUN_MISSING);
+    assert_int_equal(mbsr_journal_outcome(j, 20), MBSR_RUN_MISSING);
+    assert_int_equal(mbsr_journal_outcome(NULL, 0), MBSR_RUN_MISSING);
+    assert_int_equal(mbsr_journal_get(j, 20, value, text, &result, &error), MBSR_ERR_ID);
+    assert_int_equal(mbsr_journal_get(j, -1, value, text, &result, &error), MBSR_ERR_ID);
+    assert_int_equal(mbsr_journal_get(j, 0, NULL, text, &result, &error), MBSR_ERR_NULL);
+    assert_int_equal(get(j, 0).outcome, MBSR_RUN_MISSING);
+    result = (mbsr_study_result){.run = -1, .outcome = MBSR_RUN_TIME};
+    assert_int_equal(mbsr_journal_add(j, &result, &error), MBSR_ERR_ID);
+    result.run = 20;
+    assert_int_equal(mbsr_journal_add(j, &result, &error), MBSR_ERR_ID);
+    result.run = 0;
+    assert_int_equal(mbsr_journal_add(j, &result, &error), MBSR_ERR_SEQUENCE);
+    result.outcome = MBSR_RUN_MISSING;
+    assert_int_equal(mbsr_journal_add(j, &result, &error), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_journal_close(j, 1), MBSR_OK);
+    for (int k = 0; k < OTHERS; ++k) unlink(path[k]);
+    mbsr_journal_opt opt = mbsr_default_journal_opt();
+    opt.folder = "nowhere_at_all";
+    assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_OK);
+    assert_int_equal(mbsr_journal_has(j, 0), 0);
+    assert_int_equal(mbsr_journal_close(j, 0), MBSR_OK);
+    opt.folder = d->path[0]; /* a file, no folder */
+    FILE *to = fopen(d->path[0], "w");
+    assert_non_null(to);
+    fclose(to);
+    assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_ERR_FILE);
 }
 
 int main(void)
@@ -247,6 +306,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(a_damaged_byte_is_noticed, lay_desk, clear_desk),
         cmocka_unit_test_setup_teardown(other_studies_and_wrong_use_are_refused, lay_desk,
                                         clear_desk),
+        cmocka_unit_test_setup_teardown(what_is_not_there_is_missing, lay_desk, clear_desk),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
