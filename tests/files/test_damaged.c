@@ -118,6 +118,75 @@ static void each_name_is_unknown(void **state)
     free(bytes);
 }
 
+/* Where the attribute that ends with the = at k begins, and behind its value. */
+static bool find_attribute(const uint8_t *good, size_t size, size_t k, size_t *from, size_t *to)
+{
+    if (good[k] != '=' || k + 1 >= size || !strchr("'\"", good[k + 1])) return false;
+    const uint8_t *end = memchr(good + k + 2, good[k + 1], size - k - 2);
+    for (*from = k; *from > 0 && !strchr(" \t\n<", good[*from - 1]);) --*from;
+    *to = end ? (size_t)(end - good) + 1 : 0;
+    return end;
+}
+
+/* Each attribute is missing, or has the value of one of the others behind it. */
+static void each_attribute_is_missing_or_has_the_value_of_another(void **state)
+{
+    enum { OTHERS = 40, LONGEST = 256 };
+    (void)state;
+    const int every = test_long() ? 1 : 11;
+    uint8_t *good = malloc(MOST), *bytes = malloc(MOST);
+    char value[LONGEST];
+    int turn = 0;
+    for (int file = 0; file < FILES; ++file) {
+        const size_t size = read_corpus(all[file], good);
+        for (size_t k = 1; k < size; ++k) {
+            size_t from, to, other, behind;
+            if (!find_attribute(good, size, k, &from, &to)) continue;
+            read_with(good, size, from, to, "", bytes);
+            int count = 0;
+            for (size_t l = to; l < size && count < OTHERS; ++l) {
+                if (!find_attribute(good, size, l, &other, &behind)) continue;
+                ++count;
+                if (behind - l - 3 >= sizeof value || turn++ % every != 0) continue;
+                memcpy(value, good + l + 2, behind - l - 3);
+                value[behind - l - 3] = '\0';
+                read_with(good, size, k + 2, to - 1, value, bytes);
+            }
+        }
+    }
+    free(good);
+    free(bytes);
+}
+
+/* Each element without children is missing, comes twice, or comes behind the next one too. */
+static void each_element_is_missing_or_comes_twice(void **state)
+{
+    enum { LONGEST = 2048 };
+    (void)state;
+    uint8_t *good = malloc(MOST), *bytes = malloc(MOST);
+    char element[LONGEST];
+    for (int file = 0; file < FILES; ++file) {
+        const size_t size = read_corpus(all[file], good);
+        for (size_t k = 1; k + 1 < size; ++k) {
+            if (good[k] != '/' || good[k + 1] != '>') continue;
+            size_t from = k;
+            while (from > 0 && good[from] != '<') --from;
+            const size_t to = k + 2, length = to - from;
+            read_with(good, size, from, to, "", bytes);
+            if (length >= sizeof element) continue;
+            memcpy(element, good + from, length);
+            element[length] = '\0';
+            read_with(good, size, to, to, element, bytes);
+            const uint8_t *next = memchr(good + to, '>', size - to);
+            if (next)
+                read_with(good, size, (size_t)(next - good) + 1, (size_t)(next - good) + 1, element,
+                          bytes);
+        }
+    }
+    free(good);
+    free(bytes);
+}
+
 /* ---- memory ---- */
 
 typedef struct reading {
@@ -179,6 +248,8 @@ int main(void)
         cmocka_unit_test(damaged_files_are_read_or_refused),
         cmocka_unit_test(each_value_becomes_another),
         cmocka_unit_test(each_name_is_unknown),
+        cmocka_unit_test(each_attribute_is_missing_or_has_the_value_of_another),
+        cmocka_unit_test(each_element_is_missing_or_comes_twice),
         cmocka_unit_test(each_allocation_fails),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
