@@ -127,6 +127,9 @@ void __wrap_free(void *memory)
 #ifdef TEST_WITH_CONTACT
 #include "functions_contact.h"
 #endif
+#ifdef TEST_WITH_FE
+#include "functions_fe.h"
+#endif
 
 /* ---- each place ---- */
 

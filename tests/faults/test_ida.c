@@ -136,8 +136,66 @@ static void of_linkages(void **state)
     assert_in_range(failed, 100, 100000);
 }
 
+/* ---- small masses ---- */
+
+static int is_followed(void *user)
+{
+    mbsr_small_masses_opt opt = mbsr_default_small_masses_opt();
+    mbsr_small_masses *small = NULL;
+    mbsr_small_masses_report report;
+    mbsr_ida_stats stats;
+    (void)user;
+    opt.duration = 10.0;
+    int status = mbsr_small_masses_create(scene.model, &opt, &small, NULL);
+    if (!status) status = mbsr_small_masses_start(small, 0.0, scene.q, scene.u);
+    if (!status) status = mbsr_small_masses_smooth(small, 1, PART(0), PART(1));
+    if (!status) status = mbsr_small_masses_run(small, NULL, 10.0 * until, &stats, NULL);
+    if (!status) status = mbsr_small_masses_get_report(small, &report);
+    if (!status) PART(2)[0] = report.directions;
+    mbsr_small_masses_destroy(small);
+    return status;
+}
+
+static void add_slider(mbsr_model *m, int parent, double mass, double stiffness, double damping)
+{
+    static const double along[3] = {1.0, 0.0, 0.0};
+    mbsr_body_def b = mbsr_default_body_def();
+    int id;
+    b.parent = parent;
+    b.joint = mbsr_joint_prismatic(NULL, NULL, along);
+    b.inertia = mbsr_inertia_particle(mass);
+    assert_ok(mbsr_model_add_body(m, &b, &id), mbsr_model_error(m));
+    const mbsr_force_def spring = mbsr_force_joint_spring(id, 0, stiffness, damping, 0.0);
+    assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+}
+
+/* A gram between kilograms, with a damper, without one, in a loop. */
+static void of_small_masses(void **state)
+{
+    static const double q[3] = {0.02, 0.01, 0.0}, u[3] = {0.0, 0.0, 0.1};
+    (void)state;
+    for (int kind = 0; kind < 3; ++kind) {
+        mbsr_model *m;
+        mbsr_data *d;
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        add_slider(m, MBSR_GROUND, 1.0, 50.0, 0.5);
+        add_slider(m, 0, 1e-6, 80.0, kind == 0 ? 4.0 : 0.0);
+        add_slider(m, kind == 2 ? MBSR_GROUND : 1, kind == 2 ? 1e-6 : 2.0, 60.0, 0.2);
+        const mbsr_closure_def gear = mbsr_closure_coupling(
+            2, (const int[]){1, 2}, (const int[]){0, 0}, (const double[]){1.0, -1.0}, 0.01);
+        if (kind == 2) assert_ok(mbsr_model_add_closure(m, &gear, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        assert_true(test_acts_take(&scene, m, d, 0.0, q, u));
+        each("is followed", is_followed, NULL);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(of_linkages)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(of_linkages),
+                                       cmocka_unit_test(of_small_masses)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
