@@ -104,6 +104,17 @@ void __wrap_free(void *memory)
 #define SUCCESS(name) FAULT(long, name, 0)
 #define FLAG(name) FAULT(long, name, -21)
 #define NUMBER(name) FAULT(double, name, 0.0)
+/* LAPACK's, which says so in an argument, one of the words. */
+#define INFO(name, word)                                                                           \
+    void __real_##name(WORDS) __attribute__((weak));                                               \
+    void __wrap_##name(WORDS);                                                                     \
+    void __wrap_##name(WORDS)                                                                      \
+    {                                                                                              \
+        if (fails_here(#name, __builtin_return_address(0)))                                        \
+            *(int *)word = 1;                                                                      \
+        else                                                                                       \
+            __real_##name(THEM);                                                                   \
+    }
 /* The caller frees what it gives. */
 #define GIVEN(name)                                                                                \
     void *__real_##name(WORDS) __attribute__((weak));                                              \
