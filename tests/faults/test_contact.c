@@ -6,6 +6,10 @@
 
 #include "../contact/shapes.h"
 
+#ifdef TEST_WITH_FILES
+#include <mbsrank/files.h>
+#endif
+
 static test_acts_scene state_of;
 static long failed;
 
@@ -75,8 +79,47 @@ static void of_shapes(void **state)
     assert_in_range(failed, 100, 100000);
 }
 
+#ifdef TEST_WITH_FILES
+static const char in_a_file[] =
+    "<mujoco><worldbody><geom type='plane' size='0 0 1' pos='0 0 -.1'/>"
+    "<body name='a'><freejoint/><geom type='box' size='.1 .1 .1' mass='1'/></body>"
+    "<body name='b' pos='.15 0 0'><freejoint/><geom type='sphere' size='.1' mass='1'/></body>"
+    "<body name='rod' pos='3 0 0'><joint type='slide' axis='1 0 0'/>"
+    "<geom name='g' type='capsule' size='.05 .1' mass='2'/></body></worldbody>"
+    "<contact><exclude body1='a' body2='rod'/></contact></mujoco>";
+
+static int is_attached(void *user)
+{
+    mbsr_file *file = NULL;
+    mbsr_touching t = {.model = NULL};
+    mbsr_data *d = NULL;
+    (void)user;
+    int status = mbsr_file_read(in_a_file, sizeof in_a_file - 1, "a.xml", NULL, &file, NULL);
+    if (!status) status = mbsr_model_finish(file->model);
+    if (!status) status = mbsr_contacts_attach(file, NULL, file->model, file->q0, 0.0, &t, NULL);
+    if (!status) status = mbsr_data_create(t.model, &d, NULL);
+    if (!status) state_of.out[0] = t.told.shapes, state_of.out[1] = t.shapes;
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(t.model);
+    mbsr_contacts_destroy(t.contacts);
+    mbsr_file_destroy(file);
+    return status;
+}
+
+static void of_a_file(void **state)
+{
+    const test_faults_act act = {"is attached", is_attached, NULL, state_of.out, 8, 1e-9, 0};
+    (void)state;
+    assert_in_range(test_faults_each(&act), 20, 100000);
+}
+#endif
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(of_shapes)};
+    const struct CMUnitTest tests[] = {
+#ifdef TEST_WITH_FILES
+        cmocka_unit_test(of_a_file),
+#endif
+        cmocka_unit_test(of_shapes)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
