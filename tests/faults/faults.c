@@ -201,7 +201,9 @@ long test_faults_each(const test_faults_act *act)
         if (!p->all || (p->done[byte] & bit && !test_long())) continue;
         p->done[byte] |= (unsigned char)bit;
         one_fails(act, good, p, 1);
-        if (p->all > 1 && (!act->slow || test_long())) one_fails(act, good, p, p->all);
+        const long half = p->all / 2, last = p->all;
+        if (half > 1 && (!act->slow || test_long())) one_fails(act, good, p, half);
+        if (last > 1 && (!act->slow || test_long())) one_fails(act, good, p, last);
         ++count;
     }
     free(good);

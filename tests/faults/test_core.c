@@ -42,7 +42,7 @@ static void all_fail(void)
 static void of_linkages(void **state)
 {
     (void)state;
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < 8; ++k) {
         test_acts_make(&scene, k & 1, (test_acts_slider)(k / 2));
         all_fail();
         mbsr_data_destroy(scene.data);

@@ -89,7 +89,7 @@ static void each(const char *name, int (*call)(void *user))
 static void of_linkages(void **state)
 {
     (void)state;
-    for (int k = 0; k < 6; ++k) {
+    for (int k = 0; k < 8; ++k) {
         test_acts_make(&scene, k & 1, (test_acts_slider)(k / 2));
         assert_ok(mbsr_parameters_create(scene.model, &list, NULL), mbsr_model_error(scene.model));
         memcpy(rest, scene.q, sizeof rest);

@@ -48,8 +48,14 @@ typedef struct test_acts {
 /* The last one has no name. */
 extern const test_acts test_acts_table[];
 
-/* A slider on springs: with a mass, without one, and on springs that have no damping. */
-typedef enum test_acts_slider { TEST_HEAVY, TEST_MASSLESS, TEST_ELASTIC } test_acts_slider;
+/* A slider on springs: with a mass, without one, on springs that have no damping, and where the pin
+ * is a spring, too. */
+typedef enum test_acts_slider {
+    TEST_HEAVY,
+    TEST_MASSLESS,
+    TEST_ELASTIC,
+    TEST_COMPLIANT
+} test_acts_slider;
 
 /* The model: four bars, or three that are open, with functions of the caller's; without mass, or
  * with. */
