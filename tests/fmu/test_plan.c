@@ -1,5 +1,6 @@
-/* The bytes of a model in an FMU, where a number of them is another one: they are refused, or read
- * as what is written and read alike. SPDX-License-Identifier: BSD-3-Clause */
+/* The bytes of a model in an FMU, where a number is another one: refused, or read as what is
+ * written and read alike.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/plan.h"
 #include "fmu/take.h"
 

@@ -284,11 +284,11 @@ static void what_is_not_there_is_missing(void **state)
     assert_int_equal(mbsr_journal_close(j, 1), MBSR_OK);
     for (int k = 0; k < OTHERS; ++k) unlink(path[k]);
     mbsr_journal_opt opt = mbsr_default_journal_opt();
-    opt.folder = "nowhere_at_all";
+    opt.folder = "nowhere_at_all", opt.writer = -1;
     assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_OK);
     assert_int_equal(mbsr_journal_has(j, 0), 0);
     assert_int_equal(mbsr_journal_close(j, 0), MBSR_OK);
-    opt.folder = d->path[0]; /* a file, no folder */
+    opt.folder = d->path[0], opt.writer = 0; /* a file, no folder */
     FILE *to = fopen(d->path[0], "w");
     assert_non_null(to);
     fclose(to);

@@ -1,5 +1,5 @@
-/* What is asked of small mechanisms, where something fails on the way: functions of the caller's,
- * or of the library. SPDX-License-Identifier: BSD-3-Clause */
+/* What is asked of small mechanisms, where something fails on the way.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_ACTS_H
 #define TEST_ACTS_H
 
