@@ -104,8 +104,8 @@ static bool read_bodies(mbsri_mjcf *m, const mbsri_mjcf_part *node, mbsri_scene_
         mbsri_file_find(m->s, e, "it holds the turn as well: its torquescale of 0 is left out");
     if (q->kind == MBSRI_CONNECT && anchor == 0)
         return mbsri_file_refuse(m->s, e, "it has no anchor");
-    q->placed = q->kind == MBSRI_WELD && given &&
-                (pose[3] != 0.0 || pose[4] != 0.0 || pose[5] != 0.0 || pose[6] != 0.0);
+    const double turn = fabs(pose[3]) + fabs(pose[4]) + fabs(pose[5]) + fabs(pose[6]);
+    q->placed = q->kind == MBSRI_WELD && given && turn > 0.0;
     if (q->placed) q->frame = mbsr_frame_quaternion(pose, pose + 3);
     return q->body[0] != q->body[1] || mbsri_file_refuse(m->s, e, "both its bodies are the same");
 }
