@@ -70,6 +70,12 @@ static bool looks_real(const char *s)
     return *s == '\0';
 }
 
+static bool looks_whole(const char *s)
+{
+    if (*s == '+' || *s == '-') ++s;
+    return mbsri_is_digit(*s) && *skip_digits(s) == '\0';
+}
+
 /* Octal, hexadecimal, binary, to the base of 60, a date: nobody means these. */
 static bool looks_odd(const char *s)
 {
@@ -102,20 +108,20 @@ bool mbsri_yaml_resolve(mbsri_xacro *x, const char *text, mbsri_value *value)
         *value = mbsri_value_truth(yes);
     } else if (*unsigned_text == '.' && is_one_of(unsigned_text + 1, "|inf|")) {
         *value = mbsri_value_real(*text == '-' ? -INFINITY : INFINITY);
-    } else if (*text == '.' && (is_one_of(text + 1, "|nan|") || strcmp(text, ".NaN") == 0)) {
+    } else if (strcmp(text, ".nan") == 0 || strcmp(text, ".NaN") == 0 ||
+               strcmp(text, ".NAN") == 0) {
         *value = mbsri_value_real(NAN);
     } else if (looks_odd(text)) {
         return mbsri_xacro_refuse(x, "'%.40s' is a date, or no decimal number", text);
-    } else if (looks_real(text)) {
+    } else if (looks_real(text) || looks_whole(text)) {
         for (const char *s = text; *s && count + 1 < sizeof digits; ++s) {
             if (*s != '_') digits[count++] = *s;
         }
         digits[count] = '\0';
-        if (!mbsri_text_real(digits, &real))
+        const bool is_whole = looks_whole(text);
+        if (is_whole ? !mbsri_text_whole(digits, &whole) : !mbsri_text_real(digits, &real))
             return mbsri_xacro_refuse(x, "'%.40s' is not read as a number", text);
-        *value = mbsri_value_real(real);
-    } else if (mbsri_is_digit(*unsigned_text) && mbsri_text_whole(text, &whole)) {
-        *value = mbsri_value_whole(whole);
+        *value = is_whole ? mbsri_value_whole(whole) : mbsri_value_real(real);
     }
     return true;
 }

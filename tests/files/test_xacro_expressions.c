@@ -477,6 +477,127 @@ static void yaml_is_read_as_its_version_1_1_says(void **state)
     assert_value("load_yaml('y.yaml').second.x + len(load_yaml('y.yaml')[2])", &opt, "4");
 }
 
+/* Scalars, and what PyYAML 6.0.3 makes of them; quotes as they stand in attributes. */
+static const value_case scalars[] = {
+    {"[1]", "[1]"},
+    {"[+1]", "[1]"},
+    {"[-1]", "[-1]"},
+    {"[0]", "[0]"},
+    {"[-0]", "[0]"},
+    {"[+0]", "[0]"},
+    {"[0o10]", "['0o10']"},
+    {"[0X1F]", "['0X1F']"},
+    {"[1_000]", "[1000]"},
+    {"[_1]", "['_1']"},
+    {"[1_]", "[1]"},
+    {"[12e3]", "['12e3']"},
+    {"[1.2e3]", "['1.2e3']"},
+    {"[1.2e+3]", "[1200.0]"},
+    {"[1.2E-3]", "[0.0012]"},
+    {"[1e+3]", "['1e+3']"},
+    {"[1.e+3]", "[1000.0]"},
+    {"[.5]", "[0.5]"},
+    {"[.5e+1]", "[5.0]"},
+    {"[-.5]", "['-.5']"},
+    {"[+.5]", "['+.5']"},
+    {"[.]", "['.']"},
+    {"[.e+1]", "['.e+1']"},
+    {"[-.]", "['-.']"},
+    {"[+.inf]", "[inf]"},
+    {"[-.INF]", "[-inf]"},
+    {"[.Inf]", "[inf]"},
+    {"[.iNF]", "['.iNF']"},
+    {"[.nan]", "[nan]"},
+    {"[.NAN]", "[nan]"},
+    {"[.NaN]", "[nan]"},
+    {"[.Nan]", "['.Nan']"},
+    {"[~]", "[None]"},
+    {"[null]", "[None]"},
+    {"[Null]", "[None]"},
+    {"[NULL]", "[None]"},
+    {"[nULL]", "['nULL']"},
+    {"[nul]", "['nul']"},
+    {"[yes]", "[True]"},
+    {"[Yes]", "[True]"},
+    {"[YES]", "[True]"},
+    {"[yEs]", "['yEs']"},
+    {"[no]", "[False]"},
+    {"[No]", "[False]"},
+    {"[NO]", "[False]"},
+    {"[on]", "[True]"},
+    {"[On]", "[True]"},
+    {"[ON]", "[True]"},
+    {"[off]", "[False]"},
+    {"[Off]", "[False]"},
+    {"[OFF]", "[False]"},
+    {"[true]", "[True]"},
+    {"[True]", "[True]"},
+    {"[TRUE]", "[True]"},
+    {"[tRUE]", "['tRUE']"},
+    {"[false]", "[False]"},
+    {"[False]", "[False]"},
+    {"[FALSE]", "[False]"},
+    {"[y]", "['y']"},
+    {"[n]", "['n']"},
+    {"[Y]", "['Y']"},
+    {"[N]", "['N']"},
+    {"[1.5.2]", "['1.5.2']"},
+    {"[1-2]", "['1-2']"},
+    {"[--1]", "['--1']"},
+    {"[+-1]", "['+-1']"},
+    {"[++1]", "['++1']"},
+    {"[1e5]", "['1e5']"},
+    {"[1E+5]", "['1E+5']"},
+    {"[1.0e5]", "['1.0e5']"},
+    {"[1__0]", "[10]"},
+    {"[1_.5]", "[1.5]"},
+    {"[1._5]", "[1.5]"},
+    {"[1.5_]", "[1.5]"},
+    {"[0.1_2]", "[0.12]"},
+    {"[.1_2]", "[0.12]"},
+    {"[09.5]", "[9.5]"},
+    {"[1,2]", "[1, 2]"},
+    {"[abc]", "['abc']"},
+    {"[a_b]", "['a_b']"},
+    {"[a-b]", "['a-b']"},
+    {"[-a]", "['-a']"},
+    {"[+a]", "['+a']"},
+    {"['quo''ted']", "[&quot;quo'ted&quot;]"},
+    {"[\"dou\\tble\"]", "['dou\\tble']"},
+    {"['true']", "['true']"},
+    {"[\"1\"]", "['1']"},
+    {"[0.0]", "[0.0]"},
+    {"[-0.0]", "[-0.0]"},
+    {"[123456789012]", "[123456789012]"},
+    {"[0.1]", "[0.1]"},
+    {"[1.7976931348623157e+308]", "[1.7976931348623157e+308]"},
+    {"[1e999]", "['1e999']"},
+    {"[4.9e-324]", "[5e-324]"},
+};
+
+static void scalars_are_what_python_reads(void **state)
+{
+    static const char *const odd[] = {
+        "[+0b101]", "[-0x1f]", "[-1:30.5]", "[00]",    "[007]",    "[01]",
+        "[010]",    "[08]",    "[0_1]",     "[0b]",    "[0b102]",  "[0b1_0]",
+        "[0x]",     "[0x1F]",  "[0x1_F]",   "[0x_1F]", "[12:30.]", "[190:20:30.15]",
+        "[1:30]",   "[1:305]", "[1:30:45]", "[1:5:7]", "[1:60]"};
+    (void)state;
+    for (size_t k = 0; k < sizeof scalars / sizeof *scalars; ++k) {
+        const other_file files[] = {{"arm/y.yaml", scalars[k].expression}, {NULL, NULL}};
+        const mbsr_file_opt opt = with_files(files);
+        assert_value("load_yaml('y.yaml')", &opt, scalars[k].expected);
+    }
+    for (size_t k = 0; k < sizeof odd / sizeof *odd; ++k) {
+        const other_file files[] = {{"arm/y.yaml", odd[k]}, {NULL, NULL}};
+        const mbsr_file_opt opt = with_files(files);
+        assert_no_value("load_yaml('y.yaml')", &opt, "is a date, or no decimal number");
+    }
+    const other_file files[] = {{"arm/y.yaml", "[-100_000_000_000_000_000_000]"}, {NULL, NULL}};
+    const mbsr_file_opt opt = with_files(files);
+    assert_no_value("load_yaml('y.yaml')", &opt, "is not read as a number");
+}
+
 static void other_yaml_is_refused_with_its_line(void **state)
 {
     (void)state;
@@ -532,6 +653,7 @@ int main(void)
         cmocka_unit_test(what_has_no_meaning_is_refused),
         cmocka_unit_test(yaml_is_read_as_its_version_1_1_says),
         cmocka_unit_test(other_yaml_is_refused_with_its_line),
+        cmocka_unit_test(scalars_are_what_python_reads),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
