@@ -598,6 +598,70 @@ static void scalars_are_what_python_reads(void **state)
     assert_no_value("load_yaml('y.yaml')", &opt, "is not read as a number");
 }
 
+/* Texts as numbers, and what Python 3.11 makes of them; NULL: it refuses, as is refused here what
+ * has underscores in a real number or is too large. */
+static const value_case texts[] = {
+    {"int('1')", "1"},
+    {"int(' 12 ')", "12"},
+    {"int('1_000')", "1000"},
+    {"int('1__0')", NULL},
+    {"int('_1')", NULL},
+    {"int('1_')", NULL},
+    {"int('+5')", "5"},
+    {"int('-5')", "-5"},
+    {"int('--5')", NULL},
+    {"int('+ 5')", NULL},
+    {"int('0x10')", NULL},
+    {"int('1e3')", NULL},
+    {"int('1.0')", NULL},
+    {"int('')", NULL},
+    {"int('  ')", NULL},
+    {"int('9223372036854775807')", "9223372036854775807"},
+    {"int('inf')", NULL},
+    {"int('00')", "0"},
+    {"int('-0')", "0"},
+    {"int('1_0_0')", "100"},
+    {"float('1')", "1.0"},
+    {"float(' 1.5 ')", "1.5"},
+    {"float('1_0.5')", NULL},
+    {"float('1_000e1_0')", NULL},
+    {"float('1__0.0')", NULL},
+    {"float('_1.0')", NULL},
+    {"float('1_.0')", NULL},
+    {"float('1._0')", NULL},
+    {"float('.5')", "0.5"},
+    {"float('5.')", "5.0"},
+    {"float('-.5e-3')", "-0.0005"},
+    {"float('e5')", NULL},
+    {"float('1e')", NULL},
+    {"float('1e+')", NULL},
+    {"float('inf')", "inf"},
+    {"float('-inf')", "-inf"},
+    {"float('+Infinity')", "inf"},
+    {"float('INFINITY')", "inf"},
+    {"float('nan')", "nan"},
+    {"float('NaN')", "nan"},
+    {"float('infin')", NULL},
+    {"float('0x1')", NULL},
+    {"float('1,5')", NULL},
+    {"float('')", NULL},
+    {"float('-0.0')", "-0.0"},
+    {"float('1e400')", NULL},
+    {"float('1e-400')", "0.0"},
+    {"float('1.5e 3')", NULL},
+};
+
+static void texts_become_the_numbers_of_python(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; ++k) {
+        if (texts[k].expected)
+            assert_value(texts[k].expression, NULL, texts[k].expected);
+        else
+            assert_no_value(texts[k].expression, NULL, "");
+    }
+}
+
 static void other_yaml_is_refused_with_its_line(void **state)
 {
     (void)state;
@@ -654,6 +718,7 @@ int main(void)
         cmocka_unit_test(yaml_is_read_as_its_version_1_1_says),
         cmocka_unit_test(other_yaml_is_refused_with_its_line),
         cmocka_unit_test(scalars_are_what_python_reads),
+        cmocka_unit_test(texts_become_the_numbers_of_python),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
