@@ -56,7 +56,7 @@ static void of_linkages(void **state)
 static void of_all_sorts(void **state)
 {
     (void)state;
-    for (uint64_t seed = 1; seed <= (uint64_t)test_seeds(12, 30); ++seed) {
+    for (uint64_t seed = 1; seed <= (uint64_t)test_seeds(12, 16); ++seed) {
         medley s;
         medley_choice c = medley_choose(seed);
         if (c.bodies > 8) c.bodies = 8;
@@ -69,7 +69,7 @@ static void of_all_sorts(void **state)
 static void of_trees(void **state)
 {
     (void)state;
-    for (uint64_t seed = 1; seed <= (uint64_t)test_seeds(12, 30); ++seed) {
+    for (uint64_t seed = 1; seed <= (uint64_t)test_seeds(12, 16); ++seed) {
         test_kinds_tree s;
         test_kinds_choice c = {.seed = seed, .bodies = 6, .plane = seed % 3 == 0};
         c.own = c.many = 0.1 * (double)(seed % 4);
