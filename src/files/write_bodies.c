@@ -1,7 +1,6 @@
 /* Bodies as elements of MJCF, each within its predecessor.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/solids.h"
-#include "files/thrust.h"
 #include "files/writer.h"
 #include "files/xml.h"
 
@@ -124,213 +123,6 @@ static void write_joints(mbsri_file_writer *w, int k)
     while (count > 0) write_own_joints(w, chain[--count]);
 }
 
-/* ---- what stands on a body ---- */
-
-/* A name where it stands for the first time; then none. */
-static const char *only_name(mbsri_file_writer *w, mbsri_names *names, const char *name)
-{
-    if (!*name || mbsri_names_find(names, name) >= 0) return NULL;
-    mbsri_names_add(w->arena, names, name, 0);
-    return name;
-}
-
-/* What a mesh is to MuJoCo: STL, OBJ or MSH; and the caller may have none of that name. */
-static bool keeps_mesh(const mbsri_file_writer *w, const mbsr_file_shape *s)
-{
-    const char *path = s->mesh;
-    static const char *const endings[] = {".stl", ".STL", ".obj", ".OBJ", ".msh", ".MSH"};
-    const char *point = path ? strrchr(path, '.') : NULL;
-    bool known = false;
-    if (s->triangles > 0) return true;
-    for (int k = 0; point && k < 6; ++k) known = known || strcmp(point, endings[k]) == 0;
-    return known && !strstr(path, "://") &&
-           (!w->opt->has_mesh || w->opt->has_mesh(w->opt->user, path));
-}
-
-/* Whether it can be written: a finding, where it cannot. */
-static bool has_size(mbsri_file_writer *w, const mbsr_file_shape *s, int sizes)
-{
-    char element[120];
-    bool good = s->kind != MBSR_SHAPE_MESH || keeps_mesh(w, s);
-    for (int k = 0; k < sizes && s->kind != MBSR_SHAPE_PLANE; ++k) good = good && s->size[k] > 0.0;
-    snprintf(element, sizeof element, "geom '%.80s'", s->name);
-    if (!good && s->kind == MBSR_SHAPE_MESH)
-        mbsri_write_find(w, element, "it is left out: MuJoCo cannot read mesh '%.60s'",
-                         s->mesh ? s->mesh : "");
-    else if (!good)
-        mbsri_write_find(w, element, "it is left out: a size of it is zero");
-    return good;
-}
-
-/* The lowest height of a field, and how much higher its highest is. */
-typedef struct span {
-    double low, size;
-} span;
-
-static span span_of(const mbsr_file_shape *s)
-{
-    double low = INFINITY, high = -INFINITY;
-    for (int k = 0; k < s->rows * s->columns; ++k) {
-        low = fmin(low, s->height[k]);
-        high = fmax(high, s->height[k]);
-    }
-    return (span){low, high - low};
-}
-
-static void write_shape(mbsri_file_writer *w, const mbsr_file_shape *s, int number)
-{
-    static const char *const types[] = {"box",       "sphere", "cylinder", "capsule",
-                                        "ellipsoid", "plane",  "mesh",     "hfield"};
-    static const int sizes[] = {3, 1, 2, 2, 3, 3, 0, 0};
-    mbsri_text *t = &w->text;
-    if (!has_size(w, s, sizes[s->kind])) return;
-    mbsri_begin(t, "geom");
-    mbsri_set_text(t, "name", only_name(w, &w->shapes, s->name));
-    mbsri_set_text(t, "type", types[s->kind]);
-    if (s->kind == MBSR_SHAPE_MESH)
-        mbsri_set_text(t, "mesh", mbsri_write_print(w, "mesh_%d", number));
-    else if (s->kind == MBSR_SHAPE_HEIGHTS)
-        mbsri_set_text(t, "hfield", mbsri_write_print(w, "hfield_%d", number));
-    else
-        mbsri_set_numbers(t, "size", sizes[s->kind], s->size);
-    mbsr_frame frame =
-        mbsr_frame_at(0.0, 0.0, s->kind == MBSR_SHAPE_HEIGHTS ? span_of(s).low : 0.0);
-    frame = mbsr_frame_product(&s->frame, &frame);
-    mbsri_write_frame(w, &frame);
-    if (s->coloured) mbsri_set_numbers(t, "rgba", 4, s->colour);
-    if (!s->visual) mbsri_set_text(t, "group", "3");
-    mbsri_set_contact(w, s);
-    mbsri_end(t);
-}
-
-static void write_site(mbsri_file_writer *w, const char *name, const mbsr_frame *frame)
-{
-    mbsri_begin(&w->text, "site");
-    mbsri_set_text(&w->text, "name", only_name(w, &w->sites, name));
-    mbsri_write_frame(w, frame);
-    mbsri_end(&w->text);
-}
-
-/* Where actuators push that act on sites. */
-static void write_thrusts(mbsri_file_writer *w, int body)
-{
-    for (int k = 0; w->file && k < w->file->actuators; ++k) {
-        const int id = w->file->actuator[k].force;
-        mbsr_force_def def;
-        mbsri_thrust t;
-        if (id == MBSR_NONE || mbsr_force_definition(w->model, id, &def) ||
-            !mbsri_thrust_of(&def, &t) || t.body != body)
-            continue;
-        bool there;
-        const char *base = mbsri_write_print(w, "thrust_%d", id),
-                   *name = mbsri_write_site_name(w, body, &t.frame, base, &there);
-        if (!there) write_site(w, name, &t.frame);
-    }
-}
-
-/* Ends of pins that are open as drawn. */
-static void write_ends(mbsri_file_writer *w, int body)
-{
-    for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
-        mbsr_closure_def def;
-        if (mbsr_closure_definition(w->model, id, &def) || !mbsri_written_is_open(w, &def))
-            continue;
-        for (int k = 0; k < 2; ++k) {
-            const double *x = def.param + 12 * k;
-            if (def.body[k] != body) continue;
-            const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
-            bool there;
-            const char *name = mbsri_write_end_name(w, &def, id, k, &there);
-            if (!there) write_site(w, name, &frame);
-        }
-    }
-}
-
-static void write_shapes_and_sites(mbsri_file_writer *w, int body)
-{
-    const mbsri_written_spring *spring = w->springs.items;
-    for (int k = 0; w->file && k < w->file->shapes; ++k)
-        if (w->file->shape[k].body == body) write_shape(w, w->file->shape + k, k);
-    for (int k = 0; w->file && k < w->file->sites; ++k)
-        if (w->file->site[k].body == body)
-            write_site(w, w->file->site[k].name, &w->file->site[k].frame);
-    for (int k = 0; k < w->springs.count; ++k) {
-        for (int l = 0; l < spring[k].count; ++l) {
-            const double *x = spring[k].point[l];
-            const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
-            if (spring[k].body[l] == body && !spring[k].there[l])
-                write_site(w, spring[k].site[l], &frame);
-        }
-    }
-    write_thrusts(w, body);
-    write_ends(w, body);
-}
-
-/* Corners, three for each triangle. */
-static void set_triangles(mbsri_file_writer *w, const mbsr_file_shape *s)
-{
-    const size_t count = 3 * (size_t)s->triangles;
-    double *number = mbsri_arena_take(w->arena, count * sizeof *number);
-    for (size_t k = 0; k < count && number; ++k) number[k] = (double)k;
-    if (!number) return;
-    mbsri_set_numbers(&w->text, "vertex", (int)(3 * count), s->triangle);
-    mbsri_set_numbers(&w->text, "face", (int)count, number);
-}
-
-static void write_mesh(mbsri_file_writer *w, int k)
-{
-    const mbsr_file_shape *s = w->file->shape + k;
-    mbsri_begin(&w->text, "mesh");
-    mbsri_set_text(&w->text, "name", mbsri_write_print(w, "mesh_%d", k));
-    if (s->triangles > 0)
-        set_triangles(w, s);
-    else
-        mbsri_set_text(&w->text, "file", s->mesh);
-    mbsri_set_numbers(&w->text, "scale", 3, s->size);
-    mbsri_end(&w->text);
-}
-
-/* The first row of the text has the largest y; MuJoCo scales heights to its size. */
-static void write_field(mbsri_file_writer *w, int k)
-{
-    const mbsr_file_shape *s = w->file->shape + k;
-    const span heights = span_of(s);
-    const double top = heights.size > 0.0 ? heights.size : 1.0,
-                 size[4] = {s->size[0], s->size[1], top, 0.1 * top};
-    double *number =
-        mbsri_arena_take(w->arena, (size_t)s->rows * (size_t)s->columns * sizeof *number);
-    if (!number) return;
-    for (int j = 0; j < s->rows; ++j) {
-        for (int i = 0; i < s->columns; ++i)
-            number[j * s->columns + i] =
-                s->height[(s->rows - 1 - j) * s->columns + i] - heights.low;
-    }
-    mbsri_begin(&w->text, "hfield");
-    mbsri_set_text(&w->text, "name", mbsri_write_print(w, "hfield_%d", k));
-    mbsri_set_numbers(&w->text, "size", 4, size);
-    mbsri_set_number(&w->text, "nrow", s->rows);
-    mbsri_set_number(&w->text, "ncol", s->columns);
-    mbsri_set_numbers(&w->text, "elevation", s->rows * s->columns, number);
-    mbsri_end(&w->text);
-}
-
-static void write_assets(mbsri_file_writer *w)
-{
-    bool some = false;
-    for (int k = 0; w->file && k < w->file->shapes; ++k) {
-        const mbsr_file_shape *s = w->file->shape + k;
-        const bool mesh = s->kind == MBSR_SHAPE_MESH && keeps_mesh(w, s);
-        if (!mesh && s->kind != MBSR_SHAPE_HEIGHTS) continue;
-        if (!some) mbsri_begin(&w->text, "asset"), mbsri_into(&w->text);
-        some = true;
-        if (mesh)
-            write_mesh(w, k);
-        else
-            write_field(w, k);
-    }
-    if (some) mbsri_out(&w->text, "asset");
-}
-
 /* ---- bodies ---- */
 
 /* The part of its weight that is carried, where it is one. */
@@ -366,7 +158,7 @@ static void begin_body(mbsri_file_writer *w, int k)
         mbsri_write_find(w, element, "what was added to its mass matrix is left out");
     write_inertia(w, k, element);
     write_joints(w, k);
-    write_shapes_and_sites(w, k);
+    mbsri_write_places(w, k);
 }
 
 /* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of
@@ -390,11 +182,11 @@ static bool link_children(mbsri_file_writer *w, int **first, int **next)
 void mbsri_write_bodies(mbsri_file_writer *w)
 {
     int *first, *next;
-    if (!link_children(w, &first, &next)) return;
-    write_assets(w);
+    if (!link_children(w, &first, &next) || !mbsri_write_find_places(w)) return;
+    mbsri_write_assets(w);
     mbsri_begin(&w->text, "worldbody");
     mbsri_into(&w->text);
-    write_shapes_and_sites(w, MBSR_GROUND);
+    mbsri_write_places(w, MBSR_GROUND);
     for (int k = first[0]; k >= 0;) {
         begin_body(w, k);
         int on = first[k + 1];

@@ -57,6 +57,8 @@ typedef struct mbsri_file_writer {
     double *lift;       /* by body: what carries a part of its weight, N */
     mbsri_list springs; /* mbsri_written_spring */
     mbsri_names shapes, sites;
+    const void *place;   /* what stands on bodies: mbsri_write_find_places */
+    const int *place_at; /* by body and one, the ground first: its first one */
 } mbsri_file_writer;
 
 /* Lists what MJCF cannot say of an element: such as ("body 'a'", "..."). */
@@ -81,6 +83,16 @@ void mbsri_write_frame(mbsri_file_writer *w, const mbsr_frame *frame);
 
 /* What force elements there are: springs of joints, gravity, springs between points. */
 void mbsri_write_collect(mbsri_file_writer *w);
+
+/* What stands on which body: shapes, and sites of the file and of what needs them. False without
+ * memory. */
+bool mbsri_write_find_places(mbsri_file_writer *w);
+
+/* All of that on one body, or on the ground. */
+void mbsri_write_places(mbsri_file_writer *w, int body);
+
+/* Meshes and fields of heights of shapes. */
+void mbsri_write_assets(mbsri_file_writer *w);
 
 /* Bodies with their joints, inertias, shapes and sites. */
 void mbsri_write_bodies(mbsri_file_writer *w);

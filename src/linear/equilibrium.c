@@ -259,30 +259,15 @@ static bool take_memory(rest *w, mbsri_arena *arena)
     return !arena->failed;
 }
 
-/* Which multipliers the equations of motion know themselves. */
-static int find_springs(rest *w, mbsr_error *error)
+/* Which multipliers the equations of motion know themselves: those of stiff rows. */
+static void tell_springs(rest *w)
 {
-    mbsr_newton_opt products = mbsr_default_newton_opt();
-    mbsr_newton *newton;
-    products.products = products.by_blocks = 1;
-    if (w->rows == 0) return MBSR_OK;
-    int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, &products, &newton, error);
-    if (status) return status;
-    status = mbsr_newton_linearise(newton, w->d, w->t, w->y, w->yp, 0.0);
-    memset(w->delta, 0, (size_t)w->size * sizeof *w->delta);
-    for (int k = 0; k < w->rows && !status; ++k) {
-        double *delta = w->delta + w->nq + 2 * w->nu + k;
-        *delta = 1.0;
-        status = mbsr_newton_multiply(newton, w->delta, w->F);
-        *delta = 0.0;
-        for (int l = 0; l < w->nq + 2 * w->nu; ++l) w->sprung[k] = w->sprung[k] || w->F[l] != 0.0;
+    for (int c = 0; c < mbsr_model_closures(w->m); ++c) {
+        int row, rows;
+        (void)mbsr_closure_indices(w->m, c, &row, &rows, NULL, NULL);
+        for (int k = 0; k < rows; ++k)
+            w->sprung[row + k] = mbsr_closure_stiffness(w->m, c, k) > 0.0;
     }
-    if (status) {
-        const mbsr_error *why = mbsr_newton_error(newton);
-        mbsri_fail(error, status, why->body, why->force, "%s: %s", name, why->text);
-    }
-    mbsr_newton_destroy(newton);
-    return status;
 }
 
 /* A closed state near q, which is no part of y, at which the rows that count are chosen, at rest.
@@ -335,15 +320,20 @@ static double way_from(const rest *w, const double *q)
     return most;
 }
 
-/* How far row k has come open by g: what the rate that closes it most would have to go. */
-static double way_to_close(rest *w, int k, double g)
+/* Into closing (rows): what a step as long as the typical one in all rates, by numbers between a
+ * half and one of any sign, closes each row by. */
+static int find_closing(rest *w, double *closing)
 {
-    double most = 0.0, *row = w->delta, *one = w->delta + w->nu;
-    memset(one, 0, (size_t)w->rows * sizeof *one);
-    one[k] = 1.0;
-    (void)mbsr_closures_transpose(w->m, w->d, one, row);
-    for (int j = 0; j < w->nu; ++j) most = fmax(most, fabs(row[j]) * w->rate_span[j]);
-    return most > 0.0 ? fabs(g) / most : 0.0;
+    uint64_t random = UINT64_C(88172645463325252);
+    double *step = w->delta;
+    for (int j = 0; j < w->nu; ++j) {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        const double size = 0.5 + ldexp((double)(random >> 12 & 0xffffffff), -33);
+        step[j] = (random >> 63 ? size : -size) * w->rate_span[j];
+    }
+    return mbsr_closures_apply(w->m, w->d, step, closing);
 }
 
 /* The rigid closure that has come open farthest, of which a row was redundant where the steps
@@ -351,16 +341,16 @@ static double way_to_close(rest *w, int k, double g)
 static int farthest_open(rest *w)
 {
     int open = MBSR_NONE;
-    double most = nothing, *gap = w->new_y;
+    double most = nothing, *gap = w->new_y, *closing = w->new_yp;
     if (w->rows == 0 || mbsr_stage_positions(w->m, w->d, w->t, w->y) ||
-        mbsr_closures_gap(w->m, w->d, gap))
+        mbsr_closures_gap(w->m, w->d, gap) || find_closing(w, closing))
         return open;
     for (int c = 0; c < mbsr_model_closures(w->m); ++c) {
         int row, place, places;
         (void)mbsr_closure_indices(w->m, c, &row, NULL, &place, &places);
         for (int k = 0; k < places; ++k) {
-            if (!w->redundant[row + k] || w->sprung[row + k]) continue;
-            const double way = way_to_close(w, row + k, gap[place + k]);
+            if (!w->redundant[row + k] || w->sprung[row + k] || closing[row + k] == 0.0) continue;
+            const double way = fabs(gap[place + k] / closing[row + k]);
             if (way > most) open = c;
             most = fmax(most, way);
         }
@@ -406,8 +396,8 @@ static int solve_rest(rest *w, const double *q, const mbsr_equilibrium_opt *opt,
     int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, &exact, &w->newton, error);
     if (status) return status;
     status = begin_at_rest(w, q, error);
-    if (!status) status = find_springs(w, error);
     if (status) return status;
+    tell_springs(w);
     begin_springs(w);
     memcpy(w->begun, w->y, (size_t)w->nq * sizeof *w->y);
     status = find_scales(w);

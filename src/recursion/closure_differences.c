@@ -160,20 +160,23 @@ static double gather_velocities(const mbsr_model *m, const mbsri_closure *c,
     return speed;
 }
 
-/* Second differences of the position rows along the motion. */
+/* Second differences of the position rows along the motion: of what they are beside where it is, so
+ * that they are zero where nothing moves. */
 static int second(const mbsri_closure *c, const mbsri_closure_view *view, const double *x, double h,
                   double *bias)
 {
     static const double place[] = {0.0, 1.0, -1.0, 2.0, -2.0},
-                        weight[] = {-30.0, 16.0, 16.0, -1.0, -1.0};
+                        weight[] = {0.0, 16.0, 16.0, -1.0, -1.0};
     displaced at;
-    double g[MBSR_CLOSURE_ROWS];
+    double g[MBSR_CLOSURE_ROWS], here[MBSR_CLOSURE_ROWS];
     for (int l = 0; l < 5; ++l) {
+        double *to = l == 0 ? here : g;
         displace_bodies(c, view, x, place[l] * h, 1.0, &at);
-        mbsri_zero((size_t)c->position_rows, g);
-        const int status = mbsri_closure_position(c, &at.view.args, g);
+        mbsri_zero((size_t)c->position_rows, to);
+        const int status = mbsri_closure_position(c, &at.view.args, to);
         if (status) return status;
-        for (int k = 0; k < c->position_rows; ++k) bias[k] += weight[l] * g[k] / (12.0 * h * h);
+        for (int k = 0; k < c->position_rows && l > 0; ++k)
+            bias[k] += weight[l] * (g[k] - here[k]) / (12.0 * h * h);
     }
     return MBSR_OK;
 }

@@ -454,6 +454,58 @@ static void a_flat_parallelogram_opens(void **state)
     }
 }
 
+static const mbsr_closure_table *stock_ball;
+static long asked; /* how often closures were asked for their rows */
+
+static int counted_jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    ++asked;
+    return stock_ball->jacobian(args, out);
+}
+
+/* Calls for each closure of an equilibrium of that many four-bars side by side. */
+static long calls_for_each(int loops)
+{
+    static const double out_of_plane[3] = {0, 0, 0.3};
+    const mbsr_frame end = mbsr_frame_at(1.0, 0.0, 0.0), other = mbsr_frame_at(2.0, 0.0, 0.0);
+    const double start[3] = {0.5, -0.5, 0.5 - 3.14159265358979};
+    mbsr_closure_table table;
+    double q[48], lambda[96];
+    mbsr_error error;
+    mbsr_model *m = empty();
+    for (int k = 0; k < loops; ++k) {
+        const double ground[3] = {2.0, 0.0, 0.0};
+        add_body(m, MBSR_GROUND, "crank", mbsr_joint_revolute(NULL, NULL, z_axis),
+                 mbsr_inertia_rigid(1.0, end.x, (const double[6]){0.1, 0.2, 0.2, 0, 0, 0}));
+        add_body(m, 3 * k, "coupler", mbsr_joint_revolute(&end, NULL, z_axis),
+                 mbsr_inertia_rigid(1.0, out_of_plane, (const double[6]){0.1, 0.2, 0.2, 0, 0, 0}));
+        add_body(m, 3 * k + 1, "other", mbsr_joint_revolute(&other, NULL, z_axis),
+                 mbsr_inertia_rigid(1.0, end.x, (const double[6]){0.1, 0.2, 0.2, 0, 0, 0}));
+        mbsr_closure_def pin = mbsr_closure_ball(3 * k + 2, end.x, MBSR_GROUND, ground);
+        stock_ball = pin.table;
+        table = *pin.table;
+        table.jacobian = counted_jacobian;
+        pin.table = &table;
+        assert_ok(mbsr_model_add_closure(m, &pin, NULL), mbsr_model_error(m));
+        memcpy(q + 3 * k, start, sizeof start);
+    }
+    add_force(m, mbsr_force_gravity(0, -9.81, 0));
+    mbsr_data *d = finish(m);
+    asked = 0;
+    assert_ok(mbsr_equilibrium(m, d, 0.0, q, NULL, q, lambda, NULL, &error), &error);
+    for (int k = 0; k < loops; ++k) assert_close(q[3 * k], -1.5707963267949, 1e-9);
+    free_both(m, d);
+    return asked / loops;
+}
+
+static void loops_are_asked_as_often_however_many(void **state)
+{
+    (void)state;
+    const long few = calls_for_each(4);
+    assert_true(few > 0);
+    assert_true(calls_for_each(16) <= few + few / 4);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(a_mass_falls_into_a_slack_cable),
@@ -463,6 +515,7 @@ int main(void)
                                        cmocka_unit_test(a_chain),
                                        cmocka_unit_test(a_flat_parallelogram_opens),
                                        cmocka_unit_test(a_rod_and_a_spring),
+                                       cmocka_unit_test(loops_are_asked_as_often_however_many),
                                        cmocka_unit_test(what_nothing_holds_is_named),
                                        cmocka_unit_test(random_models)};
     (void)x_axis;
