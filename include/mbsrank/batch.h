@@ -24,7 +24,8 @@ typedef struct mbsr_batch mbsr_batch;
  * mbsr_data and, for each body, about 35 numbers a lane; lean data (driver.h) a lane where bodies
  * are called state by state. After this no call allocates. Several batches of one model may be used
  * by several threads at once, one batch by one thread at a time. On failure *batch is NULL; *error
- * may be NULL. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY. */
+ * may be NULL. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_CLOSURES,
+ * MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *error);
 MBSR_API void mbsr_batch_destroy(mbsr_batch *batch); /* NULL is allowed */
 

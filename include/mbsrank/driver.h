@@ -129,19 +129,19 @@ MBSR_API int mbsr_closures_set_lambda(const mbsr_model *model, mbsr_data *data,
 
 /* Cosine of the largest angle between the bases at y and the reference, 1 when they agree. Costs
  * half a residual. Where it is below 0.05, this function and the residual return the recoverable
- * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference; MBSR_NOT_FINITE. */
+ * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference; MBSR_ERR_CLOSURES; MBSR_NOT_FINITE. */
 MBSR_API int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *y, double *cosine);
 
 /* Makes the state y the reference. y stays as it is; the differential entries of yp are made
  * consistent again. *restart (may be NULL) is set to 1 if derivatives of y jump, so that an
  * integrator must start anew: that happens only where a range and a null space of one joint are
- * both there and one has two dimensions or more. MBSR_ERR_SEQUENCE without a reference; all
- * statuses of the residual. */
+ * both there and one has two dimensions or more. MBSR_ERR_SEQUENCE without a reference;
+ * MBSR_ERR_CLOSURES; all statuses of the residual. */
 MBSR_API int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const double *y,
                                double *yp, int *restart);
 
-/* Forgets the reference, so that the next pack or start takes its own. */
+/* Forgets the reference, so that the next pack or start takes its own. MBSR_ERR_CLOSURES. */
 MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
 
 /* ---- states that were interpolated (completion.h) ---- */

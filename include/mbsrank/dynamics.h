@@ -62,7 +62,7 @@ MBSR_API int mbsr_stage_backward(const mbsr_model *model, mbsr_data *data);
  *
  *   residual = D u' - [tau - J^T fbar - J^T Mbar (H A_pred + kII)],      nu numbers,
  *
- * which is zero on the equations of motion. */
+ * which is zero on the equations of motion. MBSR_ERR_CLOSURES. */
 MBSR_API int mbsr_stage_forward(const mbsr_model *model, mbsr_data *data, const double *udot,
                                 double *residual);
 
@@ -128,8 +128,9 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
  *
  * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share
  * by least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no rigid row
- * holds (mbsr_completion_dynamics). Also MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows
- * contradict each other. */
+ * holds (mbsr_completion_dynamics). Also MBSR_ERR_NO_MEMORY, MBSR_LOOP_OPEN where rows contradict
+ * each other, MBSR_LOOP_SINGULAR where they depend so nearly on others that the accelerations do
+ * not balance the forces. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);
@@ -148,7 +149,8 @@ MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * estimate, no bound; q, u, tau and the model count as exact. What makes errors large are masses
  * and lengths that differ by many powers of ten along a tree; see docs/rank_and_index.md.
  *
- * Statuses of mbsr_forward_dynamics; MBSR_UNDETERMINED leaves error and *relative as they were. */
+ * Statuses of mbsr_forward_dynamics; MBSR_UNDETERMINED leaves error and *relative as they were;
+ * MBSR_ERR_CLOSURES. */
 MBSR_API int mbsr_forward_dynamics_refined(const mbsr_model *model, mbsr_data *data, double t,
                                            const double *q, const double *u, const double *tau,
                                            double *udot, double *error, double *relative);

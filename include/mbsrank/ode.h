@@ -19,8 +19,8 @@ typedef struct mbsr_ode mbsr_ode;
 /* Prepares the right-hand side at a state: the massless directions there are counted and grouped
  * into those that forces couple. model and data must outlive the object, data is used by it. After
  * this no call allocates. MBSR_RANK_CHANGED is returned later where the number of directions
- * changes. All statuses of the stages in dynamics.h, MBSR_ERR_NO_MEMORY; the text is in
- * mbsr_data_error. On failure *ode is NULL. */
+ * changes. All statuses of the stages in dynamics.h, MBSR_ERR_CLOSURES, MBSR_ERR_NO_MEMORY; the
+ * text is in mbsr_data_error. On failure *ode is NULL. */
 MBSR_API int mbsr_ode_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                              const double *u, mbsr_ode **ode);
 MBSR_API void mbsr_ode_destroy(mbsr_ode *ode); /* NULL is allowed */

@@ -235,8 +235,7 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
     if (sum->some) {
         inertia = sum->inertia;
         *principal = axes_of(sum);
-    } else if (inertial && mbsri_mjcf_compiler(m, e)->from_shapes != MBSRI_SHAPES_ALWAYS &&
-               !read_inertial(m, inertial, &inertia, principal)) {
+    } else if (inertial && !read_inertial(m, inertial, &inertia, principal)) {
         return false;
     }
     mbsri_scene_bodies(m->s)[body].inertia = inertia;

@@ -180,6 +180,13 @@ static void inertias_of_shapes(void **state)
                                 "<geom size='1' mass='7' group='3'/></body></worldbody>"),
                          centre),
                  5.0, 0.0);
+    /* what is given, where none counts */
+    assert_close(mass_of(MUJOCO("<compiler inertiafromgeom='true' inertiagrouprange='1 2'/>"
+                                "<worldbody><body><freejoint/><inertial pos='0 0 0' mass='3' "
+                                "diaginertia='1 1 1'/><geom size='1' mass='7' group='3'/></body>"
+                                "</worldbody>"),
+                         centre),
+                 3.0, 0.0);
 }
 
 /* w, position and velocity through the gear, on a joint and on a tendon; springs of tendons. */

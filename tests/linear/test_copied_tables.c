@@ -1,5 +1,6 @@
 /* Closures and joints of a caller's own: those of random models, whose tables lack derivatives,
- * have the linear equations of the built-in ones. SPDX-License-Identifier: BSD-3-Clause */
+ * have the linear equations of the built-in ones.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "any_model.h"
 
 #include <mbsrank/linear.h>
