@@ -26,7 +26,7 @@ void hdf5_reason(char to[HDF5_REASON])
 char *hdf5_get_text(hid_t of, const char *name)
 {
     char *text = NULL, *copy = NULL;
-    const hid_t attribute = H5Aopen(of, name, H5P_DEFAULT), type = hdf5_text_type();
+    const hid_t attribute = H5Aopen(of, name, H5P_DEFAULT), type = hdf5_text_type(H5T_VARIABLE);
     const hid_t space = H5Aget_space(attribute), stored = H5Aget_type(attribute);
     const bool one = H5Sget_simple_extent_npoints(space) == 1 && H5Tis_variable_str(stored) > 0;
     if (one && H5Aread(attribute, type, &text) >= 0 && text) {
@@ -53,6 +53,19 @@ bool hdf5_get_int(hid_t of, const char *name, int *value)
 
 /* ---- data sets ---- */
 
+hid_t hdf5_open_column(hid_t file, const char *name, int *number, bool *bad)
+{
+    const hid_t set = H5Oopen(file, name, H5P_DEFAULT);
+    *bad = set < 0 && H5Oexists_by_name(file, name, H5P_DEFAULT) != 0;
+    if (set < 0) return H5I_INVALID_HID;
+    const H5I_type_t type = H5Iget_type(set);
+    const htri_t there = type == H5I_DATASET ? H5Aexists(set, "column") : 0;
+    if (there > 0 && hdf5_get_int(set, "column", number)) return set;
+    *bad = there != 0 || type == H5I_BADID;
+    H5Oclose(set);
+    return H5I_INVALID_HID;
+}
+
 typedef struct part {
     hid_t set;
     int column;
@@ -62,20 +75,22 @@ typedef struct part {
 typedef struct parts {
     part *list;
     int count, room;
-    bool no_memory;
+    bool bad, no_memory;
 } parts;
 
-/* Keeps what is a column; anything else in the file is somebody's own. */
+/* Keeps what is a column. */
 static herr_t take_column(hid_t file, const char *link, const H5L_info_t *info, void *user)
 {
     parts *all = user;
-    part new = {.set = H5Dopen2(file, link, H5P_DEFAULT)};
+    part new = {.name = NULL};
     (void)info;
-    if (new.set < 0) return 0;
-    if (!hdf5_get_int(new.set, "column", &new.column) ||
-        !(new.name = hdf5_get_text(new.set, "name"))) {
+    new.set = hdf5_open_column(file, link, &new.column, &all->bad);
+    if (new.set < 0) return all->bad ? -1 : 0;
+    new.name = hdf5_get_text(new.set, "name");
+    if (!new.name) {
+        all->bad = true;
         H5Dclose(new.set);
-        return 0;
+        return -1;
     }
     if (all->count == all->room) {
         const int room = all->room > 0 ? 2 * all->room : 64;
@@ -117,6 +132,7 @@ static long count_lines(hid_t set)
 static int check_parts(const char *path, const parts *all, table *t)
 {
     if (all->no_memory) return complain(FAILED, "no memory");
+    if (all->bad) return complain(NOT_READ, "%s: not all of its columns can be read", path);
     if (all->count == 0 || strcmp(all->list[0].name, "t") != 0)
         return complain(NOT_READ, "%s: the first column must be t", path);
     for (int k = 0; k < all->count; ++k) {
@@ -168,7 +184,7 @@ static int copy_values(const char *path, const parts *all, table *t)
 static int read_parts(const char *path, hid_t file, table *t)
 {
     parts all = {.count = 0};
-    H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, NULL, take_column, &all);
+    if (H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, NULL, take_column, &all) < 0) all.bad = true;
     if (all.count > 1) qsort(all.list, (size_t)all.count, sizeof *all.list, by_column);
     int code = check_parts(path, &all, t);
     if (!code) code = copy_names(&all, t);

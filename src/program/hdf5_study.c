@@ -28,7 +28,7 @@ static hid_t put_set(study_file *f, hid_t in, const char *name, int rank, const 
                      hid_t stored, hid_t given, const void *data)
 {
     const hid_t space = H5Screate_simple(rank, shape, NULL), how = H5Pcreate(H5P_DATASET_CREATE);
-    H5Pset_obj_track_times(how, false);
+    note_set(f, H5Pset_obj_track_times(how, false) >= 0);
     const hid_t set = H5Dcreate2(in, name, stored, space, H5P_DEFAULT, how, H5P_DEFAULT);
     note_set(f, set >= 0 && H5Dwrite(set, given, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0);
     H5Pclose(how);
@@ -123,8 +123,7 @@ static void put_outcomes(study_file *f)
     H5Dclose(put_set(f, f->file, "outcome", 1, &runs, H5T_STD_I32LE, H5T_NATIVE_INT, r->outcome));
     H5Dclose(put_set(f, f->file, "status", 1, &runs, H5T_STD_I32LE, H5T_NATIVE_INT, r->status));
     H5Dclose(put_set(f, f->file, "steps", 1, &runs, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, r->steps));
-    const hid_t type = H5Tcopy(H5T_C_S1);
-    H5Tset_size(type, MBSR_TEXT_SIZE);
+    const hid_t type = hdf5_text_type(MBSR_TEXT_SIZE);
     if (failures > 0) {
         H5Dclose(
             put_set(f, f->file, "failed", 1, &failures, H5T_STD_I64LE, H5T_NATIVE_LONG, r->failed));

@@ -77,13 +77,10 @@ static void free_set(study_set *s)
 static herr_t take_set(hid_t file, const char *link, const H5L_info_t *info, void *user)
 {
     study_sets *all = user;
-    study_set new = {.set = H5Dopen2(file, link, H5P_DEFAULT)};
+    study_set new = {.name = NULL};
     (void)info;
-    if (new.set < 0) return 0;
-    if (!hdf5_get_int(new.set, "column", &new.place)) {
-        H5Dclose(new.set);
-        return 0;
-    }
+    new.set = hdf5_open_column(file, link, &new.place, &all->bad);
+    if (new.set < 0) return all->bad ? -1 : 0;
     new.name = hdf5_get_text(new.set, "name");
     new.unit = hdf5_get_text(new.set, "unit");
     study_set *larger = realloc(all->list, ((size_t)all->count + 1) * sizeof *larger);
@@ -166,7 +163,7 @@ int hdf5_read_study(const char *path, study_data *d)
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     const hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file < 0) return complain(NOT_READ, "%s cannot be read", path);
-    H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, NULL, take_set, &all);
+    if (H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, NULL, take_set, &all) < 0) all.bad = true;
     if (all.count > 1) qsort(all.list, (size_t)all.count, sizeof *all.list, by_place);
     int code =
         all.bad || all.count == 0 ? complain(NOT_READ, "%s has no results of a study", path) : DONE;

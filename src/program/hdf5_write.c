@@ -43,7 +43,7 @@ bool hdf5_put(hid_t of, const char *name, hid_t stored, hid_t given, const void 
 
 bool hdf5_put_text(hid_t of, const char *name, const char *text)
 {
-    const hid_t type = hdf5_text_type();
+    const hid_t type = hdf5_text_type(H5T_VARIABLE);
     const bool good = hdf5_put(of, name, type, type, &text);
     H5Tclose(type);
     return good;
@@ -130,11 +130,11 @@ static bool append(hid_t set, hsize_t at, hsize_t count, const double *values)
     const hsize_t end = at + count;
     if (H5Dset_extent(set, &end) < 0) return false;
     const hid_t there = H5Dget_space(set), here = H5Screate_simple(1, &count, NULL);
-    H5Sselect_hyperslab(there, H5S_SELECT_SET, &at, NULL, &count, NULL);
-    const herr_t status = H5Dwrite(set, H5T_NATIVE_DOUBLE, here, there, H5P_DEFAULT, values);
+    const bool good = H5Sselect_hyperslab(there, H5S_SELECT_SET, &at, NULL, &count, NULL) >= 0 &&
+                      H5Dwrite(set, H5T_NATIVE_DOUBLE, here, there, H5P_DEFAULT, values) >= 0;
     H5Sclose(here);
     H5Sclose(there);
-    return status >= 0;
+    return good;
 }
 
 static void write_block(hdf5_run *run)

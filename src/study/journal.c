@@ -98,18 +98,23 @@ static int fail_file(mbsr_error *error, const char *path, const char *what)
 
 /* ---- bytes in and out ---- */
 
-static bool read_bytes(int file, void *to, size_t size, int64_t offset)
+/* What there was to read. */
+typedef enum reading { WHOLE, CUT, UNREAD } reading;
+
+/* CUT: the file ends before; UNREAD: it cannot be read, errno says why. */
+static reading read_bytes(int file, void *to, size_t size, int64_t offset)
 {
     unsigned char *at = to;
     while (size > 0) {
         const ssize_t part = pread(file, at, size, (off_t)offset);
         if (part < 0 && errno == EINTR) continue;
-        if (part <= 0) return false;
+        if (part < 0) return UNREAD;
+        if (part == 0) return CUT;
         at += part;
         offset += part;
         size -= (size_t)part;
     }
-    return true;
+    return WHOLE;
 }
 
 static bool write_bytes(int file, const void *from, size_t size)
@@ -154,13 +159,20 @@ static journal_head head_of(const mbsr_journal *j)
     return h;
 }
 
-/* How many bytes of it are there: 0: the file is empty or was cut within its head; -1: refused. */
-static int check_head(const mbsr_journal *j, int file, const char *path, mbsr_error *error)
+/* *size is how many bytes of it are there; 0: the file is empty or was cut within its head. */
+static int check_head(const mbsr_journal *j, int file, const char *path, int64_t *size,
+                      mbsr_error *error)
 {
     const journal_head wanted = head_of(j);
     journal_head h;
-    if (!read_bytes(file, &h, sizeof h, 0)) return 0;
-    if (memcmp(&h, &wanted, sizeof h) == 0) return (int)sizeof h;
+    *size = 0;
+    switch (read_bytes(file, &h, sizeof h, 0)) {
+    case CUT: return MBSR_OK;
+    case UNREAD: return fail_file(error, path, "read");
+    case WHOLE: break;
+    }
+    *size = (int64_t)sizeof h;
+    if (memcmp(&h, &wanted, sizeof h) == 0) return MBSR_OK;
     if (memcmp(h.magic, MAGIC, sizeof h.magic) != 0 || h.one != 1 ||
         h.check != check_alone(&h, offsetof(journal_head, check)))
         mbsri_fail_plain(error, MBSR_ERR_MISMATCH, "%s is no journal of a study, or damaged", path);
@@ -168,7 +180,7 @@ static int check_head(const mbsr_journal *j, int file, const char *path, mbsr_er
         mbsri_fail_plain(error, MBSR_ERR_MISMATCH,
                          "%s belongs to another study: its file or its model has changed since",
                          path);
-    return -1;
+    return MBSR_ERR_MISMATCH;
 }
 
 /* ---- runs ---- */
@@ -185,31 +197,36 @@ static size_t payload_of(const mbsr_journal *j, const run_head *h)
     return numbers * sizeof(double) + (size_t)h->text;
 }
 
-/* The run at an offset; false: there is none, or not all of it. Its payload is in the block. */
-static bool read_whole_run(const mbsr_journal *j, int file, int64_t offset, run_head *h)
+/* The run at an offset; CUT: there is none, or not all of it. Its payload is in the block. */
+static reading read_run(const mbsr_journal *j, int file, int64_t offset, run_head *h)
 {
     uint64_t check;
-    if (!read_bytes(file, h, sizeof *h, offset)) return false;
-    if (h->check != check_alone(h, offsetof(run_head, check))) return false;
+    reading there = read_bytes(file, h, sizeof *h, offset);
+    if (there != WHOLE) return there;
+    if (h->check != check_alone(h, offsetof(run_head, check))) return CUT;
     if (h->run < 0 || h->run >= j->study->runs || h->text >= MBSR_TEXT_SIZE || h->outcome < 0 ||
         h->outcome >= MBSR_RUN_MISSING)
-        return false;
+        return CUT;
     const size_t size = payload_of(j, h);
-    if (!read_bytes(file, j->block, size + sizeof check, offset + (int64_t)sizeof *h)) return false;
+    there = read_bytes(file, j->block, size + sizeof check, offset + (int64_t)sizeof *h);
+    if (there != WHOLE) return there;
     memcpy(&check, j->block + size, sizeof check);
-    return check == check_alone(j->block, size);
+    return check == check_alone(j->block, size) ? WHOLE : CUT;
 }
 
-/* Notes the runs of file `number`; *end is behind the last whole one. */
-static void note_runs(mbsr_journal *j, int file, int number, int64_t *end)
+/* Notes the runs of file `number`; *end is behind the last whole one. False: what is there cannot
+ * be read. */
+static bool note_runs(mbsr_journal *j, int file, int number, int64_t *end)
 {
     run_head h;
-    while (read_whole_run(j, file, *end, &h)) {
+    reading there;
+    while ((there = read_run(j, file, *end, &h)) == WHOLE) {
         run_place *place = j->place + h.run;
         if (counts_more(place->outcome, h.outcome))
             *place = (run_place){.offset = *end, .file = number, .outcome = h.outcome};
         *end += (int64_t)(sizeof h + payload_of(j, &h) + sizeof h.check);
     }
+    return there == CUT;
 }
 
 /* ---- opening ---- */
@@ -256,10 +273,10 @@ static int read_one(mbsr_journal *j, int number, mbsr_error *error)
     const bool writes = number == j->writer;
     const int file = open(path, writes ? O_RDWR | O_CREAT : O_RDONLY, 0666);
     if (file < 0) return fail_file(error, path, writes ? "written" : "read");
-    const int head = check_head(j, file, path, error);
-    int64_t end = head;
-    int status = head < 0 ? MBSR_ERR_MISMATCH : MBSR_OK;
-    if (head > 0) note_runs(j, file, number, &end);
+    int64_t end;
+    int status = check_head(j, file, path, &end, error);
+    if (!status && end > 0 && !note_runs(j, file, number, &end))
+        status = fail_file(error, path, "read");
     if (!writes || status) {
         close(file);
         return status;
@@ -280,7 +297,10 @@ static int read_folder(mbsr_journal *j, mbsr_error *error)
     int status = MBSR_OK;
     if (!folder && errno == ENOENT && j->writer < 0) return MBSR_OK;
     if (!folder) return fail_file(error, j->folder, "read");
-    for (const struct dirent *entry; !status && (entry = readdir(folder));) {
+    for (;;) {
+        errno = 0;
+        const struct dirent *entry = status ? NULL : readdir(folder);
+        if (!entry) break;
         char path[PATH_SIZE], own[PATH_SIZE];
         const int number = journal_number(entry->d_name);
         if (number < 0 || number == j->writer) continue;
@@ -288,6 +308,7 @@ static int read_folder(mbsr_journal *j, mbsr_error *error)
         mbsri_print(own, sizeof own, "%s/%s", j->folder, entry->d_name);
         if (strcmp(path, own) == 0) status = read_one(j, number, error);
     }
+    if (!status && errno) status = fail_file(error, j->folder, "read");
     closedir(folder);
     return status;
 }
@@ -412,7 +433,9 @@ int mbsr_journal_get(mbsr_journal *j, long run, double *value, char *text,
     run_head h;
     const int file = descriptor(j, place->file, path);
     if (file < 0) return fail_file(error, path, "read");
-    if (!read_whole_run(j, file, place->offset, &h) || h.run != run)
+    const reading there = read_run(j, file, place->offset, &h);
+    if (there == UNREAD) return fail_file(error, path, "read");
+    if (there == CUT || h.run != run)
         return mbsri_fail_plain(error, MBSR_ERR_FILE, "%s has changed: run %ld is not there", path,
                                 run);
     const size_t numbers = payload_of(j, &h) - (size_t)h.text;

@@ -295,6 +295,21 @@ static void what_is_not_there_is_missing(void **state)
     assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_ERR_FILE);
 }
 
+/* What cannot be read is refused: its runs would be done again, and a writer would cut them off. */
+static void what_cannot_be_read_is_refused(void **state)
+{
+    const desk *d = *state;
+    mbsr_journal *j;
+    mbsr_error error;
+    assert_int_equal(mkdir(d->path[1], 0777), 0); /* opened, but not read */
+    for (int writer = -1; writer < 1; ++writer) {
+        assert_int_equal(try_open(d, writer, 7, &j, &error), MBSR_ERR_FILE);
+        assert_null(j);
+        assert_non_null(strstr(error.text, "2.journal cannot be read: "));
+    }
+    assert_int_equal(rmdir(d->path[1]), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -307,6 +322,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(other_studies_and_wrong_use_are_refused, lay_desk,
                                         clear_desk),
         cmocka_unit_test_setup_teardown(what_is_not_there_is_missing, lay_desk, clear_desk),
+        cmocka_unit_test_setup_teardown(what_cannot_be_read_is_refused, lay_desk, clear_desk),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
