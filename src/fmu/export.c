@@ -95,7 +95,7 @@ static int ask_for_exchange(const mbsr_model *model, const mbsri_unit_plan *plan
                             mbsr_error *error)
 {
     mbsr_index_report *report = NULL;
-    mbsr_data *data;
+    mbsr_data *data = NULL;
     *text = '\0';
     if (mbsr_model_closures(model) > 0) {
         mbsri_print(text, MBSR_TEXT_SIZE,

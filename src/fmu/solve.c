@@ -198,7 +198,7 @@ static int find_accelerations(mbsri_instance *in)
 
 mbsri_result mbsri_evaluate(mbsri_instance *in)
 {
-    const mbsr_error *error;
+    const mbsr_error *error = NULL;
     if (in->evaluated) return MBSRI_OK;
     if (!in->started) {
         const mbsri_result found = mbsri_find_start(in);

@@ -3,6 +3,7 @@
 #define _XOPEN_SOURCE 700
 #include "program/program.h"
 
+#include <errno.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,16 +24,25 @@ static int has_mesh(void *user, const char *name)
     return has_beside(user, name);
 }
 
-/* The folder of the model, where the text goes to another one; else NULL. */
-static const char *folder_of_meshes(const char *from, const char *to, char folder[PATH_MAX])
+/* Whether the text goes to another folder than the model's. */
+static bool goes_elsewhere(const char *from, const char *to)
 {
     const char *slash[2] = {strrchr(from, '/'), strrchr(to, '/')};
     const size_t length[2] = {slash[0] ? (size_t)(slash[0] - from) : 0,
                               slash[1] ? (size_t)(slash[1] - to) : 0};
-    char own[2048];
-    if (length[0] == length[1] && strncmp(from, to, length[0]) == 0) return NULL;
-    snprintf(own, sizeof own, "%.*s", (int)(slash[0] ? length[0] + 1 : 1), slash[0] ? from : ".");
-    return realpath(own, folder);
+    return length[0] != length[1] || strncmp(from, to, length[0]) != 0;
+}
+
+/* The folder of the model as it is known everywhere; NULL: errno says why. */
+static const char *folder_of_meshes(const char *from, char folder[PATH_MAX])
+{
+    const char *slash = strrchr(from, '/');
+    char own[PATH_MAX];
+    const int length =
+        snprintf(own, sizeof own, "%.*s", slash ? (int)(slash + 1 - from) : 1, slash ? from : ".");
+    if (length >= 0 && length < (int)sizeof own) return realpath(own, folder);
+    errno = ENAMETOOLONG;
+    return NULL;
 }
 
 static int convert_model(const program_options *o, const program_model *m, const char *path)
@@ -44,7 +54,10 @@ static int convert_model(const program_options *o, const program_model *m, const
     opt.strict = o->strict;
     opt.has_mesh = has_mesh;
     opt.user = (void *)o;
-    opt.mesh_folder = folder_of_meshes(o->path, path, folder);
+    if (goes_elsewhere(o->path, path)) {
+        opt.mesh_folder = folder_of_meshes(o->path, folder);
+        if (!opt.mesh_folder) return complain_of_file(FAILED, o->path, "found from elsewhere");
+    }
     if (mbsr_file_write_mjcf(m->model, m->file, &opt, &written, &error))
         return complain(FAILED, "%s", error.text);
     for (int k = 0; k < written->findings; ++k)

@@ -100,15 +100,18 @@ static int find_columns(const program_model *m, const char *path, const table *r
 
 /* ---- a sample ---- */
 
-static void keep_poses(const program_model *m, float *to)
+/* A status, as below. */
+static int keep_poses(const program_model *m, float *to)
 {
     for (int k = 0; k < m->file->bodies; ++k, to += POSE_NUMBERS) {
         double pose[MBSR_POSE_SIZE], quaternion[4];
-        mbsr_body_pose(m->model, m->data, k, pose);
+        const int status = mbsr_body_pose(m->model, m->data, k, pose);
+        if (status) return status;
         mbsr_rotation_quaternion(pose + MBSR_POSE_R, quaternion);
         for (int l = 0; l < 3; ++l) to[l] = (float)pose[MBSR_POSE_X + l];
         for (int l = 0; l < 4; ++l) to[3 + l] = (float)quaternion[l];
     }
+    return MBSR_OK;
 }
 
 /* A wrench at the body's origin as force and as moment about the point `arm` away. */
@@ -123,20 +126,22 @@ static void keep_wrench(const double wrench[6], const double arm[3], float to[6]
 }
 
 /* Moments about the joint's point. */
-static void keep_reactions(const program_model *m, const double *point, float *to)
+static int keep_reactions(const program_model *m, const double *point, float *to)
 {
     for (int k = 0; k < m->file->bodies; ++k, to += REACTION_NUMBERS, point += 3) {
         double pose[MBSR_POSE_SIZE], wrench[6], arm[3];
-        mbsr_body_pose(m->model, m->data, k, pose);
-        mbsr_joint_reaction(m->model, m->data, k, wrench);
+        int status = mbsr_body_pose(m->model, m->data, k, pose);
+        if (!status) status = mbsr_joint_reaction(m->model, m->data, k, wrench);
+        if (status) return status;
         const double *R = pose + MBSR_POSE_R;
         for (int l = 0; l < 3; ++l)
             arm[l] = R[l] * point[0] + R[3 + l] * point[1] + R[6 + l] * point[2];
         keep_wrench(wrench, arm, to);
     }
+    return MBSR_OK;
 }
 
-/* Moments about where the closure acts. A status. */
+/* Moments about where the closure acts. */
 static int keep_loops(const program_model *m, const motion *shown, float *to)
 {
     int status = MBSR_OK;
@@ -190,23 +195,30 @@ static int keep_touches(touching *contacts, mbsr_data *data, int k, motion *to)
     return DONE;
 }
 
+/* Reactions at the state, where there are any and they can be had. */
+static void sample_reactions(const program_model *m, int k, const places *at, motion *to)
+{
+    const size_t bodies = (size_t)m->file->bodies, loops = (size_t)to->loops;
+    if (!to->reaction) return;
+    int status = react(m, to->time[k], at);
+    if (!status) status = keep_loops(m, to, to->loop_force + (size_t)k * loops * LOOP_NUMBERS);
+    if (!status)
+        status = keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
+    if (status) forget_reactions(to, mbsr_data_error(m->data)->text);
+}
+
 static int sample_motion(const program_model *m, touching *contacts, int k, const places *at,
                          motion *to)
 {
     const size_t bodies = (size_t)m->file->bodies;
-    if (to->reaction && react(m, to->time[k], at))
-        forget_reactions(to, mbsr_data_error(m->data)->text);
-    if (to->reaction &&
-        keep_loops(m, to, to->loop_force + (size_t)k * (size_t)to->loops * LOOP_NUMBERS))
-        forget_reactions(to, mbsr_data_error(m->data)->text);
-    if (to->reaction)
-        keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
-    else if (mbsr_stage_positions(m->model, m->data, to->time[k], at->state))
-        return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
+    sample_reactions(m, k, at, to);
+    int status = MBSR_OK;
+    if (!to->reaction) status = mbsr_stage_positions(m->model, m->data, to->time[k], at->state);
+    if (!status) status = keep_poses(m, to->pose + (size_t)k * bodies * POSE_NUMBERS);
+    if (status) return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
     if (to->reaction && contacts->model && keep_touches(contacts, m->data, k, to)) return FAILED;
     for (int l = 0; l < at->nq; ++l)
         to->q[(size_t)k * (size_t)at->nq + (size_t)l] = (float)at->state[l];
-    keep_poses(m, to->pose + (size_t)k * bodies * POSE_NUMBERS);
     return DONE;
 }
 

@@ -47,7 +47,8 @@ static int take_runs(study_work *w, mbsr_journal *j, study_results *r)
         mbsr_study_result one;
         if (mbsr_journal_get(j, run, w->value, text, &one, &error))
             return complain(FAILED, "%s", error.text);
-        mbsr_study_values(w->study, run, w->parameter);
+        if (mbsr_study_values(w->study, run, w->parameter))
+            return complain(FAILED, "run %ld has no values", run);
         for (int k = 0; k < w->study->parameters; ++k)
             r->parameter[(long)k * r->runs + run] = w->parameter[k];
         for (int k = 0; k < w->study->numbers; ++k) r->value[(long)k * r->runs + run] = w->value[k];

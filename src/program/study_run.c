@@ -112,7 +112,7 @@ static int check_output(study_work *w, const mbsr_study_output *o, const column 
 static int choose_columns_of(study_work *w)
 {
     const mbsr_study *s = w->study;
-    columns all;
+    columns all = {.count = 0};
     int code = columns_all(&w->m, &all);
     w->c = (columns){.file = w->m.file, .count = s->outputs};
     w->c.list = calloc((size_t)s->outputs + 1, sizeof *w->c.list);
@@ -426,11 +426,11 @@ void study_try(study_work *w, mbsr_study_result *result)
     one.model = model;
     if (!one.read) one.read = w->m.model;
     for (int k = 0; k < one.file->actuators; ++k) one.file->control[k] = 0.0;
-    start_state(&w->options.common, &one, &q, &u);
+    int code = start_state(&w->options.common, &one, &q, &u);
     w->in.next = 0;
     inputs_set(&w->in, 0.0, one.file->control);
-    int code = touching_make(&one, q, w->options.common.contacts, true, &contacts);
-    if (code) snprintf(w->text, sizeof w->text, "no contacts can be made");
+    if (!code) code = touching_make(&one, q, w->options.common.contacts, true, &contacts);
+    if (code) snprintf(w->text, sizeof w->text, "no start, or no contacts can be made");
     mbsr_simulation s = mbsr_simulation_of(contacts.model ? contacts.model : model);
     watch run = {.w = w, .s = &s, .deadline = INFINITY};
     if (study->max_time > 0.0) run.deadline = real_time() + study->max_time;
@@ -449,9 +449,15 @@ void study_try(study_work *w, mbsr_study_result *result)
 
 void study_do(study_work *w, long run, mbsr_study_result *result)
 {
+    const int refused = mbsr_study_values(w->study, run, w->parameter);
+    if (refused) {
+        snprintf(w->text, sizeof w->text, "it has no values");
+        *result = (mbsr_study_result){
+            .outcome = MBSR_RUN_FAILED, .status = refused, .value = w->value, .text = w->text};
+    } else {
+        study_try(w, result);
+    }
     result->run = run;
-    mbsr_study_values(w->study, run, w->parameter);
-    study_try(w, result);
 }
 
 /* ---- names ---- */

@@ -8,7 +8,21 @@
 
 #include "expect.h"
 
+#include <stdbool.h>
 #include <stddef.h>
+
+/* Lists of functions, functions_*.h. */
+typedef enum test_faults_list {
+    TEST_FAULTS_CORE,
+    TEST_FAULTS_IDA,
+    TEST_FAULTS_LINEAR,
+    TEST_FAULTS_CONTACT,
+    TEST_FAULTS_FE,
+    TEST_FAULTS_FILES,
+    TEST_FAULTS_STUDY,
+    TEST_FAULTS_FMU,
+    TEST_FAULTS_PROGRAM
+} test_faults_list;
 
 /* What is called: it returns a status, leaves `count` numbers in out, and frees what it took. */
 typedef struct test_faults_act {
@@ -26,5 +40,12 @@ typedef struct test_faults_act {
  * Places that failed in an act of that name are spared in short runs. Returns how many failed; 0
  * where the act itself is refused. */
 long test_faults_each(const test_faults_act *act);
+
+/* From now on those fail alone that are so, by their list and the address behind their call; NULL:
+ * all. */
+void test_faults_only(bool (*here)(test_faults_list list, const char *caller));
+
+/* Within a call: from now on nothing fails, or it may. */
+void test_faults_rest(bool rests);
 
 #endif
