@@ -20,10 +20,12 @@ typedef struct test_acts_scene {
     double y[TEST_ACTS_MOST], yp[TEST_ACTS_MOST], out[TEST_ACTS_PARTS * TEST_ACTS_PART];
 } test_acts_scene;
 
-/* Functions of the caller's: how often they were called, and which call says `with`. */
+/* Functions of the caller's: how often they were called, and which call says `with`, or where that
+ * is MBSR_OK gives this number. */
 typedef struct test_acts_counts {
     long asked, fail_at;
     int with;
+    double gives;
     bool fail_on; /* from there on, too */
     test_counting memory;
 } test_acts_counts;
