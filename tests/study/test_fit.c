@@ -365,6 +365,43 @@ static void wrong_use_is_refused(void **state)
     assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_NOT_FINITE);
 }
 
+/* ---- residuals that are not finite ---- */
+
+static long compared, odd_at;
+
+static int compare_oddly(void *user, const double *p, double *r)
+{
+    const int status = compare(user, p, r);
+    if (++compared == odd_at) r[odd_at % SAMPLES] = odd_at % 2 ? NAN : INFINITY;
+    return status;
+}
+
+/* At each call in turn: another step is taken, or the fit says so. */
+static void no_fit_is_not_finite(void **state)
+{
+    (void)state;
+    double y[SAMPLES];
+    test_rng rng = test_seed(5);
+    measure(&rng, y);
+    mbsr_fit_opt opt = oscillation(y);
+    opt.residual = compare_oddly;
+    long calls = 1;
+    for (odd_at = 0; odd_at <= calls; ++odd_at) {
+        mbsr_fit *f = NULL;
+        mbsr_error error = {.text = ""};
+        compared = 0;
+        const int status = mbsr_fit_create(&opt, &f, &error);
+        if (odd_at == 0) calls = compared;
+        if (odd_at == 1) assert_int_equal(status, MBSR_NOT_FINITE); /* at the start */
+        if (status) assert_true(odd_at > 0 && !f && error.text[0]);
+        for (int k = 0; k < PARAMETERS && !status; ++k)
+            assert_true(isfinite(f->value[k]) && isfinite(f->deviation[k]));
+        for (int k = 0; k < SAMPLES && !status; ++k) assert_true(isfinite(f->residual[k]));
+        mbsr_fit_destroy(f);
+    }
+    assert_in_range(calls, 10, 1000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -375,6 +412,7 @@ int main(void)
         cmocka_unit_test(derivatives_are_taken),
         cmocka_unit_test(what_data_cannot_tell_apart_is_named),
         cmocka_unit_test(wrong_use_is_refused),
+        cmocka_unit_test(no_fit_is_not_finite),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
