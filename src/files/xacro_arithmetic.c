@@ -200,13 +200,13 @@ bool mbsri_arithmetic(mbsri_xacro *x, const char *mark, const mbsri_value *a, co
 
 static bool call_one(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
-    double a;
+    double a = 0.0;
     return mbsri_call_number(x, c, 0, &a) && give_real(x, c->function->one(a), isfinite(a), out);
 }
 
 static bool call_two(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
-    double a, b;
+    double a = 0.0, b = 0.0;
     return mbsri_call_number(x, c, 0, &a) && mbsri_call_number(x, c, 1, &b) &&
            give_real(x, c->function->two(a, b), isfinite(a) && isfinite(b), out);
 }
@@ -221,7 +221,7 @@ bool mbsri_make_whole(mbsri_xacro *x, double real, double (*round)(double), mbsr
 
 static bool call_whole(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
-    double a;
+    double a = 0.0;
     if (c->argument->kind == MBSRI_WHOLE) {
         *out = *c->argument;
         return true;
@@ -241,7 +241,7 @@ static bool call_log(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out
 
 static bool call_is(mbsri_xacro *x, const mbsri_macro_call *c, mbsri_value *out)
 {
-    double a;
+    double a = 0.0;
     if (!mbsri_call_number(x, c, 0, &a)) return false;
     const char *what = c->function->name + 2;
     *out = mbsri_value_truth(strcmp(what, "nan") == 0   ? isnan(a)
