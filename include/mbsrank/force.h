@@ -137,8 +137,8 @@ typedef struct mbsr_force_table {
     int (*pairs)(const mbsr_force_args *args, int (*pair)[2], int *count);
 
     /* Optional, for sensitivity.h: a number of the branch that the law takes at this state, as of a
-     * stop that is hit or not; f and tau of args are NULL. Forces are continuous where it changes,
-     * their derivatives may jump. */
+     * stop that is hit or not; f and tau of args are NULL. Where it changes derivatives of forces
+     * may jump; where the forces do, sensitivities are refused. */
     double (*side)(const mbsr_force_args *args);
 } mbsr_force_table;
 

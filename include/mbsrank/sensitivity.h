@@ -59,8 +59,9 @@ MBSR_API void mbsr_sensitivity_destroy(mbsr_sensitivity *sensitivity); /* NULL i
  * adjoint made, by malloc and the model's allocator. What the equations read must be functions of
  * time and state alone: it is read again later. Forces may jump at times that the model's tables or
  * opt.ida.kink name. Where an element takes another branch (`side` of its table, force.h), as
- * stops, cables, contacts, limits and teeth do, steps are divided. Forces must be continuous there,
- * as those of all stock elements are. Borders that no `side` tells are not noticed.
+ * stops, cables, contacts, limits and teeth do, steps are divided. Forces must be continuous there:
+ * those of stock elements are, but for the moments of bushings and rotation springs at half a turn.
+ * Borders that no `side` tells are not noticed.
  *
  * MBSR_ERR_NULL, MBSR_ERR_VALUE (times), MBSR_NOT_FINITE; MBSR_ERR_SPACE: a mass, moment or
  * armature of zero is chosen where directions without mass are, which another value would take

@@ -257,6 +257,16 @@ static const char *parameter(int k)
     return MBSRI_PARAMETER(names, k);
 }
 
+/* Where the moment jumps, or may. */
+static double half_turn_side(const mbsr_force_args *args)
+{
+    const double *stiffness = args->force->param + STIFFNESS;
+    bushing w;
+    if (!(stiffness[0] > 0.0 || stiffness[1] > 0.0 || stiffness[2] > 0.0)) return 0.0;
+    relative_pose(args, &w);
+    return mbsri_turn_side(w.theta);
+}
+
 static const mbsr_force_table bushing_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
     .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
@@ -268,6 +278,7 @@ static const mbsr_force_table bushing_table = {
     .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
+    .side = half_turn_side,
 };
 
 /* Infinite defects, of left-handed axes and those that are not finite, count as 1. */

@@ -122,6 +122,14 @@ static const char *parameter(int k)
     return MBSRI_PARAMETER(names, k);
 }
 
+static double half_turn_side(const mbsr_force_args *args)
+{
+    double n[4], theta[3];
+    bool half;
+    if (rotation_vector_of(args, n, theta, &half)) return 0.0;
+    return mbsri_turn_side(theta);
+}
+
 static const mbsr_force_table rotation_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
     .flags = MBSR_FORCE_JOINT_ONLY,
@@ -133,6 +141,7 @@ static const mbsr_force_table rotation_table = {
     .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
+    .side = half_turn_side,
 };
 
 mbsr_force_def mbsr_force_joint_rotation_spring(int body, const double stiffness[3],

@@ -29,6 +29,15 @@ bool mbsri_turn_is_half(const double quaternion[4], const double theta[3], const
     return counts > nothing * most;
 }
 
+double mbsri_turn_side(const double theta[3])
+{
+    static const double quarter = 1.5707963267948966;
+    int k = fabs(theta[1]) > fabs(theta[0]) ? 1 : 0;
+    if (fabs(theta[2]) > fabs(theta[k])) k = 2;
+    if (!(mbsri_norm3(theta) > quarter)) return 0.0;
+    return theta[k] > 0.0 ? k + 1.0 : -k - 1.0;
+}
+
 /* s and its derivative with respect to |theta|^2; the series where the closed form cancels,
  * their errors are below 1e-16 there and 1e-13. */
 double mbsri_turn_factor(double square, double *slope)

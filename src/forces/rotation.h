@@ -22,6 +22,10 @@ void mbsri_rotation_vector(const double quaternion[4], double theta[3]);
  * the entries of theta that count are not zero: those with stiffness (3). */
 bool mbsri_turn_is_half(const double quaternion[4], const double theta[3], const double *stiffness);
 
+/* For mbsr_force_table.side: another number where theta jumps, and where it grows beyond a quarter
+ * of a turn or its largest entry becomes another one. */
+double mbsri_turn_side(const double theta[3]);
+
 /* y = J^-T(theta) x; they may be the same. */
 void mbsri_unturn(const double theta[3], const double x[3], double y[3]);
 

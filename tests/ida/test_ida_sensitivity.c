@@ -621,6 +621,42 @@ static void a_force_that_jumps_is_refused(void **state)
     mbsr_model_destroy(m);
 }
 
+/* Where the rotation vector that a spring acts on jumps. */
+static void half_a_turn_is_refused(void **state)
+{
+    (void)state;
+    static const double stiffness[6] = {0.1, 0.2, 0.3, 0.0, 0.0, 0.0};
+    for (int bushing = 0; bushing < 2; ++bushing) {
+        mbsr_model *m = run_model();
+        mbsr_body_def body = mbsr_default_body_def();
+        body.joint = mbsr_joint_spherical(NULL, NULL);
+        body.inertia = mbsr_inertia_rigid(1.0, (const double[3]){0, 0, 0},
+                                          (const double[6]){1, 1.5, 2, 0, 0, 0});
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        run_force(m, bushing ? mbsr_force_bushing(MBSR_GROUND, NULL, 0, NULL, stiffness, NULL)
+                             : mbsr_force_joint_rotation_spring(0, stiffness, NULL, NULL));
+        run_finish(m);
+        subject s = begin(m, 1.5);
+        s.q[0] = 1.0;
+        s.u[2] = 3.0;
+        s.u[1] = 0.1;
+        choose_all(&s, "mass");
+        mbsr_error error;
+        const mbsr_sensitivity_opt opt = options(&s);
+        mbsr_sensitivity *sensitivity = NULL;
+        assert_ok(mbsr_sensitivity_create(m, &opt, &sensitivity, &error), &error);
+        assert_refused(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, TIMES, s.time, NULL, NULL),
+                       mbsr_sensitivity_error(sensitivity), MBSR_ERR_SPACE, MBSR_NONE, 0, "jumps");
+        /* up to there it is none */
+        const double early = 0.9;
+        assert_ok(mbsr_sensitivity_run(sensitivity, 0.0, s.q, s.u, 1, &early, NULL, NULL),
+                  mbsr_sensitivity_error(sensitivity));
+        mbsr_sensitivity_destroy(sensitivity);
+        mbsr_parameters_destroy(s.list);
+        mbsr_model_destroy(m);
+    }
+}
+
 enum { CLOSED = 3 };
 
 /* Derivatives of the paper's upper problem, x' = A x + b, times the parameter, by its matrix
@@ -896,6 +932,7 @@ int main(void)
         cmocka_unit_test(a_stop_without_mass),
         cmocka_unit_test(a_cable_goes_slack),
         cmocka_unit_test(a_force_that_jumps_is_refused),
+        cmocka_unit_test(half_a_turn_is_refused),
         cmocka_unit_test(tolerances_of_each_number),
         cmocka_unit_test(options_are_checked),
         cmocka_unit_test(calls_are_checked),
