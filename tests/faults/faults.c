@@ -60,6 +60,7 @@ void __wrap_free(void *memory);
 
 void *__wrap_malloc(size_t size)
 {
+    if (fails_here("malloc", TEST_FAULTS_MEMORY, __builtin_return_address(0))) return NULL;
     void *memory = __real_malloc(size);
     live += memory != NULL;
     return memory;
@@ -67,6 +68,7 @@ void *__wrap_malloc(size_t size)
 
 void *__wrap_calloc(size_t count, size_t size)
 {
+    if (fails_here("calloc", TEST_FAULTS_MEMORY, __builtin_return_address(0))) return NULL;
     void *memory = __real_calloc(count, size);
     live += memory != NULL;
     return memory;
@@ -74,6 +76,7 @@ void *__wrap_calloc(size_t count, size_t size)
 
 void *__wrap_realloc(void *memory, size_t size)
 {
+    if (fails_here("realloc", TEST_FAULTS_MEMORY, __builtin_return_address(0))) return NULL;
     void *changed = __real_realloc(memory, size);
     live += !memory && changed;
     return changed;
@@ -279,7 +282,8 @@ long test_faults_each(const test_faults_act *act)
     long count = 0;
     for (size_t k = 0; k < PLACES; ++k) {
         place *p = places + k;
-        if (p->caller && only && !only(p->list, p->caller)) continue;
+        if (p->caller && !(only ? only(p->list, p->caller) : p->list != TEST_FAULTS_MEMORY))
+            continue;
         if (!p->all || (p->done[byte] & bit && !test_long())) continue;
         p->done[byte] |= (unsigned char)bit;
         one_fails(act, good, p, 1);

@@ -21,7 +21,8 @@ typedef enum test_faults_list {
     TEST_FAULTS_FILES,
     TEST_FAULTS_STUDY,
     TEST_FAULTS_FMU,
-    TEST_FAULTS_PROGRAM
+    TEST_FAULTS_PROGRAM,
+    TEST_FAULTS_MEMORY /* malloc, calloc and realloc */
 } test_faults_list;
 
 /* What is called: it returns a status, leaves `count` numbers in out, and frees what it took. */
@@ -42,7 +43,7 @@ typedef struct test_faults_act {
 long test_faults_each(const test_faults_act *act);
 
 /* From now on those fail alone that are so, by their list and the address behind their call; NULL:
- * all. */
+ * all but memory. */
 void test_faults_only(bool (*here)(test_faults_list list, const char *caller));
 
 /* Within a call: from now on nothing fails, or it may. */

@@ -28,8 +28,8 @@ static double out[NUMBERS];
 static bool of_the_program(test_faults_list list, const char *caller)
 {
     const uintptr_t at = (uintptr_t)caller;
-    return list >= TEST_FAULTS_STUDY ||
-           (at > (uintptr_t)put_bytes && at < (uintptr_t)run_fmu + 4096);
+    const bool here = at > (uintptr_t)put_bytes && at < (uintptr_t)run_fmu + 4096;
+    return here || (list >= TEST_FAULTS_STUDY && list < TEST_FAULTS_MEMORY);
 }
 
 /* A command by its words, and the file that it writes; NULL: none. */
