@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "shapes.h"
 
+#include <mbsrank/files.h>
+
 #include <stddef.h>
 
 /* The shape is refused with these words, and no shape is there; it is taken without the change. */
@@ -129,12 +131,35 @@ static void calls_without_an_object(void **state)
     mbsr_contacts_destroy(c);
 }
 
+/* Each pointer is missing in turn, and named. */
+static void attached_to_nothing(void **state)
+{
+    static const char *const missing[] = {"file", "model", "q", "made"};
+    static const char text[] = "<robot name='r'><link name='a'/></robot>";
+    (void)state;
+    mbsr_file *file;
+    mbsr_touching made;
+    mbsr_error error;
+    const double q[1] = {0.0};
+    assert_ok(mbsr_file_read(text, sizeof text - 1, "r.urdf", NULL, &file, &error), &error);
+    for (int k = 0; k < 4; ++k) {
+        assert_int_equal(mbsr_contacts_attach(k == 0 ? NULL : file, NULL,
+                                              k == 1 ? NULL : file->model, k == 2 ? NULL : q, 0.0,
+                                              k == 3 ? NULL : &made, &error),
+                         MBSR_ERR_NULL);
+        assert_contains(error.text, missing[k]);
+        if (k < 3) assert_true(made.force == MBSR_NONE && !made.contacts && !made.model);
+    }
+    mbsr_file_destroy(file);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(numbers_of_laws),
         cmocka_unit_test(numbers_of_shapes),
         cmocka_unit_test(calls_without_an_object),
+        cmocka_unit_test(attached_to_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -11,6 +11,7 @@
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
 
 enum { RAIL = 2, BODIES = 4, MOST = 3 * BODIES + 2 };
 
@@ -132,6 +133,39 @@ static void ignore(void *user, int code, const char *message)
     (void)user, (void)code, (void)message;
 }
 
+/* What such a solver is asked, where something is missing or it is another one. */
+static void wrong_calls(const mine *my, SUNNonlinearSolver newton, SUNNonlinearSolver other)
+{
+    mbsr_sundials_stiff_info info;
+    double share[2];
+    int force[2], count;
+    const struct {
+        SUNNonlinearSolver solver;
+        int model, data, count, force, share, status;
+    } calls[] = {{NULL, 1, 1, 1, 1, 1, MBSR_ERR_NULL},   {newton, 0, 1, 1, 1, 1, MBSR_ERR_NULL},
+                 {newton, 1, 0, 1, 1, 1, MBSR_ERR_NULL}, {newton, 1, 1, 0, 1, 1, MBSR_ERR_NULL},
+                 {newton, 1, 1, 1, 0, 1, MBSR_ERR_NULL}, {newton, 1, 1, 1, 1, 0, MBSR_ERR_NULL},
+                 {other, 1, 1, 1, 1, 1, MBSR_ERR_VALUE}};
+    for (size_t k = 0; k < sizeof calls / sizeof *calls; ++k)
+        assert_int_equal(mbsr_sundials_stiffest(
+                             calls[k].solver, calls[k].model ? my->model : NULL,
+                             calls[k].data ? my->data : NULL, 2, calls[k].force ? force : NULL,
+                             calls[k].share ? share : NULL, calls[k].count ? &count : NULL),
+                         calls[k].status);
+    assert_int_equal(mbsr_sundials_stiff_set_rtol(NULL, 1e-3), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sundials_stiff_set_rtol(other, 1e-3), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, -1.0), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, NAN), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, INFINITY), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(NULL, 0.5), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(other, 0.5), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(newton, -0.1), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(newton, 1.0), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_get_info(NULL, &info), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sundials_stiff_get_info(newton, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sundials_stiff_get_info(other, &info), MBSR_ERR_VALUE);
+}
+
 static void end_own_run(kind which)
 {
     mine my = {.model = make(0, 1e9, 1e4)};
@@ -175,10 +209,9 @@ static void end_own_run(kind which)
     assert_int_equal(mbsr_sundials_stiffest(newton, my.model, my.data, 0, NULL, NULL, &count),
                      MBSR_OK);
     assert_int_equal(count, 0);
-    assert_int_equal(mbsr_sundials_stiffest(NULL, my.model, my.data, 0, NULL, NULL, &count),
-                     MBSR_ERR_NULL);
-    assert_int_equal(mbsr_sundials_stiffest(newton, my.model, my.data, 1, NULL, share, &count),
-                     MBSR_ERR_NULL);
+    SUNNonlinearSolver plain = SUNNonlinSol_Newton(y, context);
+    wrong_calls(&my, newton, plain);
+    SUNNonlinSolFree(plain);
     mbsr_model *other = make(1, 1e9, 1e4);
     assert_int_equal(mbsr_sundials_stiffest(newton, other, my.data, 2, force, share, &count),
                      MBSR_ERR_VALUE);

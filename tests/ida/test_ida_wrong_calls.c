@@ -35,6 +35,10 @@ static void no_simulation(void **state)
     assert_int_equal(mbsr_simulation_add_closure(NULL, mbsr_closure_ball(0, x, 1, x)), MBSR_NONE);
     assert_null(mbsr_simulation_add_table(NULL, MBSR_TABLE_LINEAR, 2, x, x));
     assert_null(mbsr_simulation_add_data(NULL));
+    assert_int_equal(mbsr_simulation_start(NULL, NULL, 0.0, x, x), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_simulation_get_stats(NULL, &stats), MBSR_ERR_NULL);
+    assert_int_equal(stats.steps, 0);
+    assert_int_equal(mbsr_sensitivity_error(NULL)->status, MBSR_ERR_NULL);
     assert_int_equal(mbsr_simulation_set_position(NULL, 0, 0, 1.0), MBSR_ERR_NULL);
     assert_int_equal(mbsr_simulation_set_rate(NULL, 0, 0, 1.0), MBSR_ERR_NULL);
     assert_int_equal(mbsr_simulation_set_none(NULL), MBSR_ERR_NULL);

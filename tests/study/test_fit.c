@@ -303,6 +303,12 @@ static void wrong_use_is_refused(void **state)
     assert_int_equal(mbsr_fit_create(NULL, &f, NULL), MBSR_ERR_NULL);
     opt = oscillation(y);
     assert_int_equal(mbsr_fit_create(&opt, NULL, NULL), MBSR_ERR_NULL);
+    opt.start = NULL;
+    assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_ERR_NULL);
+    opt = oscillation(y);
+    opt.residual = NULL;
+    assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_ERR_NULL);
+    opt = oscillation(y);
     opt.residuals = PARAMETERS;
     assert_int_equal(mbsr_fit_create(&opt, &f, &error), MBSR_ERR_VALUE);
     opt = oscillation(y);

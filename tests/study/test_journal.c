@@ -295,6 +295,27 @@ static void what_is_not_there_is_missing(void **state)
     assert_int_equal(mbsr_journal_open(&opt, d->study, &j, &error), MBSR_ERR_FILE);
 }
 
+static void pointers_that_are_missing(void **state)
+{
+    const desk *d = *state;
+    mbsr_journal *j = open_journal(d, 0), *none;
+    mbsr_journal_opt opt = mbsr_default_journal_opt();
+    double value[3];
+    char text[MBSR_TEXT_SIZE];
+    mbsr_study_result result = {.run = 1, .outcome = MBSR_RUN_DONE};
+    opt.folder = d->folder, opt.writer = 1;
+    assert_int_equal(mbsr_journal_open(NULL, d->study, &none, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_open(&opt, NULL, &none, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_open(&opt, d->study, NULL, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_add(j, NULL, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_add(j, &result, NULL), MBSR_ERR_NULL); /* its value */
+    assert_int_equal(mbsr_journal_get(NULL, 0, value, text, &result, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_get(j, 0, NULL, text, &result, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_get(j, 0, value, NULL, &result, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_journal_get(j, 0, value, text, NULL, NULL), MBSR_ERR_NULL);
+    mbsr_journal_close(j, 0);
+}
+
 /* What cannot be read is refused: its runs would be done again, and a writer would cut them off. */
 static void what_cannot_be_read_is_refused(void **state)
 {
@@ -322,6 +343,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(other_studies_and_wrong_use_are_refused, lay_desk,
                                         clear_desk),
         cmocka_unit_test_setup_teardown(what_is_not_there_is_missing, lay_desk, clear_desk),
+        cmocka_unit_test_setup_teardown(pointers_that_are_missing, lay_desk, clear_desk),
         cmocka_unit_test_setup_teardown(what_cannot_be_read_is_refused, lay_desk, clear_desk),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
