@@ -163,7 +163,8 @@ static void print_help(FILE *to)
           to);
 }
 
-int main(int argc, char **argv)
+/* The command that the arguments name. */
+static int do_command(int argc, char **argv)
 {
     const char *name = argc > 1 ? argv[1] : "";
     if (strcmp(name, "--version") == 0) {
@@ -186,4 +187,11 @@ int main(int argc, char **argv)
     if (*name) return complain(USAGE, "there is no command '%s'; mbsrank --help", name);
     print_help(stderr);
     return USAGE;
+}
+
+int main(int argc, char **argv)
+{
+    const int code = do_command(argc, argv);
+    const bool bad = fflush(stdout) != 0 || ferror(stdout);
+    return code <= UNDETERMINED && bad ? complain(FAILED, "the output cannot be written") : code;
 }

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Options of mbsrank: each that takes a value is refused without one, by its name, and so are those of other commands, too many
-# of them, and what is no number.
+# of them, and what is no number. What cannot be written to standard output.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: options.sh PROGRAM PROJECT_DIR WITH_RUN (1 or 0)
 set -u
@@ -107,5 +107,27 @@ if [ "$with_run" = 1 ] && has fit; then
     refused 'second one' study a.study b.study
     refused 'there is no file' study
     refused 'no option --fast' study --fast a.study
+fi
+
+# A full disk behind standard output.
+lost() {
+    "$program" "$@" >/dev/full 2>"$work/err" </dev/null
+    got=$?
+    if [ $got -ne 4 ] || ! grep -q 'cannot be written' "$work/err"; then
+        echo "mbsrank $* >/dev/full: ended with $got, expected 4 and 'cannot be written'"
+        cat "$work/err"
+        failed=1
+    fi
+}
+if [ -e /dev/full ]; then
+    lost --help
+    lost --version
+    lost info --help
+    for command in 'info' 'info --json' 'info --parameters' 'check' 'check --json'; do lost $command "$car"; done
+    if has modes; then for command in static modes linearise; do lost $command "$car"; done; fi
+    if [ "$with_run" = 1 ]; then
+        lost run --t-end 0.01 "$car"
+        lost run --t-end 0.01 --json -o "$work/run.csv" "$car"
+    fi
 fi
 exit $failed
