@@ -161,7 +161,7 @@ static void keep_triangles(mbsri_mjcf *m, const mbsri_element *e, mbsri_mjcf_mes
         memcpy(corner + 9 * k, ((const mbsri_triangle *)triangles.items)[k].corner,
                9 * sizeof *corner);
     mesh->triangle = corner;
-    mesh->triangles = wrong ? 0 : triangles.count;
+    mesh->triangles = wrong || !corner ? 0 : triangles.count;
 }
 
 /* Where the points of the file go when they have been scaled: for what draws them. */

@@ -4,6 +4,10 @@
 
 #include "duration.h"
 
+#ifdef TEST_WITH_FILES
+#include "files/arena.h"
+#endif
+
 #include <errno.h>
 #include <math.h>
 #include <stdbool.h>
@@ -129,6 +133,8 @@ void __wrap_free(void *memory)
 #define CODE(name) FAULT(long, name, (fputs("failed\n", stderr), 4))
 /* A result of the FMI. */
 #define RESULT(name) FAULT(long, name, 3)
+/* Memory of an arena, which knows that there was none. */
+#define ARENA(name) FAULT(long, name, (((mbsri_arena *)a)->failed = true, 0))
 /* Memory that the caller frees, or NULL. */
 #define TAKEN(name, taken)                                                                         \
     void *__real_##name(WORDS) __attribute__((weak));                                              \

@@ -1,6 +1,13 @@
 /* Functions of the component files that hand on whether they succeeded: see faults.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 
+/* arena/ */
+ARENA(mbsri_arena_folder)
+ARENA(mbsri_arena_join)
+ARENA(mbsri_arena_take)
+ARENA(mbsri_arena_text)
+ARENA(mbsri_list_add)
+
 /* files/ */
 SUCCESS(mbsri_arithmetic)
 SUCCESS(mbsri_call_items)

@@ -105,6 +105,31 @@ static int is_read(void *user)
     return status;
 }
 
+/* All sensors at the start, and that state as MuJoCo counts. */
+static int is_sensed(void *user)
+{
+    enum { MOST_COORDINATES = 200 };
+    const mbsr_file_opt opt = options();
+    static double q[MOST_COORDINATES], u[MOST_COORDINATES], rest[MOST_COORDINATES],
+        udot[MOST_COORDINATES];
+    mbsr_file *file = NULL;
+    mbsr_data *d = NULL;
+    (void)user;
+    int status = mbsr_file_read(it.text, it.size, it.name, &opt, &file, NULL);
+    if (!status) status = mbsr_model_finish(file->model);
+    if (!status && file->nq > MOST_COORDINATES) status = MBSR_ERR_VALUE;
+    if (!status) status = mbsr_data_create(file->model, &d, NULL);
+    if (!status) status = mbsr_file_mujoco_state(file, 1, file->q0, rest, q, u);
+    for (int k = 0; !status && k < file->nu && k < 20; ++k) out[100 + k] = q[k] + u[k];
+    if (!status) status = mbsr_forward_dynamics(file->model, d, 0.0, file->q0, rest, NULL, udot);
+    if (!status) status = mbsr_stage_accelerations(file->model, d, udot);
+    for (int k = 0; !status && k < file->sensors; ++k)
+        status = mbsr_file_sense(file, k, file->model, d, 0.0, file->q0, rest, out + 4 * (k % 25));
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+    return status;
+}
+
 /* What a text is, as numbers. */
 static void take_text(const mbsr_written *w)
 {
@@ -144,7 +169,7 @@ static int is_expanded(void *user)
 
 static long each(const char *name, int (*call)(void *user))
 {
-    const test_faults_act act = {name, call, NULL, out, NUMBERS, 0.0, 0};
+    const test_faults_act act = {name, call, NULL, out, NUMBERS, 1e-10, 0};
     return test_faults_each(&act);
 }
 
@@ -165,6 +190,34 @@ static void of_models(void **state)
     assert_in_range(failed, 100, 100000);
 }
 
+static const char with_sensors[] =
+    "<mujoco><worldbody><body name='a' pos='0 0 1'><joint name='h' axis='0 1 0' damping='1'/>"
+    "<geom size='.1 .2' type='capsule'/><site name='s' pos='.1 0 0' euler='10 20 30'/>"
+    "<body name='b' pos='.5 0 0'><joint name='l' type='ball'/><geom size='.1'/>"
+    "<site name='o' pos='0 0 .2'/></body></body></worldbody>"
+    "<tendon><fixed name='t'><joint joint='h' coef='2'/></fixed></tendon>"
+    "<actuator><position name='m' joint='h' kp='3' ctrlrange='-1 1' forcerange='-2 2'/></actuator>"
+    "<sensor><accelerometer site='s' cutoff='3'/><gyro site='s'/><velocimeter site='o'/>"
+    "<force site='s'/><torque site='o'/><jointpos joint='h'/><jointvel joint='h'/>"
+    "<ballquat joint='l'/><ballangvel joint='l'/><tendonpos tendon='t'/><tendonvel tendon='t'/>"
+    "<actuatorpos actuator='m'/><actuatorvel actuator='m'/><actuatorfrc actuator='m'/>"
+    "<framepos objtype='site' objname='s' reftype='site' refname='o'/>"
+    "<framequat objtype='body' objname='b' reftype='body' refname='a'/>"
+    "<framezaxis objtype='site' objname='s'/><framelinvel objtype='site' objname='s'/>"
+    "<frameangvel objtype='body' objname='b' reftype='site' refname='s'/>"
+    "<framelinacc objtype='site' objname='o'/><frameangacc objtype='xbody' objname='b'/>"
+    "<subtreecom body='a'/><subtreelinvel body='a'/><subtreeangmom body='b'/><clock/>"
+    "</sensor></mujoco>";
+
+static void of_sensors(void **state)
+{
+    (void)state;
+    it = (given){.name = "sensors.xml", .size = sizeof with_sensors - 1};
+    memcpy(it.text, with_sensors, it.size);
+    assert_int_equal(is_sensed(NULL), MBSR_OK);
+    assert_in_range(each("is sensed", is_sensed), 40, 100000);
+}
+
 static void of_xacro(void **state)
 {
     (void)state;
@@ -175,6 +228,7 @@ static void of_xacro(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(of_models), cmocka_unit_test(of_xacro)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(of_models), cmocka_unit_test(of_sensors),
+                                       cmocka_unit_test(of_xacro)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
