@@ -20,7 +20,7 @@ static bool of_the_component(test_faults_list list, const char *caller)
     return list == TEST_FAULTS_FMU || (uintptr_t)caller > (uintptr_t)mbsri_put_in_place;
 }
 
-enum { NUMBERS = 256, ROOM = 40, BYTES = 1 << 16 };
+enum { NUMBERS = 1024, ROOM = 40, OUTPUTS = 6, VARIABLES = 300, BYTES = 1 << 16 };
 
 static double out[NUMBERS];
 
@@ -29,9 +29,9 @@ typedef struct unit {
     mbsr_fmu_opt opt;
     unit_model model;
     char folder[32], resources[64], token[64];
-    unsigned input, parameter, output[2], velocity;
+    unsigned input, parameter, output[OUTPUTS], all[VARIABLES];
     bool has_input;
-    size_t states, indicators;
+    size_t states, indicators, variables;
 } unit;
 
 /* ---- units in folders ---- */
@@ -58,10 +58,14 @@ static void read_description(unit *n)
     n->has_input = strstr(text, "causality=\"input\"") != NULL;
     n->input = first_of(text, "causality=\"input\"", NULL);
     n->parameter = first_of(text, "causality=\"parameter\"", NULL);
-    n->output[0] = first_of(text, "causality=\"output\"", NULL);
-    const char *second = strstr(text, "causality=\"output\"");
-    second = second ? strstr(second + 1, "causality=\"output\"") : NULL;
-    n->output[1] = second ? first_of(text, NULL, second) : n->output[0];
+    const char *output = strstr(text, "causality=\"output\"");
+    for (int k = 0; k < OUTPUTS; ++k) { /* the last one again where there are no more */
+        const char *next = k > 0 ? strstr(output + 1, "causality=\"output\"") : NULL;
+        if (next) output = next;
+        n->output[k] = first_of(text, NULL, output);
+    }
+    for (const char *at = text; (at = strstr(at, "valueReference=\"")) && n->variables < VARIABLES;)
+        n->all[n->variables++] = (unsigned)strtoul(at += 16, NULL, 10);
     for (const char *at = text; (at = strstr(at, " derivative=\"")); ++at) ++n->states;
     for (const char *at = text; (at = strstr(at, "<EventIndicator ")); ++at) ++n->indicators;
     const char *count = strstr(text, "numberOfEventIndicators=\"");
@@ -127,7 +131,7 @@ static int goes_back3(const unit *n, fmi3Instance c)
     TRY(size > BYTES ? fmi3Error : fmi3SerializeFMUState(c, saved, bytes, size));
     TRY(fmi3DeserializeFMUState(c, bytes, size, &again));
     TRY(fmi3SetFMUState(c, again));
-    TRY(fmi3GetFloat64(c, n->output, 2, out + 40, 2));
+    TRY(fmi3GetFloat64(c, n->output, OUTPUTS, out + 40, OUTPUTS));
     fmi3FreeFMUState(c, &again);
     fmi3FreeFMUState(c, &saved);
     return status;
@@ -142,18 +146,17 @@ static int is_initialized3(const unit *n, fmi3Instance c)
     TRY(fmi3SetFloat64(c, &n->parameter, 1, &parameter, 1));
     TRY(fmi3EnterInitializationMode(c, true, 1e-6, 0.0, true, 1.0));
     if (n->has_input) TRY(fmi3SetFloat64(c, &n->input, 1, &value, 1));
-    TRY(fmi3GetFloat64(c, n->output, 2, out, 2));
+    TRY(fmi3GetFloat64(c, n->output, OUTPUTS, out, OUTPUTS));
     TRY(fmi3ExitInitializationMode(c));
     return status;
 }
 
-static int is_derived3(const unit *n, fmi3Instance c, double *to)
+static int is_derived3(const unit *n, fmi3Instance c, unsigned of, double *to)
 {
-    const double seed[2] = {1.0, 0.5};
+    const double seed[OUTPUTS] = {1.0, 0.5};
     int status = 0;
-    const unsigned of = n->has_input ? n->input : n->parameter;
-    TRY(fmi3GetDirectionalDerivative(c, n->output, 2, &of, 1, seed, 1, to, 2));
-    TRY(fmi3GetAdjointDerivative(c, n->output, 2, &of, 1, seed, 2, to + 2, 1));
+    TRY(fmi3GetDirectionalDerivative(c, n->output, OUTPUTS, &of, 1, seed, 1, to, OUTPUTS));
+    TRY(fmi3GetAdjointDerivative(c, n->output, OUTPUTS, &of, 1, seed, OUTPUTS, to + OUTPUTS, 1));
     return status;
 }
 
@@ -166,12 +169,13 @@ static int is_stepped3(void *user)
                                                  false, NULL, 0, NULL, note3, NULL);
     if (!c) return fmi3Error;
     int status = is_initialized3(n, c);
-    TRY(is_derived3(n, c, out + 8));
+    TRY(is_derived3(n, c, n->has_input ? n->input : n->parameter, out + 8));
+    TRY(is_derived3(n, c, n->parameter, out + 20));
     TRY(fmi3DoStep(c, 0.0, 0.002, true, &a, &b, &d, &last));
-    TRY(fmi3GetFloat64(c, n->output, 2, out + 2, 2));
+    TRY(fmi3GetFloat64(c, n->all, n->variables, out + 300, n->variables));
     TRY(goes_back3(n, c));
     TRY(fmi3DoStep(c, 0.002, 0.002, true, &a, &b, &d, &last));
-    TRY(fmi3GetFloat64(c, n->output, 2, out + 4, 2));
+    TRY(fmi3GetFloat64(c, n->output, OUTPUTS, out + 50, OUTPUTS));
     TRY(fmi3Reset(c));
     TRY(is_initialized3(n, c));
     fmi3FreeInstance(c);
@@ -197,7 +201,8 @@ static int is_exchanged3(void *user)
     TRY(fmi3GetContinuousStateDerivatives(c, out + 100, n->states));
     TRY(fmi3GetEventIndicators(c, out + 140, n->indicators));
     TRY(fmi3CompletedIntegratorStep(c, true, &a, &b));
-    TRY(is_derived3(n, c, out + 180));
+    TRY(is_derived3(n, c, n->has_input ? n->input : n->parameter, out + 180));
+    TRY(is_derived3(n, c, n->parameter, out + 200));
     TRY(fmi3EnterEventMode(c));
     TRY(goes_back3(n, c));
     fmi3FreeInstance(c);
@@ -225,12 +230,12 @@ static int is_stepped2(void *user)
     TRY(fmi2ExitInitializationMode(c));
     TRY(fmi2GetFMUstate(c, &saved));
     TRY(fmi2DoStep(c, 0.0, 0.002, 1));
-    TRY(fmi2GetReal(c, n->output, 2, out));
+    TRY(fmi2GetReal(c, n->all, n->variables, out + 300));
     const unsigned of = n->has_input ? n->input : n->parameter;
-    TRY(fmi2GetDirectionalDerivative(c, n->output, 2, &of, 1, &one, out + 2));
+    TRY(fmi2GetDirectionalDerivative(c, n->output, OUTPUTS, &of, 1, &one, out + 2));
     TRY(fmi2SetFMUstate(c, saved));
     TRY(fmi2DoStep(c, 0.0, 0.001, 1));
-    TRY(fmi2GetReal(c, n->output, 2, out + 4));
+    TRY(fmi2GetReal(c, n->output, OUTPUTS, out + 10));
     fmi2FreeFMUstate(c, &saved);
     fmi2FreeInstance(c);
     return status;
@@ -270,12 +275,13 @@ static long each(const char *name, int (*call)(void *user), unit *n)
 
 static void of_units(void **state)
 {
-    static void (*const make[])(unit_model * m) = {make_arm, make_linkage, make_beam, make_balls};
+    static void (*const make[])(unit_model * m) = {make_arm,   make_linkage, make_beam,
+                                                   make_balls, make_flyer,   make_wheel};
     (void)state;
     long failed = 0;
     test_faults_only(of_the_component);
-    for (int k = 0; k < 4; ++k) {
-        for (int fixed = 0; fixed < 2; ++fixed) {
+    for (int k = 0; k < 6; ++k) {
+        for (int fixed = 0; fixed < (k == 0 || k == 3 ? 2 : 1); ++fixed) {
             unit n;
             open_unit(&n, make[k], 3, fixed ? 1e-3 : 0.0);
             failed += each("is exported", is_exported, &n);
