@@ -10,7 +10,7 @@ STATUS(mbsr_journal_get)
 STATUS(mbsr_journal_open)
 STATUS(mbsr_study_read)
 STATUS(mbsr_study_values)
-STATUS(mbsri_study_prepare)
+SUCCESS(mbsri_study_prepare)
 
 /* system/ */
 SYSTEM(fsync, -1)
