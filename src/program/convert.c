@@ -48,7 +48,7 @@ static const char *folder_of_meshes(const char *from, char folder[PATH_MAX])
 static int convert_model(const program_options *o, const program_model *m, const char *path)
 {
     mbsr_written *written;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     char folder[PATH_MAX];
     mbsr_write_opt opt = mbsr_default_write_opt();
     opt.strict = o->strict;

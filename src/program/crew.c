@@ -47,7 +47,7 @@ int crew_work(const crew *c, int journal, crew_hand_out next, void *user, volati
               void (*done)(void *user))
 {
     mbsr_journal *j;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_journal_opt opt = mbsr_default_journal_opt();
     opt.folder = c->folder;
     opt.key = c->work->key;
@@ -118,7 +118,7 @@ static pid_t begin_job(const crew *c, shared *all, int k)
 static int record_crash(const crew *c, int k, long at, int signal)
 {
     mbsr_journal *j;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_journal_opt opt = mbsr_default_journal_opt();
     char text[MBSR_TEXT_SIZE];
     opt.folder = c->folder;

@@ -248,7 +248,7 @@ static int compute_slopes(void *user, const double *p, double *J)
 
 static int fit_once(fit_work *w, const double *start, mbsr_fit **f)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_fit_opt opt = mbsr_default_fit_opt();
     opt.parameters = w->study.parameters;
     opt.residuals = w->study.numbers;

@@ -79,7 +79,7 @@ static char *stem_of(const char *path)
 static int make_fmu(const fmu_options *o, program_model *m, touching *contacts)
 {
     mbsr_fmu *fmu;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_fmu_opt opt = mbsr_default_fmu_opt();
     int code = start_state(&o->common, m, &opt.q0, &opt.u0);
     if (!code) code = kinds_of(o->kind, &opt.kinds);

@@ -188,7 +188,7 @@ int parameters_write(FILE *to, const program_model *m, bool json)
 {
     mbsr_parameters *list;
     mbsr_parameter p;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     if (mbsr_parameters_create(m->model, &list, &error)) return complain(FAILED, "%s", error.text);
     if (json) fputc('[', to);
     for (int k = 0; !mbsr_parameter_get(list, k, &p); ++k) {

@@ -121,7 +121,7 @@ static int signals_named(const program_model *m, const mbsr_parameters *list, co
         if (out->count == MOST_NAMES) return complain(USAGE, "more than %d names", MOST_NAMES);
         mbsr_signal *signal = out->signal + out->count++;
         const int rate = rate_named(m, name);
-        mbsr_error error;
+        mbsr_error error = {.text = ""};
         *signal = (mbsr_signal){.kind = MBSR_SIGNAL_JOINT, .id = rate};
         if (rate >= 0) continue;
         if (mbsr_signal_find(m->model, list, name, signal, &error))
@@ -153,7 +153,7 @@ static int open_scene(const linear_options *o, scene *s)
     if (!s->q) return complain(FAILED, "no memory");
     s->u = s->q + nq;
     memcpy(s->q, q, (size_t)nq * sizeof *q);
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     if (mbsr_parameters_create(s->m.model, &s->list, &error))
         return complain(FAILED, "%s", error.text);
     for (int k = 0; k < nu && u && o->drawn; ++k) s->u[k] = u[k];
@@ -232,7 +232,7 @@ static int trim_scene(const linear_options *o, scene *s, trimmed *t)
     char name[NAME];
     int hold[MOST_NAMES];
     mbsr_trim_opt opt = mbsr_default_trim_opt();
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     opt.hold = hold;
     for (const char *at = o->trim; (at = next_name(at, name)) != NULL;) {
         const int which = mbsr_parameters_find(s->list, name);
@@ -277,7 +277,7 @@ int run_static(int argc, char **argv)
 
 static int linearise_scene(const linear_options *o, const scene *s, mbsr_linear **linear)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     named in = {0}, out = {0};
     int code = signals_named(&s->m, s->list, o->inputs, &in);
     if (!code) code = signals_named(&s->m, s->list, o->outputs, &out);

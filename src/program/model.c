@@ -165,7 +165,7 @@ static int read_model(const program_options *o, program_model *m)
 {
     loaded others = {.options = o, .model = m};
     mbsr_file_opt opt = mbsr_default_file_opt();
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     m->text = read_file(o->path, &m->size);
     if (!m->text) return complain_of_file(NOT_READ, o->path, "read");
     opt.strict = o->strict;
@@ -190,7 +190,7 @@ static int read_model(const program_options *o, program_model *m)
 static int set_parameters(const program_options *o, program_model *m)
 {
     mbsr_parameters *list;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_model *made;
     int which[MOST_PAIRS], code = DONE;
     if (o->sets == 0) return DONE;
@@ -212,7 +212,7 @@ static int set_parameters(const program_options *o, program_model *m)
 
 int open_model(const program_options *o, bool quiet, program_model *m)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     *m = (program_model){.text = NULL};
     if (!o->path) return complain(USAGE, "there is no file; mbsrank --help");
     const int code = read_model(o, m);

@@ -201,7 +201,7 @@ static const char *put_numbered_meshes(FILE *to, const mbsr_file *f)
     for (int k = 0; k < f->shapes; ++k) {
         const mbsr_file_shape *s = f->shape + k;
         char name[32], first[32];
-        mbsr_error error;
+        mbsr_error error = {.text = ""};
         snprintf(first, sizeof first, "#%d", k);
         if (s->triangles == 0 || strcmp(mesh_name(f, k, name), first) != 0) continue;
         fprintf(to, "%s\"%s\": ", before, name);
@@ -236,7 +236,7 @@ static void put_meshes(FILE *to, const page *p)
         fputs(before, to);
         put_json(to, name);
         fputs(": ", to);
-        mbsr_error error;
+        mbsr_error error = {.text = ""};
         if (put_mesh(to, name, bytes, size, &error)) {
             progress_end(&shown);
             say(stderr, "%s: its body is drawn without\n", error.text);

@@ -45,7 +45,7 @@ static int look_along(const small_options *o, mbsr_small_masses *small, const do
 int small_make(const program_model *m, const small_options *o, const double *q, const double *u,
                mbsr_small_masses **small)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_small_masses_opt opt = mbsr_default_small_masses_opt();
     opt.duration = o->time;
     opt.tolerance = o->tolerance;

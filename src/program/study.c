@@ -116,7 +116,7 @@ static int clear_folder(const char *folder)
 static int list_todo(const study_work *w, const char *folder, long **todo, long *count)
 {
     mbsr_journal *j;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_journal_opt opt = mbsr_default_journal_opt();
     opt.folder = folder;
     opt.key = w->key;

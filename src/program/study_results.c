@@ -41,7 +41,7 @@ static bool add_failure(study_results *r, const mbsr_study_result *one)
 
 static int take_runs(study_work *w, mbsr_journal *j, study_results *r)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     char text[MBSR_TEXT_SIZE];
     for (long run = 0; run < r->runs; ++run) {
         mbsr_study_result one;
@@ -66,7 +66,7 @@ static int take_runs(study_work *w, mbsr_journal *j, study_results *r)
 int results_collect(study_work *w, const char *folder, study_results *r)
 {
     mbsr_journal *j;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_journal_opt opt = mbsr_default_journal_opt();
     *r = (study_results){.work = w, .runs = w->study->runs};
     if (!take_room(r)) return complain(FAILED, "no memory");

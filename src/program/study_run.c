@@ -70,7 +70,7 @@ static int find_parameter(const study_work *w, const mbsr_study_parameter *p, in
 
 static int find_parameters(study_work *w)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     int code = DONE;
     if (mbsr_parameters_create(w->m.model, &w->list, &error))
         return complain(FAILED, "%s", error.text);
@@ -181,7 +181,7 @@ int study_open_given(const mbsr_study *study, const run_options *options, study_
 
 int study_open(const char *path, bool quiet, study_work *w)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     size_t size;
     *w = (study_work){.study = NULL};
     char *text = read_file(path, &size);
@@ -345,7 +345,7 @@ static int take_kept(void *user, const mbsr_simulation *s, bool event)
 
 static int prepare_crossings(watch *run, mbsr_ida_opt *opt)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     const mbsr_model *model = run->s->model;
     const int crossings = run->w->crossings;
     if (crossings == 0) return DONE;
@@ -405,7 +405,7 @@ void study_try(study_work *w, mbsr_study_result *result)
 {
     const mbsr_study *study = w->study;
     const double *q, *u;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     mbsr_model *model;
     touching contacts = {.contacts = NULL};
     result->outcome = MBSR_RUN_DONE;

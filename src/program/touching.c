@@ -37,7 +37,7 @@ static bool has_shapes(const mbsr_file *f)
 int touching_make(const program_model *m, const double *q, bool on, bool quiet, touching *t)
 {
     mbsr_touching made;
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     *t = (touching){.contacts = NULL};
     if (!on || !has_shapes(m->file)) return DONE;
     /* laws are by the masses that the file has, as those of stops are */
@@ -50,7 +50,7 @@ int touching_make(const program_model *m, const double *q, bool on, bool quiet, 
 
 int touching_put(program_model *m, const double *q, bool on, bool quiet, touching *t)
 {
-    mbsr_error error;
+    mbsr_error error = {.text = ""};
     const int code = touching_make(m, q, on, quiet, t);
     if (code || !t->model) return code;
     mbsr_data_destroy(m->data);
