@@ -3,8 +3,8 @@
 # build/, the second and third beside the first: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
 # Release, static, without LAPACK and vector code). Warnings are errors in all of them; sources are compiled several at once, and
 # gcc reads each alone, too. The numerical tests of
-# the first run with the other LAPACK too, those that call it. What the first build tests in full, the others
-# test with fewer random trees and without the longest runs; the second and third leave out
+# the first run with the other LAPACK too, those that call it. What the first build tests in full, but for the seeds of the
+# longest tests, the others test with fewer random trees and without the longest runs; the second and third leave out
 # what reaches no code of its own there. Where no compiler has sanitizers there is a clang Debug build in their place.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: test.sh [--long]
@@ -110,6 +110,8 @@ if command -v ld.lld >/dev/null; then linker=(-DCMAKE_{EXE,SHARED,MODULE}_LINKER
 set -o pipefail
 # Threads of a BLAS that wait for work take the other test's core.
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+# tests/support/duration.h; without it ctest takes more seeds
+if [ "$long" = OFF ]; then export MBSR_TEST_SHORT=1; fi
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 # The fewest tests that reach every arc of the functions that call LAPACK, those whose results its numbers decide, and all

@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define TREES (test_long() ? 80 : test_seeds(16, 24))
+#define TREES (test_long() ? 80 : test_seeds_short(16, 24))
 
 /* ---- one tree ---- */
 
@@ -438,7 +438,7 @@ static void bodies_of_all_kinds(void **state)
 {
     (void)state;
     tally rigid = {.name = "mixed"}, general = {.name = "with a general body", .twice = true};
-    for (int seed = 0; seed < test_seeds(2, 6) * MIXED_ALL; ++seed) {
+    for (int seed = 0; seed < test_seeds_short(2, 6) * MIXED_ALL; ++seed) {
         mixed tree;
         double q[MIXED_NQ], u[MIXED_NU];
         test_rng rng = test_seed((uint64_t)seed);
@@ -565,7 +565,7 @@ static void chains_of_bodies_without_mass(void **state)
                                            "prprpr", "00,0b,00", "0",      "b00r,0,0,p"};
     enum { PATTERNS = sizeof patterns / sizeof patterns[0] };
     tally damped = {.name = "chains"}, elastic = {.name = "elastic"};
-    for (int seed = 0; seed < test_seeds(2, 4) * PATTERNS; ++seed) {
+    for (int seed = 0; seed < test_seeds_short(2, 4) * PATTERNS; ++seed) {
         chain s;
         make_chain(&s, patterns[seed % PATTERNS], (uint64_t)seed + 1, 0.8);
         check(s.model, s.data, 0.0, s.q, s.u, seed, &damped);

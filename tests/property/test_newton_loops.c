@@ -385,7 +385,7 @@ static void several_loops(void **state)
     /* with a group of joints beside a loop, rows and masses of nothing but rounding, and stiff rows
      * that are redundant */
     static const uint64_t more[] = {168, 238, 439, 527, 695};
-    const uint64_t models = test_long() ? 600 : (uint64_t)test_seeds(20, 40);
+    const uint64_t models = test_long() ? 600 : (uint64_t)test_seeds_short(20, 40);
     for (uint64_t k = 1; k <= models + sizeof more / sizeof more[0]; ++k) {
         const uint64_t seed = k <= models ? k : more[k - models - 1];
         const choice c = {.seed = seed,
@@ -404,7 +404,7 @@ static void bushings_beside_loops(void **state)
 {
     (void)state;
     tally group = {0};
-    const uint64_t models = test_long() ? 300 : (uint64_t)test_seeds(5, 24);
+    const uint64_t models = test_long() ? 300 : (uint64_t)test_seeds_short(5, 24);
     for (uint64_t seed = 1; seed <= models; ++seed) {
         const choice c = {.seed = 3000 + seed,
                           .bodies = 4 + (int)seed % 5,

@@ -404,7 +404,7 @@ static void mechanisms_of_everything(void **state)
 {
     (void)state;
     tally all = {{0}, 0, 0, 0, 0};
-    const int seeds = test_long() ? 150 : test_seeds(8, 30);
+    const int seeds = test_long() ? 150 : test_seeds_short(8, 30);
     for (int seed = 1; seed <= seeds; ++seed) {
         check((uint64_t)seed, false, INVERSE, &all);
         check((uint64_t)seed, false, FORWARD, &all);
@@ -420,7 +420,7 @@ static void rigid_trees(void **state)
 {
     (void)state;
     tally all = {{0}, 0, 0, 0, 0};
-    const int seeds = test_long() ? 300 : test_seeds(6, 30);
+    const int seeds = test_long() ? 300 : test_seeds_short(6, 30);
     for (int seed = 1; seed <= seeds; ++seed) {
         check((uint64_t)seed, true, INVERSE, &all);
         check((uint64_t)seed, true, FORWARD, &all);
@@ -432,7 +432,7 @@ static void residuals(void **state)
 {
     (void)state;
     tally all = {{0}, 0, 0, 0, 0};
-    const int seeds = test_long() ? 200 : test_seeds(3, 10);
+    const int seeds = test_long() ? 200 : test_seeds_short(3, 10);
     for (int seed = 1; seed <= seeds; ++seed) {
         check((uint64_t)seed, false, RESIDUAL, &all);
         check((uint64_t)seed, true, RESIDUAL, &all);

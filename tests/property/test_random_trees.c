@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TREES (test_long() ? 600 : test_seeds(150, 300))
+#define TREES (test_long() ? 600 : test_seeds_short(150, 300))
 enum { MOST = 256 };
 
 /* One tree in a random state; u and q in one array, as the oracle wants them. */

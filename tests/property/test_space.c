@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TREES test_seeds(60, 200)
+#define TREES test_seeds_short(60, 200)
 enum { MOST = 96, MOST_ROWS = 160 };
 
 static const double now = 0.3, gravity = 9.81;

@@ -47,7 +47,7 @@ static int run(uint64_t seed)
 static void mechanisms_of_all_sorts_are_stepped(void **state)
 {
     (void)state;
-    const int seeds = test_seeds(20, 60);
+    const int seeds = test_seeds_short(20, 60);
     int started = 0;
     for (int k = 0; k < seeds; ++k) started += run(101 + (uint64_t)k);
     assert_true(started > seeds / 2);

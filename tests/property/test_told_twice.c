@@ -431,7 +431,7 @@ static void what_is_told_twice_is_the_same(void **state)
 {
     (void)state;
     enum { FIRST = 10 };
-    const int seeds = test_long() ? 590 : test_seeds(10, 50);
+    const int seeds = test_long() ? 590 : test_seeds_short(10, 50);
     int wrong = 0, told = 0, refused = 0;
     for (int seed = FIRST; seed < FIRST + seeds; ++seed) {
         wrong += check((uint64_t)seed, SPLIT | MOVED | LOCKED, &told, &refused);

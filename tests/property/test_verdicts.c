@@ -197,7 +197,7 @@ static bool find_verdict(uint64_t seed, verdict *first)
 static void verdicts_agree(void **state)
 {
     (void)state;
-    const int seeds = test_long() ? 150 : test_seeds(15, 40);
+    const int seeds = test_long() ? 150 : test_seeds_short(15, 40);
     int models = 0, singular = 0, open = 0;
     for (uint64_t seed = 1; seed <= (uint64_t)seeds; ++seed) {
         verdict v;
@@ -354,7 +354,7 @@ static void rich_verdicts_agree(void **state)
 {
     (void)state;
     int models = 0;
-    const int seeds = test_long() ? 40 : test_seeds(5, 10);
+    const int seeds = test_long() ? 40 : test_seeds_short(5, 10);
     for (uint64_t seed = 1; seed <= (uint64_t)seeds; ++seed) models += check_rich(seed, false);
     assert_true(models > seeds / 2);
 }

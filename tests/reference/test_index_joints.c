@@ -26,13 +26,13 @@ static void try_scenes(int seeds, bool flat)
 static void verdicts_are_those_of_the_velocities(void **state)
 {
     (void)state;
-    try_scenes(test_long() ? 7500 : test_seeds(40, 100), false);
+    try_scenes(test_long() ? 7500 : test_seeds_short(40, 100), false);
 }
 
 static void also_of_bodies_in_the_plane(void **state)
 {
     (void)state;
-    try_scenes(test_long() ? 7500 : test_seeds(40, 100), true);
+    try_scenes(test_long() ? 7500 : test_seeds_short(40, 100), true);
 }
 
 /* Null vectors with large and small numbers whose errors count, inertia that rounding makes behind

@@ -519,7 +519,7 @@ static void verdicts_are_those_of_the_points(void **state)
 {
     (void)state;
     int count = 0, judged = 0;
-    const int seeds = test_long() ? 20000 : test_seeds(40, 100);
+    const int seeds = test_long() ? 20000 : test_seeds_short(40, 100);
     for (int seed = 0; seed < seeds; ++seed) count += judge_seed(seed, &judged);
     assert_true(judged > seeds / 2);
     assert_int_equal(count, 0);

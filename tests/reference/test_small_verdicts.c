@@ -69,13 +69,13 @@ static void try_scenes(int seeds, bool flat)
 static void verdicts_are_those_of_the_index_report(void **state)
 {
     (void)state;
-    try_scenes(test_long() ? 4000 : test_seeds(30, 150), false);
+    try_scenes(test_long() ? 4000 : test_seeds_short(30, 150), false);
 }
 
 static void also_of_bodies_in_the_plane(void **state)
 {
     (void)state;
-    try_scenes(test_long() ? 4000 : test_seeds(30, 150), true);
+    try_scenes(test_long() ? 4000 : test_seeds_short(30, 150), true);
 }
 
 int main(void)

@@ -25,3 +25,8 @@ int test_seeds(int few, int many)
 #endif
     return slow && !test_long() ? few : many;
 }
+
+int test_seeds_short(int few, int many)
+{
+    return set("MBSR_TEST_SHORT") && !test_long() ? few : test_seeds(few, many);
+}

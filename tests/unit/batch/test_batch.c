@@ -276,7 +276,7 @@ static void no_rank_in_doubt_passes_for_full(void **state)
     (void)state;
     const mbsri_batch_kernels *list[3];
     int served = 0, deficient = 0, doubtful = 0;
-    const int trees = test_long() ? 4000 : test_seeds(50, 150);
+    const int trees = test_long() ? 4000 : test_seeds_short(50, 150);
     for (int k = 0; k < trees; ++k) {
         ensemble s;
         mbsr_batch *batch;
@@ -421,7 +421,7 @@ static void heavy_bodies_cast_doubt_on_light_ones(void **state)
 {
     (void)state;
     const int step = 17 - test_seeds(12, 16); /* 5 or 1: from 1e-16 to 1e-1 */
-    const double farther = test_seeds(961, 31);
+    const double farther = test_seeds_short(961, 31);
     int served = 0, models = 0;
     for (int k = 0; k < 12; ++k) {
         shadow c = {.heavy_first = k & 1, .weld = k >> 2, .size = k & 2 ? 1e5 : 1.0};

@@ -143,7 +143,7 @@ static void aligned_trees(void **state)
 {
     (void)state;
     int served[4] = {0};
-    const int seeds = test_seeds(60, 2000);
+    const int seeds = test_seeds_short(60, 2000);
     for (int system = 0; system < 4; ++system) {
         for (int seed = 1; seed <= seeds; ++seed) {
             test_rng rng = test_seed((uint64_t)seed);

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TREES (test_long() ? 150 : test_seeds(48, 72))
+#define TREES (test_long() ? 150 : test_seeds_short(48, 72))
 enum { MOST = 160 };
 
 static const double start_time = 0.3;

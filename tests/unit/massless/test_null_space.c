@@ -9,7 +9,7 @@
 
 #include <stdlib.h>
 
-#define TREES (test_long() ? 300 : test_seeds(75, 120))
+#define TREES (test_long() ? 300 : test_seeds_short(75, 120))
 
 static const double now = 0.3;
 

@@ -906,7 +906,7 @@ static void an_empty_model_finishes_and_is_evaluated(void **state)
 static void a_chain_of_many_bodies_finishes_in_both_orders(void **state)
 {
     (void)state;
-    const int count = test_seeds(40000, 200000);
+    const int count = test_seeds_short(40000, 200000);
     for (int backwards = 0; backwards < 2; ++backwards) {
         mbsr_model *m = new_model();
         mbsr_body_def body = right_body(NULL);

@@ -267,7 +267,7 @@ static void things_beside_the_axis_of_a_revolute(void **state)
 {
     (void)state;
     test_rng rng = test_seed(1301);
-    const int count = test_long() ? 1000000 : test_seeds(2000, 10000);
+    const int count = test_long() ? 1000000 : test_seeds_short(2000, 10000);
     for (int l = 0; l < count; ++l) try_thing(&rng, units[l % 4]);
 }
 
@@ -305,7 +305,7 @@ static void things_beside_oblique_axes(void **state)
 {
     (void)state;
     test_rng rng = test_seed(1305);
-    const int count = test_long() ? 1000000 : test_seeds(2000, 10000);
+    const int count = test_long() ? 1000000 : test_seeds_short(2000, 10000);
     for (int l = 0; l < count; ++l) try_oblique(&rng, units[l % 4]);
 }
 
@@ -352,7 +352,7 @@ static void things_on_ball_and_universal_joints(void **state)
 {
     (void)state;
     test_rng rng = test_seed(1302);
-    const int count = test_long() ? 1000000 : test_seeds(2000, 10000);
+    const int count = test_long() ? 1000000 : test_seeds_short(2000, 10000);
     for (int l = 0; l < count; ++l) try_turning(&rng, units[l % 4]);
 }
 
@@ -395,7 +395,7 @@ static void light_bodies_before_heavy_ones(void **state)
 {
     (void)state;
     test_rng rng = test_seed(1303);
-    const int count = test_long() ? 1000000 : test_seeds(1000, 5000);
+    const int count = test_long() ? 1000000 : test_seeds_short(1000, 5000);
     for (int l = 0; l < count; ++l) try_train(&rng, units[l % 4]);
 }
 

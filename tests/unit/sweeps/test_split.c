@@ -175,7 +175,7 @@ static void trees_are_cut_at_their_branches(void **state)
     assert_int_equal(tasks_of(10, 2, 200), 0);
     /* 5000 bodies in tasks of half an eighth at least */
     assert_in_range(tasks_of(0, 100, 50), 8, 16);
-    assert_in_range(tasks_of(3, test_seeds(200, 1000), 40), 8, 16);
+    assert_in_range(tasks_of(3, test_seeds_short(200, 1000), 40), 8, 16);
 }
 
 /* What is not finite is found and named as by one thread. */
@@ -226,7 +226,7 @@ static void threads_give_the_same_bits(void **state)
     assert_ok(mbsr_forward_dynamics(t.model, t.data, 0.0, t.q, t.u, t.tau, t.expected),
               mbsr_data_error(t.data));
     mbsr_data_use_split(t.data, split);
-    const int rounds = test_long() ? 200 : test_seeds(4, 40);
+    const int rounds = test_long() ? 200 : test_seeds_short(4, 40);
     for (int round = 0; round < rounds; ++round) {
         memset(t.udot, 0xff, (size_t)t.nu * sizeof *t.udot);
         assert_ok(mbsr_forward_dynamics(t.model, t.data, 0.0, t.q, t.u, t.tau, t.udot),
