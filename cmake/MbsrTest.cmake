@@ -22,9 +22,13 @@ if(MBSR_TEST_LONG)
     list(APPEND mbsr_test_environment "MBSR_TEST_LONG=1")
 endif()
 
-# Those that take longest, which begin first.
-set(mbsr_longest_tests
-    "^(package\\.|program\\.viewer|example\\.1[28]|unit\\.(finite_solvers|loops_tree_start|stepper)|ida\\.(bead|beam|car_axis|space|small_models|linear)|fmu\\.sources|property\\.)")
+# Those that take longest begin first, and first of all those of the first list: what begins last is to be short.
+string(JOIN "|" mbsr_first_tests "instructions\\.per_body" "web\\.package" "program\\.(commands|options|study|viewer)" "hygiene\\.(format|snippets)"
+    "fmu\\.sources" "package\\." "unit\\.batch")
+string(JOIN "|" mbsr_longest_tests "program\\." "hygiene\\.(finite|headers|tables)" "memcheck\\." "instructions\\." "faults\\." "fmu\\." "python\\.build"
+    "example\\.(12|14|18|22|26|3[1257]|39)" "files\\.(damaged|xacro)" "linear\\.modes_near" "property\\." "reference\\.validation"
+    "ida\\.(bead|beam|car_axis|flexible|linear|paper|space|small_|stiff)"
+    "unit\\.(blocks|callers_|changed_fields|finite|fronts|loops_tree_start|model|newton|split|stepper|sweeps)")
 
 # mbsr_set_test(name label property value...)
 function(mbsr_set_test name label)
@@ -33,7 +37,9 @@ function(mbsr_set_test name label)
         list(APPEND environment "GCOV_PREFIX=${MBSR_TEST_COUNTERS}/${name}")
     endif()
     set(cost 1)
-    if(name MATCHES "${mbsr_longest_tests}")
+    if(name MATCHES "^(${mbsr_first_tests})")
+        set(cost 100)
+    elseif(name MATCHES "^(${mbsr_longest_tests})")
         set(cost 10)
     endif()
     set_tests_properties(${name} PROPERTIES LABELS ${label} TIMEOUT ${mbsr_test_timeout}
