@@ -1,7 +1,7 @@
 # Groups of sources that one compilation can include together, no two with a name of their own, or of a header beside them, in
 # common: "GROUP FILE" for each file but those that stay alone: what defines something before it includes and, of the libraries,
 # what takes memory, by which tests know it. At most `most` files a group. Tests have headers in the folder `shared`; others are of
-# one folder in a group.
+# one folder in a group, unless `over` is set.
 # SPDX-License-Identifier: BSD-3-Clause
 function own(name) { if (name != "") names[name] = origin }
 function place(    g, name, free, folder) {
@@ -9,7 +9,7 @@ function place(    g, name, free, folder) {
     folder = file
     sub(/[^\/]*$/, "", folder)
     for (g = 1; g <= groups; ++g) {
-        free = count[g] < most && (shared || of[g] == folder)
+        free = count[g] < most && (shared || over || of[g] == folder)
         if (free) for (name in names) if ((g, name) in taken && taken[g, name] != names[name]) free = 0
         if (free) break
     }
@@ -76,6 +76,7 @@ function header(name,    before, path, line, folder) {
 }
 FNR == 1 { place(); file = origin = FILENAME; alone = listed = defined = 0; split("", names); split("", read) }
 /^#include "/ { split($0, quoted, "\""); header(quoted[2]) }
+/^#include <complex.h>/ { alone = 1 } # it has I
 /^#include/ && defined { alone = 1 } # what is defined before says what a header has
 /(^|[^a-z_])(malloc|calloc|realloc|free)\(/ && FILENAME ~ /\// && !shared { alone = 1 } # of the libraries
 {

@@ -35,7 +35,7 @@ static void prepare_bushing(const mbsr_closure_args *args, bushing *w)
     for (int k = 0; k < 9; ++k) back[k] = w->axes[3 * (k % 3) + k / 3];
     mbsri_multiply3(back, axes_b, relative);
     mbsr_rotation_quaternion(relative, quaternion);
-    mbsri_rotation_vector(quaternion, w->theta);
+    mbsri_quaternion_vector(quaternion, w->theta);
     mbsri_rotate3(b.R, param + FRAME_B, w->arm_b);
     mbsri_rotate3(a.R, param + FRAME_A, at);
     for (int k = 0; k < 3; ++k) {

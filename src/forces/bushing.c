@@ -62,7 +62,7 @@ static void relative_pose(const mbsr_force_args *args, bushing *w)
     }
     mbsri_multiply3(axes_a_t, axes_b, relative);
     mbsr_rotation_quaternion(relative, quaternion);
-    mbsri_rotation_vector(quaternion, w->theta);
+    mbsri_quaternion_vector(quaternion, w->theta);
     w->half = mbsri_turn_is_half(quaternion, w->theta, param + STIFFNESS);
     mbsri_marker_on(a, param + FRAME_A + ORIGIN, &w->at);
     mbsri_marker_on(b, param + FRAME_B + ORIGIN, &w->b);

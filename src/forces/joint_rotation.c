@@ -29,7 +29,7 @@ static int rotation_vector_of(const mbsr_force_args *args, double n[4], double t
     double p[4];
     if (!mbsri_scale4(args->body->q, n)) return MBSR_ZERO_QUATERNION;
     unrotated(n, args->force->param + REST, p);
-    mbsri_rotation_vector(p, theta);
+    mbsri_quaternion_vector(p, theta);
     *half = mbsri_turn_is_half(p, theta, args->force->param + STIFFNESS);
     return MBSR_OK;
 }

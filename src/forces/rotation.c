@@ -9,7 +9,7 @@
 #include <stddef.h>
 
 /* From (w, v), or its negative, which is the same rotation: 2 atan2(|v|, w) v / |v| */
-void mbsri_rotation_vector(const double quaternion[4], double theta[3])
+void mbsri_quaternion_vector(const double quaternion[4], double theta[3])
 {
     const double sign = quaternion[0] < 0.0 ? -1.0 : 1.0, w = fabs(quaternion[0]);
     const double size = mbsri_norm3(quaternion + 1);

@@ -16,7 +16,7 @@
 double mbsri_turn_factor(double square, double *slope);
 
 /* theta of a quaternion of any length whose square neither overflows nor vanishes. */
-void mbsri_rotation_vector(const double quaternion[4], double theta[3]);
+void mbsri_quaternion_vector(const double quaternion[4], double theta[3]);
 
 /* Whether this quaternion's angle is pi but for rounding, so that theta may as well be -theta, and
  * the entries of theta that count are not zero: those with stiffness (3). */

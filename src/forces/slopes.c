@@ -22,8 +22,8 @@ mbsri_columns mbsri_make_columns(const mbsr_force_args *args, const mbsr_force_d
     return c;
 }
 
-void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_part part, double sign, const double y[3],
-                    mbsri_vector *dx)
+void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+                    const double y[3], mbsri_vector *dx)
 {
     const int *of = component[c->body[k].space];
     dx += c->first[k] + (part == MBSRI_RATE ? c->size[k] : 0);
@@ -35,7 +35,8 @@ void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_part part, double sign,
     }
 }
 
-void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_part part, double sign, mbsri_vector *dx)
+void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+                    mbsri_vector *dx)
 {
     const int *of = component[c->body[k].space];
     dx += c->first[k] + (part == MBSRI_RATE ? c->size[k] : 0);
@@ -44,7 +45,8 @@ void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_part part, double sign,
     }
 }
 
-void mbsri_add_shift(const mbsri_columns *c, int k, mbsri_part part, double sign, mbsri_vector *dx)
+void mbsri_add_shift(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+                     mbsri_vector *dx)
 {
     const int *of = component[c->body[k].space];
     dx += c->first[k] + (part == MBSRI_RATE ? c->size[k] : 0);
