@@ -40,7 +40,7 @@ if [ -z "$tree" ]; then
     step "as part of another project"
     tree=$work/subproject
     # what is not asked for is not built
-    configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" -DMBSR_FILES=OFF -DMBSR_CONTACT=OFF -DMBSR_STUDY=OFF \
+    configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" -DMBSR_FILES=OFF -DMBSR_CONTACT=OFF -DMBSR_STUDY=OFF -DMBSR_UNITY=ON \
         -DMBSR_INSTALL=ON -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_LINEAR="$linear" -DMBSR_FMU=OFF -DMBSR_VIEWER=OFF ||
         { cat "$work/subproject.log"; fail "add_subdirectory"; }
     build_and_run subproject
