@@ -74,10 +74,10 @@ MBSR_API int mbsr_sensitivity_run(mbsr_sensitivity *sensitivity, double t0, cons
 
 /* Derivatives of q and u at the times of the run in each parameter, where q and u of the start are
  * held, but for what has no mass and follows; in models with closures as mbsr_dae_consistent has
- * made them: dq (parameters x times x nq, those of the first parameter first) and du (parameters x
- * times x nu); either may be NULL. MBSR_ERR_SEQUENCE without a run, MBSR_ERR_NO_MEMORY, statuses of
- * mbsr_derivatives_inverse, mbsr_newton_factor and mbsr_newton_solve. After a failure their
- * contents are not specified. */
+ * made them, and so are the forces with which it has loaded settled stiff rows: dq (parameters x
+ * times x nq, those of the first parameter first) and du (parameters x times x nu); either may be
+ * NULL. MBSR_ERR_SEQUENCE without a run, MBSR_ERR_NO_MEMORY, statuses of mbsr_derivatives_inverse,
+ * mbsr_newton_factor and mbsr_newton_solve. After a failure their contents are not specified. */
 MBSR_API int mbsr_sensitivity_forward(mbsr_sensitivity *sensitivity, double *dq, double *du);
 
 /* The gradient of a function of the states at these times: by (parameters) = sum over all times of
