@@ -154,14 +154,14 @@ bool mbsri_read_axis_spring(const mbsr_force_def *def, mbsri_spring *spring)
 
 /* ---- friction ---- */
 
-enum { FRICTION, SLIP };
+enum { FRICTION_FORCE, SLIP };
 
 static double friction(const mbsr_force_args *args, double *rate, double *speed)
 {
     const double *param = args->force->param;
     *rate = stretch_rate(args);
     *speed = hypot(*rate, param[SLIP]);
-    return param[FRICTION] * *rate / *speed;
+    return param[FRICTION_FORCE] * *rate / *speed;
 }
 
 static int friction_evaluate(const mbsr_force_args *args)
@@ -177,7 +177,7 @@ static int friction_derivatives(const mbsr_force_args *args, const mbsr_force_de
     double rate, speed;
     friction(args, &rate, &speed);
     const double ratio = param[SLIP] / speed;
-    return push_slopes(args, out, 0.0, param[FRICTION] * ratio * ratio / speed);
+    return push_slopes(args, out, 0.0, param[FRICTION_FORCE] * ratio * ratio / speed);
 }
 
 static int friction_dissipation(const mbsr_force_args *args, double *power)
@@ -191,7 +191,7 @@ static int friction_dissipation(const mbsr_force_args *args, double *power)
 static int friction_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
     const int status = check_axis(args, text);
-    return status ? status : mbsri_check_friction(args, FRICTION, SLIP, text);
+    return status ? status : mbsri_check_friction(args, FRICTION_FORCE, SLIP, text);
 }
 
 static const char *friction_parameter(int k)
@@ -216,7 +216,7 @@ mbsr_force_def mbsr_force_axis_friction(int a, int b, int axis, double force, do
 {
     mbsr_force_def def = mbsri_stock_force(&friction_table, 2, a, b);
     def.option[0] = axis;
-    def.param[FRICTION] = force;
+    def.param[FRICTION_FORCE] = force;
     def.param[SLIP] = slip;
     return def;
 }

@@ -22,7 +22,7 @@ mbsri_columns mbsri_make_columns(const mbsr_force_args *args, const mbsr_force_d
     return c;
 }
 
-void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_state_part part, double sign,
                     const double y[3], mbsri_vector *dx)
 {
     const int *of = component[c->body[k].space];
@@ -35,7 +35,7 @@ void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_turning part, double si
     }
 }
 
-void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_state_part part, double sign,
                     mbsri_vector *dx)
 {
     const int *of = component[c->body[k].space];
@@ -45,7 +45,7 @@ void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_turning part, double si
     }
 }
 
-void mbsri_add_shift(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+void mbsri_add_shift(const mbsri_columns *c, int k, mbsri_state_part part, double sign,
                      mbsri_vector *dx)
 {
     const int *of = component[c->body[k].space];

@@ -34,18 +34,18 @@ typedef struct mbsri_columns {
 mbsri_columns mbsri_make_columns(const mbsr_force_args *args, const mbsr_force_derivatives *out);
 
 /* Which of a body's numbers. */
-typedef enum mbsri_turning { MBSRI_POSE, MBSRI_RATE } mbsri_turning;
+typedef enum mbsri_state_part { MBSRI_POSE, MBSRI_RATE } mbsri_state_part;
 
 /* dx += sign (phi x y), phi the rotation of body k (POSE) or its angular velocity (RATE). */
-void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+void mbsri_add_turn(const mbsri_columns *c, int k, mbsri_state_part part, double sign,
                     const double y[3], mbsri_vector *dx);
 
 /* dx += sign phi */
-void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+void mbsri_add_spin(const mbsri_columns *c, int k, mbsri_state_part part, double sign,
                     mbsri_vector *dx);
 
 /* dx += sign rho, the displacement of the origin of body k (POSE) or its velocity (RATE). */
-void mbsri_add_shift(const mbsri_columns *c, int k, mbsri_turning part, double sign,
+void mbsri_add_shift(const mbsri_columns *c, int k, mbsri_state_part part, double sign,
                      mbsri_vector *dx);
 
 /* dv += sign times the derivative of the velocity that body k has at the end of an arm. */
