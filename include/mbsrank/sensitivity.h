@@ -19,7 +19,9 @@
  * driver's error test does not see them: the run is made with a tenth of the tolerances that
  * opt.ida asks for, steps that are too long for what a parameter would set swinging are divided
  * afterwards, and errors are within 100 of these tolerances, but where contacts of an exponent
- * below 2 begin and end. docs/study.md says how much more, and what sensitivities cost. */
+ * below 2 begin and end, and behind a start next to one at which forces leave a rate undetermined,
+ * which changes faster than the steps follow: there tighter tolerances show what numbers are worth.
+ * docs/study.md says how much more, and what sensitivities cost. */
 #ifndef MBSRANK_SENSITIVITY_H
 #define MBSRANK_SENSITIVITY_H
 
